@@ -276,9 +276,8 @@ def test_a_shot_that_goes_on_is_run_with_the_one_before() -> None:
 def pinball(dt: float) -> list[Point]:
     """Return a ball between two posts and a slanting wall, in a pymunk space of its own."""
     space = pymunk.Space()
-    table = Billiards(
-        space, dt, pair=same_balls(0.9, 0.05, mass=0.2), deceleration=0.5, contacts="discrete"
-    )
+    table = Billiards(space, dt, pair=same_balls(0.9, 0.05, mass=0.2), deceleration=0.5)
+    space.gravity = 0.0, -0.2  # It acts once a step, so ends depend on the step.
     for x in (0.0, 0.5):
         table.add_wall(pymunk.Circle(space.static_body, 0.1, (x, 0.0)), restitution=0.9)
     table.add_wall(pymunk.Segment(space.static_body, (-1.0, 0.5), (1.5, 0.9), 0.01), 0.8, 0.1)

@@ -1,7 +1,7 @@
 """The method in one file: pymunk finds what overlaps, and the report's equations answer it.
 
-Balls are circles in a pymunk space, and cushions are its static segments. The balls slide as discs
-and do not spin. A step of ``dt`` (s) does this, in this order:
+Balls are circles in a pymunk space, and cushions are static segments. Balls slide as discs and do
+not spin. A step of ``dt`` (s) does this, in this order:
 
 1. pymunk moves every ball by v dt.
 2. pymunk calls a handler for each two shapes that overlap. The handler switches pymunk's own
@@ -18,14 +18,16 @@ not meet, and a ball that travels farther than its radius in a step may pass a c
 from __future__ import annotations
 
 import math
+from functools import partial
 from itertools import pairwise
 
 import pymunk
 
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Velocities, closing_speed, fastest
+from pool_pymunk.physics.impulses import impulse_of
 from pool_pymunk.physics.laws import respond
-from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.trace import Push, Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
 BALL, CUSHION = 1, 2  # These are the collision types of the shapes.
@@ -46,8 +48,7 @@ class Discrete(Stepping):
 
     def __init__(self, scene: Scene, start: State, settings: Settings) -> None:
         super().__init__(scene, start, settings.dt)
-        self.law = settings.law_of(scene)
-        self.loss = scene.deceleration * self.dt  # m/s; mu_s g dt
+        self.law, self.loss = settings.law_of(scene), scene.deceleration * self.dt  # m/s; mu_s g dt
         self.space = pymunk.Space()
         self.bodies: dict[int, pymunk.Body] = {}  # of the balls on the table
         self.number: dict[pymunk.Shape, int] = {}  # of the ball, or of the cushion
@@ -92,8 +93,8 @@ class Discrete(Stepping):
         """Answer two balls that overlap (Eqs. 1-7); the normal n points from ball A to ball B."""
         i, j = sorted(self.number[shape] for shape in arbiter.shapes)
         normal = (self.bodies[j].position - self.bodies[i].position).normalized()
-        if self._answer(arbiter, Contact(i, j, normal, self.scene.pair(i, j))):
-            self.trace.ball_ball(self.time, i, j)
+        if push := self._answer(arbiter, Contact(i, j, normal, self.scene.pair(i, j))):
+            self.trace.ball_ball(self.time, i, j, push)
 
     def _ball_and_cushion(self, arbiter: pymunk.Arbiter, _space: object, _data: object) -> None:
         """Answer a ball that overlaps a cushion (Eq. 9); the normal n points into the table.
@@ -106,11 +107,11 @@ class Discrete(Stepping):
         side = wall.nearest(x, y, ball.radius)
         pair = Pair(ball.mass, math.inf, wall.restitution, wall.friction)
         contact = Contact(i, NO_BALL, side.normal(x, y), pair, number)
-        if self._answer(arbiter, contact, side.gap(x, y, ball.radius)):
-            self.trace.ball_cushion(self.time, i, number)
+        if push := self._answer(arbiter, contact, side.gap(x, y, ball.radius)):
+            self.trace.ball_cushion(self.time, i, number, push)
 
-    def _answer(self, arbiter: pymunk.Arbiter, contact: Contact, gap: float = -math.inf) -> bool:
-        """Let the law, and not pymunk, answer sides that overlap and close; tell if this is a hit.
+    def _answer(self, arbiter: pymunk.Arbiter, contact: Contact, gap: float = -1.0) -> Push | None:
+        """Let the law, and not pymunk, answer sides that overlap and close; return a hit's impulse.
 
         ``respond`` turns the velocities to n and t (Eqs. 4-5). It asks ``law.ball_ball`` (Eqs. 1-3,
         and friction, which changes v_t by mu |v_n' - v_n|) or ``law.cushion`` (Eq. 9), and turns
@@ -120,13 +121,14 @@ class Discrete(Stepping):
         arbiter.process_collision = False
         velocity: Velocities = {i: self.bodies[i].velocity for i in contact.balls}
         closing = closing_speed(contact, velocity)
+        before = [velocity[i] for i in contact.balls]
         if gap >= 0.0 or closing <= ROUNDING * fastest(velocity) or self.raised is not None:
-            return False
+            return None
         try:
             jumps = respond(self.law, contact, velocity)
         except Exception as error:
             self.raised = error
-            return False
+            return None
         if jumps:
             balls = " and ".join(self.scene.balls[i].id for i in contact.balls)
             self.trace.warn(
@@ -138,7 +140,8 @@ class Discrete(Stepping):
             self._set_off(i, velocity[i])
         self.met.update(contact.balls)
         # It is no new hit if surface friction alone has pressed together what touched before.
-        return arbiter.is_first_contact or closing > 2.0 * self.loss
+        push = partial(impulse_of, contact, before, [velocity[i] for i in contact.balls])
+        return push if arbiter.is_first_contact or closing > 2.0 * self.loss else None
 
     # -- surface friction (Eq. 10) ---------------------------------------------------------------
 
@@ -183,8 +186,8 @@ class Discrete(Stepping):
         self.met.clear()
 
     def cut_off(self) -> None:
-        for i in self.moving:
-            self.trace.breakpoint(i, self.time, self.bodies[i].position, self.bodies[i].velocity)
+        for i, body in ((i, self.bodies[i]) for i in self.moving):
+            self.trace.breakpoint(i, self.time, body.position, body.velocity)
 
 
 SOLVER = Solver(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -35,7 +34,7 @@ from pool_pymunk.solvers import (
 )
 from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
 from pool_pymunk.solvers.record import OnTime, Settings, Solver
-from pool_pymunk.world.checks import check_choice, read_law
+from pool_pymunk.world.checks import check_choice, read_law, refuse_contacts
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
@@ -235,7 +234,7 @@ def request(
     _check_scene(scene)
     method = find_solver(solver)
     if method is pymunk_space.SOLVER:
-        _check_contacts(options)
+        refuse_contacts(options.pop("contacts", None), stacklevel=4)
     for key, value in options.items():
         if key not in method.options:
             known = ", ".join(method.options) or "it has none"
@@ -265,17 +264,6 @@ def request(
     if at is not None and at.ndim != 1:
         raise setting_error("times", shown(times), "must be a sequence of numbers")
     return Request(scene, method, options, settings, None if at is None else tuple(at.tolist()))
-
-
-def _check_contacts(options: dict[str, Any]) -> None:
-    """Take the option ``contacts`` out, which the solver ``pymunk`` had once."""
-    if options.get("contacts") == "discrete":
-        message = 'is a solver of its own now; ask for solver="pymunk-discrete"'
-        raise setting_error("contacts", "discrete", message)
-    if options.get("contacts") == "swept":
-        del options["contacts"]
-        text = 'contacts="swept" does nothing: every contact of pymunk is at its true time'
-        warnings.warn(text, DeprecationWarning, stacklevel=4)
 
 
 def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:

@@ -1,10 +1,9 @@
 """This module applies the contact law and surface friction to shapes of any pymunk space.
 
 pymunk moves the balls and finds what is near; the contact engine
-(:mod:`pool_pymunk.engine.contacts`) keeps each ball's exact path. With ``contacts="swept"`` it
-answers contacts at the time inside the step at which the paths meet. For this, a ball's sensor is
-larger than the ball by the distance that it can travel in one step: what the ball touched during a
-step is near at its end. With ``contacts="discrete"`` overlaps are answered at the end of the step.
+(:mod:`pool_pymunk.engine.contacts`) keeps each ball's exact path, and answers contacts at the time
+inside the step at which the paths meet. For this, a ball's sensor is larger than the ball by the
+distance that it can travel in one step: what the ball touched during a step is near at its end.
 Friction is a per-step damping callback, or a joint inside the C step.
 """
 
@@ -29,7 +28,7 @@ from pool_pymunk.physics.sides import Side, Wall, pocket
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
-from pool_pymunk.world.broad_phase import BroadPhase, EndOfStep
+from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import BALL, SENSOR, WALL
 from pool_pymunk.world.others import SharedSteps
 from pool_pymunk.world.outlook import Prediction, free_spot, sketch
@@ -37,7 +36,6 @@ from pool_pymunk.world.state import Phase
 from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.walls import sides_of
 
-Contacts = Literal["swept", "discrete"]
 FrictionBy = Literal["joint", "callback"]
 CALLBACKS = ("on_contact", "on_stop", "on_stop_revoked", "on_pocket")
 
@@ -102,11 +100,12 @@ class Billiards:
         law: str | Law = "coulomb",
         deceleration: float = 0.0,
         rolling: float | None = None,
-        contacts: Contacts = "swept",
+        contacts: str | None = None,
         friction: FrictionBy = "joint",
         alone: bool = False,
     ) -> None:
-        checks.check_settings(space, pair, contacts, friction)
+        checks.check_settings(space, pair, friction)
+        checks.refuse_contacts(contacts)
         if "step" in vars(space):
             raise setting_error("space", "taken", "this space has a Billiards already")
         self.space = space
@@ -114,18 +113,15 @@ class Billiards:
         self.friction, self.alone, self._said_pair = friction, alone, pair
         surface = checks.read_surface(deceleration, rolling)
         self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
-        is_swept = contacts == "swept"
-        self.near = self.engine.near = (BroadPhase if is_swept else EndOfStep)(space, self.engine)
+        self.near = self.engine.near = BroadPhase(space, self.engine)
         how = self.engine, self.near, self.max_dt, friction == "joint", self
         self.state = Steps(*how) if alone else SharedSteps(*how)
         self.balls = self.state.balls  # all that were ever added, by their numbers
         self.moving = self.state.moving  # the balls that move, by their numbers
         self._walls = self.state.walls
         self._obstacles = self._walls.obstacles.values()
-        # Discrete contacts need a call in every step, swept ones only when two shapes meet.
-        touch = {"begin" if is_swept else "pre_solve": self.near.touched}
-        space.on_collision(SENSOR, SENSOR, **touch)
-        space.on_collision(SENSOR, WALL, **touch)
+        space.on_collision(SENSOR, SENSOR, begin=self.near.touched)
+        space.on_collision(SENSOR, WALL, begin=self.near.touched)
         for other in () if alone else (BALL, WALL):
             space.on_collision(BALL, other, pre_solve=_no_response)
 
@@ -378,9 +374,8 @@ class Billiards:
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
-        if self.near.is_swept:  # Walls and pockets may have come since.
-            for i, (x, y, _, _) in state.motions.items():
-                checks.check_place((x, y), self.balls[i].radius, {}, self._obstacles)
+        for i, (x, y, _, _) in state.motions.items():  # Walls and pockets may have come since.
+            checks.check_place((x, y), self.balls[i].radius, {}, self._obstacles)
         self.state.restore(state)
 
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:

@@ -8,11 +8,8 @@ from collections.abc import Iterable
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.due import hit_of
-from pool_pymunk.engine.instant import velocities
 from pool_pymunk.engine.near import ManyBoxes, box
-from pool_pymunk.physics.contact import closing_speed
-from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.path import Path
 
 Key = tuple[int, int]  # two balls, the lower number first; or a ball and -1 - a wall
 
@@ -23,8 +20,6 @@ FEW = 8
 
 class BroadPhase:
     """A broad phase knows the pairs that touched during a step, and what is near a ball."""
-
-    is_swept = True  # Contacts are answered at their times inside the step.
 
     def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
         self.space, self.engine = space, engine
@@ -91,17 +86,12 @@ class BroadPhase:
         self.changed.pop(i, None)
         self.pairs = {pair: None for pair in self.pairs if i not in pair}
         self.numbers.pop(self.sensors[i], None)
-        self.leave_out(i)
         self.gone.append(i)
 
     def forget(self, shape: pymunk.Shape) -> None:
         """Leave out the wall or pocket of this shape from now on."""
         k = self.numbers.pop(shape)
         self.pairs = {pair: None for pair in self.pairs if k not in pair}
-        self.leave_out(k)
-
-    def leave_out(self, number: int) -> None:
-        """Forget what this ball or wall has touched; only an ``EndOfStep`` keeps it."""
 
     def _changed_near(self, i: int) -> Iterable[int]:
         """Return the changed balls that may come to ball ``i`` in this step, or all of a few."""
@@ -123,46 +113,3 @@ class BroadPhase:
         around = pymunk.BB(min(x0, left), min(y0, bottom), max(x1, right), max(y1, top))
         numbers, found = self.numbers, self.space.bb_query(around, self.sensors[i].filter)
         return [numbers[shape] for shape in found if shape in numbers]
-
-
-class EndOfStep(BroadPhase):
-    """This broad phase finds contacts late: sides meet if at a step's end they overlap and close.
-
-    It misses those of balls that only graze, or that tunnel.
-    """
-
-    is_swept = False
-
-    def __init__(self, space: pymunk.Space, engine: ContactEngine) -> None:
-        super().__init__(space, engine)
-        self._touching: dict[Key, None] = {}  # the pairs that touched in this step
-
-    def foresee(self) -> None:
-        self._touching, self.pairs = self.pairs, {}
-        self._queue_if_closing(self._touching)
-
-    def walls(self, i: int) -> Iterable[int]:
-        return ()  # A new path meets no wall before the step is over.
-
-    def balls(self, i: int, now: float) -> Iterable[int]:
-        """Return no balls, but queue the contacts with what the ball already touches."""
-        self._queue_if_closing([pair for pair in self._touching if i in pair])
-        return ()
-
-    def touching(self, i: int, now: float) -> Iterable[int]:
-        return [j for pair in self._touching if i in pair for j in pair if j != i]
-
-    def leave_out(self, number: int) -> None:
-        self._touching = {pair: None for pair in self._touching if number not in pair}
-
-    def _queue_if_closing(self, pairs: Iterable[Key]) -> None:
-        engine = self.engine
-        for pair in pairs:
-            hit = hit_of(*pair)
-            motions = {i: motion_at(engine.paths[i], self.until) for i in hit.balls}
-            if engine.gap(hit, motions) >= 0.0:
-                continue
-            takes_in = hit.kind == "wall" and engine.walls[hit.j].is_pocket
-            closing = closing_speed(engine.contact(hit, motions), velocities(motions))
-            if takes_in or closing > engine.noise(motions):
-                engine.push(self.until, hit)

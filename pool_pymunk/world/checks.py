@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from inspect import signature
 from typing import Any, NamedTuple
@@ -52,16 +53,27 @@ class Obstacle(NamedTuple):
         return self.wall.time_of_contact(path, 0.0, 0.0) <= 1.0
 
 
-def check_settings(space: Any, pair: Any, contacts: Any, friction: Any) -> None:
+def check_settings(space: Any, pair: Any, friction: Any) -> None:
     """Refuse impossible settings of a table."""
     if not isinstance(space, pymunk.Space):
         raise setting_error("space", shown(space), "must be a pymunk.Space")
     if space.threaded:
         raise setting_error("space", "threaded", "Billiards needs a space without threads")
-    check_choice("contacts", contacts, ("swept", "discrete"))
     check_choice("friction", friction, ("joint", "callback"))
     if not callable(pair) or not _takes_two(pair):
         raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
+
+
+def refuse_contacts(contacts: Any, stacklevel: int = 3) -> None:
+    """Refuse the former setting ``contacts`` unless it is "swept", which warns and does nothing."""
+    if contacts is None:
+        return
+    check_choice("contacts", contacts, ("swept", "discrete"))
+    if contacts == "discrete":
+        message = 'is a solver of its own now; ask for solver="pymunk-discrete"'
+        raise setting_error("contacts", contacts, message)
+    text = 'contacts="swept" does nothing: every contact is at its true time'
+    warnings.warn(text, DeprecationWarning, stacklevel=stacklevel)
 
 
 def _takes_two(function: Callable[..., object]) -> bool:

@@ -136,8 +136,6 @@ class LiveState:
         ball.as_it_came = ball.features()
         if path.moves or self.phase is not Phase.BETWEEN:
             self.set_out([ball])
-        elif not self.near.is_swept:
-            ball.widen(radius * (1.0 - HAIR))
         return ball
 
     def _enter(self, ball: TableBall) -> None:
@@ -342,7 +340,7 @@ class LiveState:
         else:
             ball.body.velocity = goes = self.mean_of(path, path.end - self.time, vx, vy)
             fastest = math.sqrt(vx * vx + vy * vy) if path.slows else path.fastest
-            margin = fastest * self.max_dt if self.near.is_swept else 0.0
+            margin = fastest * self.max_dt
             rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
             ball.widen(ball.radius + margin + rounding)
             is_damped = self.surface.pull > 0.0 and not (self.has_joints and path.slows)
@@ -458,7 +456,7 @@ class LiveState:
     def _rest(self, ball: TableBall) -> None:
         """Put a ball to rest; from now on it costs nothing."""
         ball.body.velocity = NOTHING
-        ball.widen(ball.radius * (1.0 if self.near.is_swept else 1.0 - HAIR))
+        ball.widen(ball.radius)
         if self.moving.pop(ball.number, None) is not None:
             self._let_go(ball)
 
