@@ -219,7 +219,7 @@ def test_contacts_is_no_option_any_more() -> None:
         run = simulate(scene, contacts="swept")
     assert heard[0].filename == __file__
     assert run.final == simulate(scene).final
-    with pytest.raises(SettingError, match="^contacts = sweep: must be one of swept, discrete"):
+    with pytest.raises(SettingError, match=r"^contacts = sweep: must be one of swept, discrete"):
         simulate(scene, contacts="sweep")
     with pytest.raises(SettingError, match=r"pymunk-discrete has no such option \(friction\)"):
         simulate(scene, solver="pymunk-discrete", contacts="swept")
