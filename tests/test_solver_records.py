@@ -304,6 +304,8 @@ def test_the_exact_solver_with_steps_is_found_by_what_it_can_do(
 PACKAGE = Path(__file__).parent.parent / "pool_pymunk"
 OTHERWISE = {  # a text that has a solver's name in it, and why it may
     *(("cli/opt.py", name) for name in SOLVERS),  # for --help, which imports no solver
+    # contacts="discrete" is refused, and this says what serves.
+    ("world/checks.py", 'is a solver of its own now; ask for solver="pymunk-discrete"'),
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
     ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down

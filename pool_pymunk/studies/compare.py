@@ -44,7 +44,7 @@ class Comparison:
     >>> late = simulate(scene, "Simulation 3", solver="pymunk-discrete", dt=1 / 60)
     >>> beside = Comparison(exact, late)
     >>> beside.farthest, round(beside.largest, 3), beside.divergence is None
-    ('C', 0.005, True)
+    ('C', 0.006, True)
     """
 
     reference: Run
