@@ -15,7 +15,7 @@ import pytest
 from worlds import Point, fence
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import TableBall
+from pool_pymunk.world import ContactEvent, TableBall
 
 DT = 1 / 60  # s
 R = 15.0
@@ -505,3 +505,232 @@ def test_shapes_that_are_on_a_table_already_are_refused_in_words() -> None:
             again.add_wall(wall, 0.5)
         with pytest.raises(ValueError, match=r"is a ball of a table already|is a ball already"):
             again.add_ball(one.circle)
+
+
+# -- what a callback does to bodies ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize(
+    ("change", "speed"),
+    [
+        (lambda body: body.apply_impulse_at_local_point((-50.0, 0.0)), -350.0),
+        (lambda body: setattr(body, "velocity", body.velocity * 1.1), -330.0),
+        (lambda body: setattr(body, "velocity", (-20.0, 0.0)), -20.0),
+    ],
+)
+def test_a_callback_finds_bodies_as_they_are_after_the_contact(
+    change: Callable[[pymunk.Body], object], speed: float, alone: bool
+) -> None:
+    space, table = world(1.0, alone=alone)
+    wall_at(table, 200.0, 1.0)
+    one, other = ball(table, 0.0, velocity=(300.0, 0.0)), ball(table, 0.0, 100.0, (30.0, 0.0))
+    seen: list[tuple[float, ...]] = []
+
+    def hear(event: ContactEvent) -> None:
+        seen.append((*one.body.position, *one.body.velocity, *other.body.position))
+        change(one.body)
+
+    table.on_contact = hear
+    for _ in range(60):
+        table.step(DT) if alone else space.step(DT)
+    [found] = seen
+    assert found == pytest.approx((181.0, 0.0, -300.0, 0.0, 30.0 * 181.0 / 300.0, 100.0), abs=1e-9)
+    assert one.path.at(table.time)[1] == pytest.approx((speed, 0.0), abs=1e-9)
+    assert other.body.position == pytest.approx((30.0, 100.0), abs=1e-9)
+
+
+# -- a push in each step ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("friction", FRICTION)
+@pytest.mark.parametrize("fps", [60, 240])
+def test_a_push_in_each_step_leaves_friction_as_it_is(fps: int, friction: str) -> None:
+    """A ball that is steered loses 100 px/s in a second, and none half as much again."""
+    space = pymunk.Space()
+    table = Billiards(
+        space, 1 / fps, pair=same_balls(1.0, 0.0), deceleration=100.0,
+        friction="joint" if friction == "joint" else "callback",
+    )  # fmt: skip
+    one = ball(table, 0.0)
+    table.strike(one, (300.0, 0.0))
+    for _ in range(fps):
+        one.body.velocity = one.body.velocity.rotated(0.5 / fps)
+        space.step(1 / fps)
+    assert math.hypot(*one.path.at(table.time)[1]) == pytest.approx(200.0, abs=1e-2)
+
+
+# -- contacts that are refused ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("what", ["mass", "pair"])
+def test_the_clock_stands_at_a_contact_that_is_refused(what: str, alone: bool) -> None:
+    """Nothing passes anything, and once the cause is gone all goes on as if it had never been."""
+    space, table = world(1.0, alone=alone)
+    ids = [ball(table, x).number for x in (0.0, -100.0)]
+    one, two = table.balls
+    good = table._said_pair
+    table.strike(two, (300.0, 0.0))
+
+    def step() -> None:
+        table.step(DT) if alone else space.step(DT)
+
+    step()
+    if what == "mass":
+        one.body.mass = 9.0
+    else:
+        table._said_pair = lambda i, j: 1 / 0  # type: ignore[assignment,return-value]
+    refused = 0
+    for _ in range(40):
+        try:
+            step()
+        except (ValueError, ZeroDivisionError):
+            refused += 1
+    assert ids == [0, 1] and refused >= 25
+    assert one.body.position == (0.0, 0.0) and two.body.position.x <= -30.0 + 1e-9
+    one.body.mass, table._said_pair = 1.0, good
+    while table.time < 1.0 - 1e-9:
+        table.step(min(DT, 1.0 - table.time)) if alone else space.step(min(DT, 1.0 - table.time))
+    assert one.path.at(1.0)[0] == pytest.approx((300.0 - 70.0, 0.0), abs=1e-9)
+    assert two.path.at(1.0)[0] == pytest.approx((-30.0, 0.0), abs=1e-9)
+
+
+# -- more that belongs to the table ----------------------------------------------------------------
+
+
+def test_a_ball_removed_by_a_handler_of_pymunk_is_not_hit() -> None:
+    space, table = world(1.0, deceleration=50.0)
+    one, two = ball(table, 0.0), ball(table, 60.0)
+    table.strike(one, (900.0, 0.0))
+
+    def begin(arbiter: pymunk.Arbiter, _space: object, _data: object) -> None:
+        if two.is_on_table and {shape.body for shape in arbiter.shapes} == {one.body, two.body}:
+            table.remove_ball(two)
+
+    space.on_collision(None, None, begin=begin)
+    for _ in range(60):
+        space.step(DT)
+    assert not two.is_on_table
+    assert one.path.at(table.time)[1] == pytest.approx((850.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("steps_between", [0, 1])
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_ball_that_was_taken_out_comes_back_whole(alone: bool, steps_between: int) -> None:
+    space, table = world(1.0, alone=alone)
+    one, two = ball(table, 0.0), ball(table, 100.0)
+    saved = table.save_state()
+    space.remove(two.circle, two.body)
+    for _ in range(steps_between):
+        table.step(DT) if alone else space.step(DT)
+    table.restore_state(saved)
+    assert two.is_on_table and two.circle.space is two.body.space is two.sensor.space is space
+    table.strike(one, (300.0, 0.0))
+    for _ in range(60):
+        table.step(DT) if alone else space.step(DT)
+    assert two.body.position.x == pytest.approx(330.0, abs=1e-9)
+    table.clear()
+    assert table.count == 0
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_ball_that_is_put_into_a_pocket_falls_in(alone: bool) -> None:
+    space, table = world(1.0, alone=alone)
+    table.add_pocket((100.0, 0.0), 20.0)
+    one, heard = ball(table, 0.0), list[int]()
+    table.on_pocket = lambda _ball, pocket, _t: heard.append(pocket)
+    one.body.position = 100.0, 1.0
+    table.step(DT) if alone else space.step(DT)
+    assert heard == [0] and not one.is_on_table
+
+
+def test_a_spring_gains_no_energy_at_a_wall() -> None:
+    """It is right to first order: the gain becomes small with the step."""
+    gains = []
+    for fps in (60, 240):
+        space = pymunk.Space()
+        table = Billiards(space, 1 / fps, pair=same_balls(1.0, 0.0))
+        wall_at(table, 40.0, 1.0)
+        body = ball(table, -40.0, velocity=(0.0, 30.0)).body
+        space.add(pymunk.DampedSpring(space.static_body, body, (0, 0), (0, 0), 0.0, 20.0, 0.0))
+        energies = []
+        for _ in range(20 * fps):
+            space.step(1 / fps)
+            place, velocity = body.position, body.velocity
+            energies.append(10.0 * place.length**2 + 0.5 * velocity.length**2)
+        gains.append(max(energies) / (10.0 * 1600.0 + 450.0) - 1.0)
+    assert gains[1] < 0.02
+    assert gains[0] < 0.2
+
+
+def test_a_function_of_ones_own_acts_beside_friction_by_callbacks() -> None:
+    def limit(body: pymunk.Body, gravity: Point, damping: float, dt: float) -> None:
+        pymunk.Body.update_velocity(body, gravity, damping, dt)
+        if body.velocity.length > 200.0:
+            body.velocity *= 200.0 / body.velocity.length
+
+    for settings in ({"friction": "callback"}, {"rolling": 10.0}):
+        space, table = world(1.0, deceleration=50.0, **settings)
+        wall_at(table, 200.0, 1.0)
+        one = ball(table, 0.0)
+        one.body.velocity_func = limit
+        table.strike(one, (400.0, 0.0))
+        speeds = []
+        for _ in range(90):
+            space.step(DT)
+            speeds.append(math.hypot(*one.path.at(table.time)[1]))
+        assert max(speeds) <= 200.0 * (1.0 + 1e-12)
+        assert one.body.velocity_func == limit or one.number in table.moving
+
+
+def test_a_wall_on_a_body_that_has_moved_is_no_way_around_the_refusal() -> None:
+    space, table = world(1.0)
+    carrier = pymunk.Body(body_type=pymunk.Body.STATIC)
+    space.add(carrier)
+    table.add_wall(pymunk.Segment(carrier, (200, -100), (200, 100), 5.0), 1.0)
+    carrier.position = -100.0, 0.0
+    with pytest.raises(ValueError, match=r"^wall 0: body.position"):
+        table.add_wall(pymunk.Segment(carrier, (200, 300), (200, 400), 5.0), 1.0)
+
+
+@pytest.mark.parametrize("what", ["shapes", "constraints", "velocity_func", "position_func"])
+def test_a_table_that_is_alone_refuses_others(what: str) -> None:
+    space, table = world(1.0, alone=True)
+    one = ball(table, 0.0)
+    if what == "shapes":
+        space.add(pymunk.Segment(space.static_body, (50, -50), (50, 50), 1.0))
+    elif what == "constraints":
+        space.add(pymunk.DampedSpring(space.static_body, one.body, (0, 0), (0, 0), 9.0, 9.0, 0.0))
+    else:
+        setattr(one.body, what, lambda *_: None)
+    for call in (table.step, table.play):
+        with pytest.raises(ValueError, match=rf"^[\w .:]*{what} = .*leave out alone=True$"):
+            call()
+
+
+@pytest.mark.parametrize("key", ["gravity", "damping"])
+def test_gravity_and_damping_must_be_finite(key: str) -> None:
+    space, table = world(1.0)
+    one = ball(table, 0.0, velocity=(10.0, 0.0))
+    setattr(space, key, (0.0, math.nan) if key == "gravity" else math.inf)
+    with pytest.raises(ValueError, match=f"^{key} = .*(nan|inf)"):
+        space.step(DT)
+    assert one.body.position == (0.0, 0.0)
+
+
+def test_subclasses_may_have_callbacks_as_methods() -> None:
+    class Game(Billiards):
+        hits = 0
+
+        def on_contact(self, event: ContactEvent) -> None:
+            self.hits += 1
+
+    space = pymunk.Space()
+    table = Game(space, DT, pair=same_balls(1.0, 0.0))
+    ball(table, 0.0), ball(table, 40.0, velocity=(-300.0, 0.0))
+    for _ in range(20):
+        space.step(DT)
+    assert table.hits == 1
+    with pytest.raises(AttributeError, match='did you mean "on_contact"'):
+        type("Other", (Billiards,), {"on_contcat": None})

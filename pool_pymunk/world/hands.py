@@ -15,7 +15,7 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.world.ball import Disc, TableBall
 from pool_pymunk.world.bodies import Moves, Snapshot
-from pool_pymunk.world.checks import check_sound, check_unchanged, is_sound
+from pool_pymunk.world.checks import check_sound, check_space, check_unchanged, is_sound
 from pool_pymunk.world.outlook import beside, free_spot, is_free
 from pool_pymunk.world.state import LiveState, Phase
 from pool_pymunk.world.walls import Walls
@@ -93,6 +93,7 @@ class WatchedState(LiveState):
 
     def refuse_changes(self) -> None:
         """Refuse changes that the table cannot follow, before anything moves."""
+        check_space(self.space)
         for ball, move in self._unsound.items():
             check_sound(ball, move)
         for ball in self.moving.values():
