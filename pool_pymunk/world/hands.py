@@ -63,7 +63,7 @@ class WatchedState(LiveState):
             now = self.bodies.read()
         rows = {ball_of[body]: move for body, move in now.changes(seen) if body in ball_of}
         for ball in self.stirred.difference(rows):
-            if ball.is_on_table:  # It is where it was, but that may not be on its path.
+            if ball.is_on_table:  # It is where it was, which may be off its path.
                 rows[ball] = now.moves[ball.body_id]
         moved = self._follow(rows)
         self._seen, self.stirred = now, set(self._unsound)

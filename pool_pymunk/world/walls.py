@@ -24,7 +24,7 @@ Features = tuple[object, ...]  # the values of these keys, and of those of a kin
 BODY = ("body_type", "body.position", "body.angle")
 SHAPE = ("radius", "sensor", "filter", "collision_type", "body")
 OUTLINES = {pymunk.Segment: ("a", "b"), pymunk.Circle: ("offset",), pymunk.Poly: ("corners",)}
-# At most so many walls are looked at in a step, in turn: one takes 2 us, a polygon 15 us.
+# At most this many walls are looked at in a step, in turn: one takes 2 us, a polygon 15 us.
 AT_ONCE = 12
 
 
