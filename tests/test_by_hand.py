@@ -100,6 +100,16 @@ def test_a_scene_that_is_put_back_by_hand_is_played_again(alone: bool) -> None:
         assert still.body.position == pytest.approx((9.0, 0.0), abs=1e-12)
 
 
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_ball_that_meets_nothing_is_put_back_in_every_frame(alone: bool) -> None:
+    space, table = world(1.0, alone=alone)
+    body = ball(table, 0.0, velocity=(300.0, 0.0)).body
+    for _ in range(5):
+        body.position, body.velocity = (0.0, 0.0), (300.0, 0.0)
+        table.step(DT) if alone else space.step(DT)
+        assert body.position == pytest.approx((5.0, 0.0), abs=1e-12)
+
+
 # -- two threads -----------------------------------------------------------------------------------
 
 
@@ -459,6 +469,19 @@ def test_a_ball_that_is_dragged_between_others_overlaps_none(alone: bool) -> Non
         assert all(math.dist(one.body.position, each.body.position) >= 30 - 1e-6 for each in others)
 
 
+def test_a_new_ball_overlaps_none_that_was_moved_since_the_last_step() -> None:
+    """pymunk does not know yet where these are."""
+    space, table = world(1.0)
+    one, two = ball(table, 0.0), ball(table, 0.0, 100.0, (6000.0, 0.0))
+    space.step(DT)
+    one.body.position = 500.0, 0.0
+    for x, y in ((510.0, 0.0), (110.0, 100.0)):
+        with pytest.raises(ValueError, match="overlaps ball"):
+            ball(table, x, y)
+    assert two.body.position == pytest.approx((100.0, 100.0), abs=1e-9)
+    ball(table, 0.0)
+
+
 def test_a_path_is_that_after_a_push() -> None:
     space, table = world(1.0, deceleration=100.0)
     one = ball(table, 0.0)
@@ -692,6 +715,16 @@ def test_a_wall_on_a_body_that_has_moved_is_no_way_around_the_refusal() -> None:
     carrier.position = -100.0, 0.0
     with pytest.raises(ValueError, match=r"^wall 0: body.position"):
         table.add_wall(pymunk.Segment(carrier, (200, 300), (200, 400), 5.0), 1.0)
+
+
+def test_a_pocket_on_a_body_that_has_moved_is_no_way_around_it_either() -> None:
+    space, table = world(1.0)
+    wall_at(table, 200.0)
+    one = ball(table, 0.0)
+    space.static_body.position = 50.0, 0.0
+    table.add_pocket((400.0, 0.0), 10.0)
+    with pytest.raises(ValueError, match=r"^wall 0: body.position"):
+        table.predict(one, (100.0, 0.0))
 
 
 @pytest.mark.parametrize("what", ["shapes", "constraints", "velocity_func", "position_func"])

@@ -47,11 +47,9 @@ class Callbacks(Recorder):
         if self.of("on_contact") is not None:
             balls = tuple(self.state.balls[i] for i in contact.balls)
             closing = closing_speed(contact, {ball.number: ball.path.at(t)[1] for ball in balls})
-            where, impulse = (
-                (contact.point, contact.normal),
-                self.state.engine.reported[0].impulse(),
-            )
-            event = ContactEvent(t, balls, contact.cushion, *where, closing, *impulse[:2])
+            impulse, tangential, _ = self.state.engine.reported[0].impulse()
+            where = contact.point, contact.normal
+            event = ContactEvent(t, balls, contact.cushion, *where, closing, impulse, tangential)
             self._tell("on_contact", event, balls=balls)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
