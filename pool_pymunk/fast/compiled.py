@@ -46,8 +46,9 @@ APART = (
     "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
     "pool_pymunk.physics.together",
-    "pool_pymunk.fast.derivatives",
-    "pool_pymunk.fast.doubts",
+    "pool_pymunk.physics.changes",
+    "pool_pymunk.physics.kinks",
+    "pool_pymunk.physics.touches",
 )
 AT_ARCS = (bent_to_arc, time_in, time_out, stage_of_past)
 
@@ -111,7 +112,8 @@ def functions(root: Callable[..., int] = loop.play_shots) -> frozenset[FunctionT
         is_own = inspect.isfunction(value) and value.__module__.startswith(PACKAGE)
         if is_own and value not in found:
             found.add(value)
-            waiting += _named(value)
+            twin = getattr(value, "compiled", None)
+            waiting += _named(value) if twin is None else [twin]
     return frozenset(found)
 
 
@@ -130,7 +132,7 @@ def _register(function: FunctionType) -> None:
 
     def implementation(*args: Any, **_: Any) -> FunctionType:
         if not hasattr(function, "choice"):
-            return function
+            return cast("FunctionType", getattr(function, "compiled", function))
         has, one, other = function.choice
         return cast("FunctionType", one if args[0].typeof(has).shape[0] > 0 else other)
 

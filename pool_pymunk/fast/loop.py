@@ -32,7 +32,7 @@ from pool_pymunk.fast.kinds import ball_ball, curvature, cushion, gap, jumps, no
 from pool_pymunk.fast.moves import (
     begin,
     keep,
-    keep_contact,
+    keep_event,
     nearest,
     note_cushion,
     note_hit,
@@ -75,6 +75,7 @@ from pool_pymunk.fast.walls import (
 )
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
+from pool_pymunk.physics.changes import ROLL
 from pool_pymunk.physics.contact import Pair, approach, changed, split, wall_approach
 from pool_pymunk.physics.impulses import pushed_along, slowing
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
@@ -92,7 +93,7 @@ def play_shots(
 
     They are fewer if ``out.halt`` is set, or if the ``tracks`` have no room for another one.
     """
-    rows = contacts = 0
+    rows = events = 0
     for s in range(first, last):
         if out.halt[0] != 0 or (w.scene.keeps and rows + MOST_ROWS > len(tracks.rows)):
             return s - first
@@ -105,9 +106,9 @@ def play_shots(
         if status >= 0:
             write_shot(w, out, s)
             if w.scene.keeps:
-                rows, contacts = write_track(w, tracks, rows, contacts)
+                rows, events = write_track(w, tracks, rows, events)
         if w.scene.keeps:
-            tracks.ends[s, 0], tracks.ends[s, 1] = rows, contacts
+            tracks.ends[s, 0], tracks.ends[s, 1] = rows, events
     return last - first
 
 
@@ -166,16 +167,16 @@ def write_shot(w: Work, out: Out, s: int) -> None:
     out.hits[s], out.cushions[s], out.first_hit[s] = count.hits, count.cushions, count.first_hit
 
 
-def write_track(w: Work, tracks: Tracks, rows: int, contacts: int) -> tuple[int, int]:
+def write_track(w: Work, tracks: Tracks, rows: int, events: int) -> tuple[int, int]:
     """Write down a shot's track after those of others; return where it ends."""
     track = w.track
     for k in range(track.rows):
         for n in range(COLUMNS):
             tracks.rows[rows + k, n] = track.row[k, n]
-    for k in range(track.contacts):
-        for n in range(2):
-            tracks.contacts[contacts + k, n] = track.contact[k, n]
-    return rows + track.rows, contacts + track.contacts
+    for k in range(track.events):
+        for n in range(3):
+            tracks.events[events + k, n] = track.event[k, n]
+    return rows + track.rows, events + track.events
 
 
 def play(w: Work, sides: Sides) -> int:
@@ -222,7 +223,9 @@ def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
     is_sound = put_path(ball, path)
     ball.noise = NOISE * ball.speed
     if sets_off(path):
-        w.count.events += ball.roll[3] == 0.0
+        if ball.roll[3] == 0.0:
+            w.count.events += 1
+            keep_event(w, i, ROLL, t)
         keep(w, i, path)
     else:
         stop(w, i, t)
@@ -290,7 +293,7 @@ def clear(w: Work) -> None:
     """Forget the shot before: nothing is due, and nothing has happened."""
     count, track = w.count, w.track
     w.now, w.instant, w.rounds, count.duration, w.in_doubt = 0.0, -math.inf, 0, 0.0, 0
-    count.events = count.hits = count.cushions = track.rows = track.contacts = 0
+    count.events = count.hits = count.cushions = track.rows = track.events = 0
     count.first_hit, w.together.mets, w.together.unlisted = NOTHING, 0, 0
     for i in range(w.scene.balls):
         due = w.due[i]
@@ -407,7 +410,7 @@ def is_ordinary_bounce(w: Work, ball: Moving, bounce: Bounce) -> bool:
 def take_in(w: Work, i: int, side: Any) -> bool:
     """Let a pocket take in a ball; the ball meets nothing any more."""
     ball, count = w.ball[i], w.count
-    keep_contact(w, i, -1 - side.wall)
+    keep_event(w, i, -1 - side.wall, w.now)
     x, y, vx, vy = motion_at(path_of(ball), w.now)
     keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now, True, 0.0, 0.0))
     path = standing(w.now, side.center[0], side.center[1])

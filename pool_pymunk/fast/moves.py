@@ -10,6 +10,7 @@ from pool_pymunk.engine.near import box
 from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
 from pool_pymunk.fast.kinds import gap
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
+from pool_pymunk.physics.changes import STOP
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, sets_off, standing
 from pool_pymunk.physics.surface import NO_ROLL, roll_at, slide_or_roll
@@ -64,6 +65,7 @@ def stop(w: Work, i: int, t: float) -> None:
     ball.rested = t
     count.events += 1
     count.duration = max(count.duration, t)
+    keep_event(w, i, STOP, t)
     rests = standing(t, x, y)
     put_box(ball, box(rests, ball.radius, t, math.inf))
     keep(w, i, rests)
@@ -79,12 +81,12 @@ def keep(w: Work, i: int, path: Path) -> None:
         w.track.rows += 1
 
 
-def keep_contact(w: Work, i: int, other: int) -> None:
-    """Keep that ball ``i`` met another ball, or a wall, which is -1 - its number."""
+def keep_event(w: Work, i: int, other: int, t: float) -> None:
+    """Keep what ball ``i`` met at ``t`` (s), as `Follow` in physics/changes.py has it."""
     if w.scene.keeps:
-        contact = w.track.contact[w.track.contacts]
-        contact[0], contact[1] = i, other
-        w.track.contacts += 1
+        event = w.track.event[w.track.events]
+        event[0], event[1], event[2] = t, i, other
+        w.track.events += 1
 
 
 def note_hit(w: Work, i: int, j: int) -> None:
@@ -92,7 +94,7 @@ def note_hit(w: Work, i: int, j: int) -> None:
     count, watched = w.count, w.scene.watched
     count.events += 1
     count.hits += 1
-    keep_contact(w, i, j)
+    keep_event(w, i, j, w.now)
     nudge(w.ball[i], False)
     nudge(w.ball[j], False)
     if watched in (i, j):
@@ -106,7 +108,7 @@ def note_cushion(w: Work, i: int, wall: int) -> None:
     """Count a hit on a cushion."""
     w.count.events += 1
     w.count.cushions += 1
-    keep_contact(w, i, -1 - wall)
+    keep_event(w, i, -1 - wall, w.now)
     nudge(w.ball[i], False)
 
 

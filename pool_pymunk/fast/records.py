@@ -77,15 +77,15 @@ COUNT = np.dtype(
      ("pocket", I, N), ("met", I, N)]
 )  # fmt: skip
 
-# A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. A contact
-# is that of a ball with another one, or with a wall, which is -1 - its number.
+# A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event is
+# as in `Follow` (physics/changes.py); at one breakpoint a ball may be hit and come to rest.
 COLUMNS = 10
 TRACK = np.dtype(
     [
         ("rows", I),
-        ("contacts", I),
+        ("events", I),
         ("row", F, (MOST_ROWS, COLUMNS)),
-        ("contact", I, (MOST_ROWS, 2)),
+        ("event", F, (2 * MOST_ROWS, 3)),
     ]
 )
 
@@ -143,11 +143,11 @@ Out = namedtuple(
     "Out", "final duration hits cushions first_hit met pocketed events status in_doubt halt"
 )
 
-# the breakpoints (K, 10) and contacts (C, 2) of some shots, one shot after the other; those of shot
-# s end where `ends[s]` (S, 2) says, and a hard shot has none
-Tracks = namedtuple("Tracks", "rows contacts ends")
+# the breakpoints (K, 10) and events (E, 3) of some shots, one shot after the other; those of shot s
+# end where `ends[s]` (S, 2) says, and a hard shot has none
+Tracks = namedtuple("Tracks", "rows events ends")
 
 
 def tracks(count: int, room: int) -> Tracks:
     """Return arrays for the tracks of ``count`` shots, with room for this many breakpoints."""
-    return Tracks(np.empty((room, COLUMNS)), np.empty((room, 2), I), np.zeros((count, 2), I))
+    return Tracks(np.empty((room, COLUMNS)), np.empty((2 * room, 3)), np.zeros((count, 2), I))

@@ -357,6 +357,32 @@ def starts_of(
     return found
 
 
+def changed_numbers(scene: Scene, names: Iterable[str], cue_ball: bool = False) -> list[Floats]:
+    """Return the derivatives of a scene's numbers by these inputs.
+
+    They are those of the coefficients (7, P), of the masses (N, P) and of the radii (N, P). With
+    ``cue_ball`` the cue ball has a restitution of its own, also where the scene gives it none.
+
+    >>> from pool_pymunk import load
+    >>> numbers, mass, _ = changed_numbers(load("two-balls"), ["mass.B", "friction.cushion"])
+    >>> numbers[:, 1].tolist(), mass[:, 0].tolist()
+    ([0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 1.0])
+    """
+    names, columns, count = list(names), column_of("coefficients"), len(scene.balls)
+    numbers = np.zeros((len(columns), len(names)))
+    sizes = {key: np.zeros((count, len(names))) for key in ("mass", "radius")}
+    for p, name in enumerate(names):
+        kind, whose = parts(name)
+        if kind in sizes:
+            sizes[kind][scene.index[whose], p] = 1.0
+        elif kind in columns:
+            is_of_surface = kind in ("friction.surface", "friction.rolling")
+            numbers[columns[kind], p] = scene.physics.gravity if is_of_surface else 1.0
+    if scene.restitution.cue_ball is None and not cue_ball:
+        numbers[1] = numbers[0]  # The cue ball is as any other.
+    return [numbers, *sizes.values()]
+
+
 def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
     """Return rolls (..., 2) as shares (...) of velocities (..., 2); 0 for a roll that is no share.
 

@@ -9,31 +9,14 @@ Derivatives, SIAM 2008, ch. 3).
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from itertools import chain
+from itertools import chain, islice
 from typing import Any, NoReturn
 
-import numpy as np
 
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import Law, Published, cushion, published
-from pool_pymunk.physics.motion import EPSILON, Array
-
-# A law is also asked at velocities that are off by this share of the speeds. Splitting a velocity
-# along the normal takes a dozen roundings, and the velocity itself comes from dozens more.
-BESIDE = 256.0 * EPSILON
-# At velocities this many times as far off the law gives only its answer, at little cost. A kink
-# bends that answer by WIDE BESIDE = 4e-12 of the speeds, far more than `STRAIGHT`.
-WIDE = 64.0
-STRAIGHT = 64.0 * EPSILON  # of the speeds; answers that bend by less do so by rounding
-# Answers on both sides that differ by less than this share are equal. They differ by `BESIDE` at a
-# kink, 6e-14, and by a finite share where a law jumps.
-SAME = 1e-6
 
 Slopes = tuple[float, ...]
-Answer = Callable[[Sequence[Any]], tuple[Any, ...]]
-Steps = Sequence[float]
 
 
 class Dual:
@@ -132,110 +115,24 @@ def _value(number: Dual | float) -> float:
     return number.value if isinstance(number, Dual) else number
 
 
-def law_jacobian(
-    law: Law,
-    before: Sequence[NT],
-    numbers: Pair | tuple[float, float],
-    moves: Sequence[bool],
-    fastest: float = 0.0,
-) -> Array | None:
-    """Return the derivatives (S, 2 C, K) of the velocities after a contact of C balls, on S sides.
+def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
+    """Return the derivatives of a method of a law by all numbers that it is asked with.
 
-    The rows are a_n, a_t, b_n and b_t after a hit, or v_n and v_t after a bounce. The columns are
-    the same before it, then its ``numbers``: a pair, or the restitution and the friction of a
-    cushion. The sides lie within rounding of the contact. They differ where the law has a kink
-    there, such as that between sticking and slipping. ``moves`` tells whether inputs change a_t,
-    and b_t: a law may jump where a tangential velocity is zero, as that of a resting ball is.
-    ``fastest`` (m/s) is the largest speed in the contact. Return None where the law jumps.
+    Functions of the module math lose the derivatives, and raise TypeError.
 
-    >>> from pool_pymunk.physics.laws import Coulomb
-    >>> hit, pair = (NT(1.0, 0.0), NT(0.0, 0.0)), Pair(0.2, 0.2, 0.5, 0.1)
-    >>> found = law_jacobian(Coulomb(), hit, pair, (True, True))
-    >>> (found[0, :, :4].round(3) + 0.0).tolist()
-    [[0.25, 0.0, 0.75, 0.0], [0.0, 0.5, 0.0, 0.5], [0.75, 0.0, 0.25, 0.0], [0.0, 0.5, 0.0, 0.5]]
-    >>> law_jacobian(Coulomb(), [NT(-2.0, 1.0)], (0.5, 0.1), [True])[0, 1].round(3).tolist()
-    [0.15, 1.0, -0.2, -3.0]
+    >>> by_duals(Law().cushion, (NT(-2.0, 1.0), 0.5, 0.1))[1]
+    (0.15000000000000002, 1.0, -0.2, -3.0)
     """
-    a, *others = before
-    asked: Any = law.ball_ball if others else law.cushion
-
-    def arguments(inputs: Sequence[Any]) -> tuple[Any, ...]:
-        if others:
-            return NT(*inputs[:2]), NT(*inputs[2:4]), Pair(*inputs[4:])
-        return NT(*inputs[:2]), *inputs[2:]
-
-    def answer(inputs: Sequence[Any]) -> tuple[Any, ...]:
-        found = asked(*arguments(inputs))
-        return (*found[0], *found[1]) if others else tuple(found)
-
-    def slopes(inputs: Sequence[float], rows: Array) -> None:
-        known(*arguments(inputs), rows)
-
-    known, inputs = slopes_of(asked), [*chain.from_iterable(before), *numbers]
-    if others and law.jumps(a, others[0], Pair(*numbers)):
-        return None
-    step = BESIDE * max(fastest, *map(abs, inputs[: 2 * len(before)]))
-    tangential = [each.t for each in before]
-    slip = a.t - sum(tangential[1:])
-    less = [math.copysign(step, -slip), math.copysign(step, slip)]  # what makes the slip smaller
-    free = [k for k, is_moved in enumerate(moves) if is_moved]
-    aside = [less[k] if free[:1] == [k] else 0.0 for k in (0, 1)]
-    first = (step, aside[0], 0.0, aside[1]) if others else (-step, aside[0])
-    directions: list[Steps] = [first]
-    if free == [0, 1] and abs(tangential[1]) <= step < abs(slip):
-        directions.append((0.0, 0.0, 0.0, step))
-    turns = any(min(abs(slip), abs(tangential[k])) <= WIDE * step for k in free)
-    return _sides(answer, slopes if known else None, inputs, directions, turns)
-
-
-def _sides(
-    answer: Answer, slopes: Any, inputs: Sequence[float], directions: Sequence[Steps], turns: bool
-) -> Array | None:
-    """Return the Jacobians (S, M, K) a step to either side; None where the answers differ there."""
-    if not turns:
-        here, jacobian = _jacobian(answer, slopes, inputs)
-        if all(_is_straight(answer, inputs, here.tolist(), steps) for steps in directions):
-            return jacobian[np.newaxis]
-    both = [[sign * step for step in steps] for steps in directions for sign in (1.0, -1.0)]
-    found = [_jacobian(answer, slopes, _moved(inputs, steps)) for steps in both]
-    answers = np.array([values for values, _ in found])
-    size = max(map(abs, inputs))
-    if not (np.abs(answers - answers[0]) <= SAME * size).all():
-        return None
-    return np.array([slopes for _, slopes in found])
-
-
-def _is_straight(
-    answer: Answer, inputs: Sequence[float], here: Sequence[float], steps: Steps
-) -> bool:
-    """Tell whether the answers on either side and ``here`` lie on a line, to rounding."""
-    wide = [WIDE * step for step in steps]
-    above, below = (answer(_moved(inputs, [sign * step for step in wide])) for sign in (1.0, -1.0))
-    bend = max(abs(a - 2.0 * b + c) for a, b, c in zip(above, here, below, strict=True))
-    return bool(bend <= STRAIGHT * max(map(abs, inputs)))
-
-
-def _moved(inputs: Sequence[float], steps: Steps) -> list[float]:
-    """Return the inputs with steps added to the first of them."""
-    return [x + step for x, step in zip(inputs, steps, strict=False)] + list(inputs[len(steps) :])
-
-
-def _jacobian(answer: Answer, slopes: Any, inputs: Sequence[float]) -> tuple[Array, Array]:
-    """Return the answer and its derivatives, by the law's ``slopes`` if they are known."""
-    count = len(inputs)
-    if slopes is not None:
-        values = np.array(answer(inputs))
-        rows = np.empty((len(values), count))
-        slopes(inputs, rows)
-        return values, rows
-    duals = [
-        Dual(value, tuple([1.0 if k == j else 0.0 for j in range(count)]))
-        for k, value in enumerate(inputs)
-    ]
-    zero = (0.0,) * count
-    answers = answer(duals)
-    values = np.array([_value(one) for one in answers])
-    return values, np.array([one.slopes if isinstance(one, Dual) else zero for one in answers])
+    numbers = [*chain.from_iterable(each if isinstance(each, tuple) else (each,) for each in asked)]
+    units = ([float(k == j) for j in range(len(numbers))] for k in range(len(numbers)))
+    duals = map(Dual, numbers, map(tuple, units))
+    found = law(*[
+        type(each)(*islice(duals, len(each))) if isinstance(each, tuple) else next(duals)
+        for each in asked
+    ])  # fmt: skip
+    answers = chain.from_iterable(each if type(each) is not Dual else (each,) for each in found)
+    zero = (0.0,) * len(numbers)
+    return [each.slopes if isinstance(each, Dual) else zero for each in answers]
 
 
 # -- slopes that are known -------------------------------------------------------------------------
@@ -244,7 +141,7 @@ def _jacobian(answer: Answer, slopes: Any, inputs: Sequence[float]) -> tuple[Arr
 def coulomb_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
     """Write the derivatives (4, 8) of :func:`~pool_pymunk.physics.laws.coulomb` into ``rows``.
 
-    Rows and columns are those of :func:`law_jacobian`; numba can compile this. With the shares
+    Rows and columns are those of ``law_sides`` (:mod:`pool_pymunk.physics.kinks`); numba can compile this. With the shares
     s_a = m_b / (m_a + m_b) and s_b = 1 - s_a, the balls' velocities change by -s_a j and s_b j.
     """
     m_a, m_b, e, mu = pair

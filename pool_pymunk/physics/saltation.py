@@ -1,10 +1,10 @@
 """This module linearises contacts: how a small change before a contact becomes one after it.
 
-A change is that of a ball's state (x, y, vx, vy) at a fixed time, so it lives on while the ball
-moves on (:class:`~pool_pymunk.physics.surface.Surface`). A contact does four things to changes. It
-comes at another time. At that time the states are changed by more, because they went on changing
-until then. The law answers other velocities, along a normal that has turned. And the balls have
-been on their new paths for more or less time. The four together are the saltation matrix
+A change is that of the balls' states at a fixed time, so it lives on while the balls move on. A
+contact does four things to changes. It comes at another time. At that time the states are changed
+by more, because they went on changing until then. The law answers other velocities, along a normal
+that has turned. And the balls have been on their new paths for more or less time. The four together
+are the saltation matrix
 
     S = R + (f_after - R f_before) G / (G f_before)
 
@@ -12,8 +12,9 @@ with the Jacobian R of what the contact does to the state, the rates of change f
 and after it, and the gradient G of the gap (Kong, Payne, Zhu and Johnson, Saltation Matrices: The
 Essential Tool for Linearizing Hybrid Dynamical Systems, Proceedings of the IEEE 112, 2024, 585).
 
-The functions take each part of a change as one number, as numba compiles them, or as an array of
-what P inputs do, as numpy has it.
+A state has K numbers: place, velocity, and the roll if balls roll. The matrix of C balls has C K
+rows. Its columns are those of the states, and then of a gap that is closed too late (m), of a
+normal that is turned (rad), and of the numbers that the law is asked with.
 """
 
 from __future__ import annotations
@@ -37,119 +38,132 @@ AGREE = 1e-8
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
 MOST = 1e150
 
+NUMBERS = 4  # The law is asked with so many at most: two masses, restitution and friction.
+GAP, TURN, LAW, MORE = 0, 1, 2, 2 + NUMBERS  # the columns after those of the states
+
 # x, y (m), vx, vy (m/s), ax, ay (m/s^2)
 Motion6 = tuple[float, float, float, float, float, float]
-Part = Any  # of a change: a number, or an array (P,)
-Change = Any  # four parts: of x, y, vx and vy
 
 
 class Geometry(NamedTuple):
     """This is the geometry of a ball's contact with a cushion, or with another ball.
 
     ``normal`` points to the ball, from the cushion or from the other ball. ``curvature`` (1/m) says
-    how fast it turns as the ball moves along. ``closing`` (m/s) is how fast the gap shrinks.
-    Without a hit the two would sink into each other by ``depth`` (m) before they part again.
+    how fast it turns as the ball moves along. ``closing`` (m/s) is how fast the gap shrinks, and
+    ``slip`` how fast the ball moves along. Without a hit the two would sink into each other by
+    ``depth`` (m) before they part again.
     """
 
     normal: Vector
     curvature: float
     closing: float
+    slip: float
     depth: float
 
 
-def hit(a: Motion6, b: Motion6) -> Geometry:
+def meeting(a: Motion6, b: Motion6) -> Geometry:
     """Return the geometry of a hit of two balls with these motions; its normal points to B."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     distance = math.sqrt(dx * dx + dy * dy)
     relative = (dx, dy, b[2] - a[2], b[3] - a[3], b[4] - a[4], b[5] - a[5])
-    return bounce(relative, (dx / distance, dy / distance), 1.0 / distance)
+    return touching(relative, (dx / distance, dy / distance), 1.0 / distance)
 
 
-def bounce(motion: Motion6, normal: Vector, curvature: float) -> Geometry:
+def touching(motion: Motion6, normal: Vector, curvature: float) -> Geometry:
     """Return the geometry of a ball's contact, by its motion relative to what it meets.
 
     ``curvature`` (1/m) is 0 at a straight side, and one over the distance of the centres at a
     corner.
     """
     (_, _, vx, vy, ax, ay), (nx, ny) = motion, normal
-    closing, across = -(vx * nx + vy * ny), vy * nx - vx * ny
-    out = ax * nx + ay * ny + curvature * across * across
+    closing, slip = -(vx * nx + vy * ny), vy * nx - vx * ny
+    out = ax * nx + ay * ny + curvature * slip * slip
     depth = closing * closing / (2.0 * out) if out > 0.0 else math.inf
-    return Geometry(normal, curvature, closing, depth)
+    return Geometry(normal, curvature, closing, slip, depth)
 
 
-def lateness(geometry: Geometry, x: Part, y: Part, gap: Part) -> Part:
-    """Return how much later (s) the contact comes, by changes of the offset (m) and of the gap."""
+def saltate(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
+    """Make the saltation matrix of a contact from the Jacobian R.
+
+    ``g.before`` and ``g.after`` (C K) are the rates of change of the states.
+    """
+    rows, size = len(m), len(m) // balls
+    (nx, ny), curvature, closing, slip, _ = geometry
+    for k in range(rows):
+        delay, turned = -g.after[k], m[k][rows + TURN]
+        for j in range(rows):
+            delay += m[k][j] * g.before[j]
+        delay += turned * curvature * slip  # G f_before is -closing.
+        for c in range(balls):
+            sign = 1.0 if c == balls - 1 else -1.0
+            late, turn = sign * delay / closing, sign * curvature * turned
+            m[k][c * size] += late * nx - turn * ny
+            m[k][c * size + 1] += late * ny + turn * nx
+        m[k][rows + GAP] = delay / closing
+
+
+def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
+    """Write the Jacobian R of what a contact does to the states into a matrix of zeros.
+
+    ``g.answer`` (2 C, 2 C + 4) are the derivatives of the law's answer.
+    """
+    rows, size, law, (nx, ny) = len(m), len(m) // balls, g.answer, geometry.normal
+    for k in range(rows):
+        if k % size < 2 or k % size >= 4:
+            m[k][k] = 1.0
+    for c in range(balls):
+        n, t = law[2 * c], law[2 * c + 1]
+        x, y = m[c * size + 2], m[c * size + 3]
+        turned_n = turned_t = 0.0
+        for d in range(balls):
+            j, vx, vy = d * size + 2, g.before[d * size], g.before[d * size + 1]
+            xn, xt = nx * n[2 * d] - ny * t[2 * d], nx * n[2 * d + 1] - ny * t[2 * d + 1]
+            yn, yt = ny * n[2 * d] + nx * t[2 * d], ny * n[2 * d + 1] + nx * t[2 * d + 1]
+            x[j], x[j + 1], y[j], y[j + 1] = (
+                xn * nx - xt * ny, xn * ny + xt * nx, yn * nx - yt * ny, yn * ny + yt * nx
+            )  # fmt: skip
+            along, across = vx * nx + vy * ny, vy * nx - vx * ny
+            turned_n += n[2 * d] * across - n[2 * d + 1] * along
+            turned_t += t[2 * d] * across - t[2 * d + 1] * along
+        x[rows + TURN] = nx * turned_n - ny * turned_t - g.after[c * size + 1]
+        y[rows + TURN] = ny * turned_n + nx * turned_t + g.after[c * size]
+        for k in range(2 * balls):
+            j = rows + LAW + k
+            by_n, by_t = n[2 * balls + k], t[2 * balls + k]
+            x[j], y[j] = nx * by_n - ny * by_t, ny * by_n + nx * by_t
+
+
+def slow_roll(g: Any, m: Any, geometry: Geometry, roll: Vector, mu: float) -> None:
+    """Write into R how a cushion slows down a roll.
+
+    The cushion takes (5/2) mu |v_n' - v_n| off the part of the roll along its normal, which does
+    not change its sign.
+    """
+    rows, law, (nx, ny), (wx, wy) = len(m), g.answer, geometry.normal, roll
+    vx, vy = g.before[0], g.before[1]
+    along, across = vx * nx + vy * ny, vy * nx - vx * ny
+    push = g.after[0] * nx + g.after[1] * ny - along
+    less, most = wx * nx + wy * ny, mu * push / GYRATION
+    if most > abs(less):  # All of it goes.
+        put_slower(m, geometry, rows - 2, nx, ny)
+        turn, taken = wy * nx - wx * ny, less
+    else:
+        share = math.copysign(mu / GYRATION, less)
+        by_n, by_t, taken = law[0][0] - 1.0, law[0][1], math.copysign(most, less)
+        put_slower(m, geometry, 2, share * (nx * by_n - ny * by_t), share * (ny * by_n + nx * by_t))
+        by_mu = math.copysign(push / GYRATION, less) + share * law[0][3]
+        put_slower(m, geometry, rows + LAW, share * law[0][2], by_mu)
+        turn = share * (by_n * across - by_t * along)
+    m[4][rows + TURN], m[5][rows + TURN] = ny * taken - nx * turn, -nx * taken - ny * turn
+
+
+def put_slower(m: Any, geometry: Geometry, column: int, one: float, other: float) -> None:
+    """Take a part along the normal off a roll: it is so many times these two columns."""
     nx, ny = geometry.normal
-    return (nx * x + ny * y + gap) / geometry.closing
-
-
-def turning(geometry: Geometry, x: Part, y: Part) -> Part:
-    """Return how far the normal turns (rad), by changes of the offset (m) at the contact."""
-    nx, ny = geometry.normal
-    return geometry.curvature * (nx * y - ny * x)
-
-
-def at_contact(motion: Motion6, change: Change, late: Part) -> Change:
-    """Return the change of a ball's state at the contact, which comes ``late`` (s)."""
-    (_, _, vx, vy, ax, ay), (x, y, u, v) = motion, change
-    return x + vx * late, y + vy * late, u + ax * late, v + ay * late
-
-
-def parts_before(geometry: Geometry, velocity: Vector, u: Part, v: Part, turn: Part) -> Any:
-    """Return the changes of a ball's velocity along the normal and along the tangent."""
-    (nx, ny), (vx, vy) = geometry.normal, velocity
-    n, t = vx * nx + vy * ny, vy * nx - vx * ny
-    return nx * u + ny * v + t * turn, nx * v - ny * u - n * turn
-
-
-def after(geometry: Geometry, rate: Any, place: Any, parts: Any, turn: Part, late: Part) -> Change:
-    """Return the change of a ball's state after the contact, at a fixed time again.
-
-    ``rate`` is the velocity and the acceleration that the ball has then. ``place`` is the change of
-    its place at the contact, and ``parts`` that of its new velocity along normal and tangent.
-    """
-    (nx, ny), (vx, vy, ax, ay) = geometry.normal, rate
-    (x, y), (n, t) = place, parts
-    return (
-        x - vx * late,
-        y - vy * late,
-        nx * n - ny * t - vy * turn - ax * late,
-        ny * n + nx * t + vx * turn - ay * late,
-    )
-
-
-def begins_to_roll(before: Vector, after: Vector, u: Part, v: Part, late: Part) -> Any:
-    """Return the change of the velocity, and so of the roll, of a ball that begins to roll.
-
-    It does so ``late`` (s), and its acceleration changes then.
-    """
-    return u + (before[0] - after[0]) * late, v + (before[1] - after[1]) * late
-
-
-def slowed_roll(
-    geometry: Geometry, roll: Vector, w: Part, z: Part, turn: Part, most: float, of_most: Part
-) -> Any:
-    """Return the change of a ball's roll that a cushion slows, from that just before.
-
-    The cushion takes ``most`` (m/s) off the part of the roll along its normal, which does not
-    change its sign; ``of_most`` is the change of ``most``.
-    """
-    (nx, ny), (wx, wy) = geometry.normal, roll
-    less, across = wx * nx + wy * ny, wy * nx - wx * ny
-    of_less = nx * w + ny * z + across * turn
-    if most <= abs(less):
-        sign = 1.0 if less > 0.0 else -1.0
-        less, of_less = sign * most, sign * of_most
-    return w - nx * of_less + ny * less * turn, z - ny * of_less - nx * less * turn
-
-
-def most_of_roll(mu: float, push: float, of_mu: Part, of_push: Part) -> Any:
-    """Return how much of a roll (m/s) a ``push`` (m/s) of a cushion takes, and its change."""
-    return mu * push / GYRATION, (mu * of_push + of_mu * push) / GYRATION
-
-
-# -- what rounding decides -------------------------------------------------------------------------
+    m[4][column] -= nx * one
+    m[4][column + 1] -= nx * other
+    m[5][column] -= ny * one
+    m[5][column + 1] -= ny * other
 
 
 def is_now(t: float, now: float, fastest: float, size: float, blur: float = BLUR) -> bool:

@@ -30,9 +30,7 @@ class Surface(Protocol):
     (m/s^2) is the deceleration of a ball that slows straight to rest. ``then`` is the path that
     follows at the end of one; it is None if the ball rests there. ``rolls`` tells whether balls
     have a roll (m/s): the velocity at which they would roll. ``roll`` is that of a ball on a path
-    at a time (s), after cushions have pushed it. ``jacobian`` and ``end_slopes`` are linear in
-    small changes of the state (position, velocity, and where balls roll the roll) and of the
-    surface's own numbers.
+    at a time (s), after cushions have pushed it.
     """
 
     @property
@@ -51,10 +49,6 @@ class Surface(Protocol):
     def then(self, path: Path) -> Path | None: ...
 
     def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector: ...
-
-    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]: ...
-
-    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]: ...
 
 
 class Sliding(NamedTuple):
@@ -82,24 +76,6 @@ class Sliding(NamedTuple):
 
     def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector:
         return NO_ROLL
-
-    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]:
-        """Linearise the motion of balls from these breakpoints (..., 7) on, after a time (...) (s).
-
-        Return the derivatives of position and velocity by those at the start (..., 4, 4), and by
-        ``pull`` (..., 4, 1); after the stop, those at the stop. Friction stops any small velocity
-        of a ball that rests, but not at the time 0.
-
-        >>> moves = np.array([0.0, 0.0, 0.0, 2.0, 0.0, -0.5, 0.0])
-        >>> by_state, by_pull = Sliding(0.5).jacobian(moves, np.array(2.0))
-        >>> by_state[0].tolist(), by_pull[:, 0].tolist()
-        ([1.0, 0.0, 2.0, 0.0], [-2.0, 0.0, -2.0, 0.0])
-        """
-        return _slowing(breakpoints[..., 3:5], time, self.pull)
-
-    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]:
-        """Return how much later (s) a path ends, by the state at its start (4,) and by ``pull``."""
-        return _end_of_slowing(breakpoint_[3:5], self.pull)
 
 
 class Rolling(NamedTuple):
@@ -136,41 +112,6 @@ class Rolling(NamedTuple):
         for push in pushes:
             change = slowed_by(push, roll, change)
         return changed_by(change, roll)
-
-    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]:
-        """Linearise the motion of balls from these breakpoints (..., 9) on, after a time (...) (s).
-
-        Return the derivatives of position, velocity and roll by those at the start (..., 6, 6), and
-        by ``pull`` and ``drag`` (..., 6, 2). A slip that is given to a ball that rolls is gone at
-        once: it goes on with 5/7 of the change of its velocity and 2/7 of that of its roll.
-        """
-        rows, time = breakpoints.reshape(-1, breakpoints.shape[-1]), np.ravel(time)
-        asked = list(zip(*rows[:, [3, 4, 7, 8]].T.tolist(), time.tolist(), strict=True))
-        x, y, u, v, w, z, pull, drag = np.eye(8)
-        slips = Slipping(*_columns([
-            slipping(vx, vy, wx, wy, t, self.pull) for vx, vy, wx, wy, t in asked
-        ]))  # fmt: skip
-        sliding = slipped(slips, x, y, u, v, w, z, pull)
-        slows = Slowing(*_columns([slowing(vx, vy, t, self.drag) for vx, vy, _, _, t in asked]))
-        rolling = slowed(slows, x, y, without_slip(u, w), without_slip(v, z), drag)
-        is_slide = (rows[:, 3:5] != rows[:, 7:9]).any(axis=1)[:, np.newaxis]
-        both = np.stack([
-            np.where(is_slide, slides, rolls)
-            for slides, rolls in zip(sliding, (*rolling, *rolling[2:]), strict=True)
-        ], axis=1)  # fmt: skip
-        both[time == 0.0] = np.eye(6, 8)
-        both = both.reshape(*breakpoints.shape[:-1], 6, 8)
-        return both[..., :6], both[..., 6:]
-
-    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]:
-        """Return how much later (s) a phase ends, by its state (6,), and by pull and drag."""
-        _, _, _, vx, vy, _, _, wx, wy = breakpoint_.tolist()
-        if (vx, vy) == (wx, wy):
-            by_state, by_drag = _end_of_slowing(breakpoint_[3:5], self.drag)
-            return np.concatenate((by_state, (0.0, 0.0))), np.array([0.0, by_drag[0]])
-        _, _, u, v, w, z, pull, _ = np.eye(8)
-        later = longer(vx - wx, vy - wy, self.pull, u - w, v - z, pull)
-        return later[:6], later[6:]
 
 
 def slide_or_roll(
@@ -245,10 +186,10 @@ def turns_in_time(before: Vector, after: Vector, time: float, pull: float) -> bo
     return x * x + y * y <= most * most
 
 
-def roll_rate(breakpoint_: Sequence[float]) -> Vector:
-    """Return how fast (m/s^2) the roll of a ball changes after a breakpoint."""
-    _, _, _, vx, vy, ax, ay, wx, wy = breakpoint_
-    return (ax, ay) if (vx, vy) == (wx, wy) else (-ax / GYRATION, -ay / GYRATION)
+def roll_rate(row: Any) -> Vector:
+    """Return how fast (m/s^2) a roll changes after a breakpoint: i, t, x, y, and so on."""
+    ax, ay = row[6], row[7]
+    return (ax, ay) if row[4] == row[8] and row[5] == row[9] else (-ax / GYRATION, -ay / GYRATION)
 
 
 def rolls_of(breakpoints: Array, times: Array) -> Array:
@@ -361,27 +302,13 @@ def without_slip(velocity: Any, roll: Any) -> Any:
     return (1.0 - SHARE) * velocity + SHARE * roll
 
 
+def stops_later(vx: float, vy: float, pull: float, by_x: Any, by_y: Any, by_pull: Any) -> Any:
+    """Return how much later (s) motion at (``vx``, ``vy``) comes to rest, by the changes of all."""
+    speed = math.sqrt(vx * vx + vy * vy)
+    return ((vx * by_x + vy * by_y) / speed - speed / pull * by_pull) / pull
+
+
 def longer(ux: float, uy: float, pull: float, by_x: Any, by_y: Any, by_pull: Any) -> Any:
     """Return how much longer (s) a slip of (``ux``, ``uy``) m/s lasts, by the changes of all."""
     slip = math.sqrt(ux * ux + uy * uy)
     return SHARE / pull * ((ux * by_x + uy * by_y) / slip - slip / pull * by_pull)
-
-
-def _columns(found: Sequence[tuple[float, ...]]) -> Array:
-    """Return the numbers of many motions, each as a column (K, 1)."""
-    return np.array(found)[..., np.newaxis].swapaxes(0, 1)
-
-
-def _slowing(velocity: Array, time: Array, pull: float) -> tuple[Array, Array]:
-    """Linearise motion that slows to rest, by its state (..., 4, 4) and ``pull`` (..., 4, 1)."""
-    asked = zip(velocity.reshape(-1, 2).tolist(), np.ravel(time).tolist(), strict=True)
-    numbers = Slowing(*_columns([slowing(vx, vy, duration, pull) for (vx, vy), duration in asked]))
-    both = np.stack(np.broadcast_arrays(*slowed(numbers, *np.eye(5))), axis=1)
-    both = both.reshape(*np.shape(time), 4, 5)
-    return both[..., :4], both[..., 4:]
-
-
-def _end_of_slowing(velocity: Array, pull: float) -> tuple[Array, Array]:
-    """Return how much later (s) motion comes to rest, by its state (4,) and by ``pull`` (1,)."""
-    speed = math.hypot(*velocity)
-    return np.concatenate(((0.0, 0.0), velocity / speed / pull)), np.array([-speed / pull**2])

@@ -2,7 +2,7 @@
 
 Between contacts and through them everything is differentiable in closed form, so nothing is played
 again: the changes of the balls' states follow the run from event to event
-(:mod:`pool_pymunk.physics.saltation`), and contact times move with them. Shots that go on from the
+(:mod:`pool_pymunk.physics.changes`), and contact times move with them. Shots that go on from the
 one before are followed through the whole chain: the changes of one shot's ends are changes of the
 next start, and they turn a shot that aims at a ball anew.
 """
@@ -21,7 +21,7 @@ from pool_pymunk.model.problems import listed, setting_error, suggestion
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
-from pool_pymunk.studies.changes import Changes, VariedInputs
+from pool_pymunk.studies.changes import Changes, by_names, changes_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Derivatives:
         t = read_times(times)
         if t.ndim != 1:
             raise setting_error("times", times, "must be a sequence of numbers")
-        return self.changes.at_times(t.tolist(), ball_number(self.run.scene, ball))
+        return self.changes.at(t.tolist(), ball_number(self.run.scene, ball))
 
     def amplification(self) -> dict[str, float]:
         """Return the largest singular value of each end's derivatives by all balls' positions."""
@@ -106,16 +106,16 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
         message = f"is not exact, so its runs have no exact derivatives (exact are: {exact})"
         raise setting_error("solver", run.solver, message)
     names = chosen("wrt", wrt, derivable(run.scene, run.struck is not None))
-    return differentiated(run, names, VariedInputs(run, names))
+    return differentiated(run, names, by_names(run, names, names))
 
 
-def differentiated(run: Run, names: Names, inputs: VariedInputs) -> Derivatives:
-    """Differentiate the ends of an exact run by ``inputs``, which say how its start changes."""
-    changes = Changes(run, inputs)
-    changes.follow()
-    final, velocity = changes.ends[:, :2], changes.ends[:, 2:4]
-    times = np.array(changes.times).reshape(len(run.events), len(names))
-    return Derivatives(run, names, final, velocity, times, tuple(changes.warnings), changes)
+def differentiated(run: Run, names: Names, starts: Array) -> Derivatives:
+    """Differentiate the ends of an exact run, whose ``starts`` (N, K, P) change so by the inputs."""
+    changes = changes_of(run, names, starts)
+    ends = changes.ends
+    return Derivatives(
+        run, names, ends[:, :2], ends[:, 2:4], changes.times, changes.warnings, changes
+    )
 
 
 # -- through a chain of shots ----------------------------------------------------------------------
@@ -131,40 +131,34 @@ def follow(
     last: Derivatives | None = None
     for k, run in runs.items():
         before = last if run.shot is not None and run.shot.from_previous else None
-        last = differentiated(run, names, _Chained(run, names, k, before, aims_anew))
+        last = differentiated(run, names, _chained(run, names, k, before, aims_anew))
         yield k, last
 
 
-class _Chained(VariedInputs):
-    """These inputs change a shot and its start, which is the end of the shot ``before``."""
+def _chained(
+    run: Run, names: Names, number: int, before: Derivatives | None, aims_anew: bool
+) -> Array:
+    """Return how the start of a run changes, which is the end of the shot ``before``.
 
-    def __init__(
-        self, run: Run, names: Names, number: int, before: Derivatives | None, aims_anew: bool
-    ) -> None:
-        super().__init__(run, names)
-        self.aims_anew = aims_anew
-        ours = {"", str(number)}
-        self.shots = [n for n in names if TABLE[parts(n)[0]].of == SHOT and parts(n)[1] in ours]
-        others = [n for n in names if TABLE[parts(n)[0]].of != SHOT]
-        own = self.by_names(others)
-        self.carried = own if before is None else before.changes.ends.copy()
-        if run.shot is not None and run.shot.place is not None:
-            placed = run.scene.index[run.shot.ball]
-            self.carried[placed, :2] = own[placed, :2]
-
-    def starts(self) -> Array:
-        """Return the changes of the balls' states; a shot gives its ball a velocity."""
-        shot, changes = self.run.shot, self.carried.copy()
-        if shot is not None:
-            i = self.run.scene.index[shot.ball]
-            change = changes[i]
-            change[2:] = self.by_names(self.shots)[i, 2:]
-            if self.aims_anew and shot.aim is not None and self.carried[:, :2].any():
-                vx, vy = self.run.knots[i][0, 3:5]
-                turned = np.outer((-vy, vx), turn(self.run, shot, self.carried[:, :2]))
-                change[2:4] += turned
-                change[4:] += shot.roll * turned[: len(change) - 4]
-        return np.asarray(changes)
+    A shot gives its ball a velocity, and it may put the ball somewhere.
+    """
+    ours, shot = {"", str(number)}, run.shot
+    shots = [n for n in names if TABLE[parts(n)[0]].of == SHOT and parts(n)[1] in ours]
+    own = by_names(run, names, [n for n in names if TABLE[parts(n)[0]].of != SHOT])
+    starts = own if before is None else before.changes.ends.copy()
+    if shot is None:
+        return starts
+    i = run.scene.index[shot.ball]
+    if shot.place is not None:
+        starts[i, :2] = own[i, :2]
+    moved = starts[:, :2].copy()
+    starts[i, 2:] = by_names(run, names, shots)[i, 2:]
+    if aims_anew and shot.aim is not None and moved.any():
+        vx, vy = run.knots[i][0, 3:5]
+        turned = np.outer((-vy, vx), turn(run, shot, moved))
+        starts[i, 2:4] += turned
+        starts[i, 4:] += shot.roll * turned[: len(starts[i]) - 4]
+    return starts
 
 
 def turn(run: Run, shot: Shot, place: Array) -> Array:

@@ -35,7 +35,7 @@ from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simul
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.compare import Beside, Reference, reference_of
-from pool_pymunk.studies.contacts import law_of
+from pool_pymunk.studies.changes import law_of
 from pool_pymunk.studies.derivatives import follow
 from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of, launched
 
