@@ -201,19 +201,30 @@ def _surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
     return kinds.normal(side, x, y), kinds.curvature(side, x, y)
 
 
-def _cleared(g: Any, rows: int) -> Any:
-    m = g.matrix[:rows, : rows + MORE]
-    for k in range(rows):
-        for j in range(rows + MORE):
+def _cleared(m: Any) -> Any:
+    for k in range(m.shape[0]):
+        for j in range(m.shape[1]):
             m[k, j] = 0.0
     return m
+
+
+def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
+    size = len(by_pull)
+    for p in range(len(of_pull)):
+        for k in range(size):
+            total = by_pull[k] * of_pull[p]
+            for j in range(size):
+                total += by_state[k][j] * own[j, p]
+            g.column[k] = total
+        for k in range(size):
+            own[k, p] = g.column[k]
 
 
 def _multiply(g: Any, m: Any) -> None:
     for p in range(len(g.late)):
         for k in range(m.shape[0]):
             g.column[k] = 0.0
-            for j in range(m.shape[1]):
+            for j in range(m.shape[0] + MORE):
                 g.column[k] += m[k, j] * g.z[j, p]
         for k in range(m.shape[0]):
             g.z[k, p] = g.column[k]
@@ -256,7 +267,8 @@ TWINS = {
     changes.unknown_if: _unknown_if, changes.is_unknown: _is_unknown,
     changes.is_beyond: _is_beyond, changes.warn: _warn, changes.keep: _keep,
     changes.path_of: _path_of, changes.copy: _copy,
-    changes.surface_at: _surface_at, changes.cleared: _cleared, changes.multiply: _multiply,
+    changes.surface_at: _surface_at, changes.cleared: _cleared, changes.advance: _advance,
+    changes.multiply: _multiply,
     changes.take_mean: _take_mean, errors.begin: _begin, errors.misplace: _misplace,
     errors.delay: _delay, errors.may_miss: _may_miss, errors.with_gap: _with_gap,
     errors.make: _make, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,

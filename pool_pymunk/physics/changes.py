@@ -37,13 +37,11 @@ from pool_pymunk.physics.saltation import (
 from pool_pymunk.physics.surface import (
     longer,
     roll_rate,
+    rolling_on,
     slide_or_roll,
-    slipped,
     slipping,
-    slowed,
     slowing,
     stops_later,
-    without_slip,
 )
 from pool_pymunk.physics.touches import NEVER, is_at_corner, is_beside, is_far, touch_of_discs, touch_of_face
 
@@ -220,16 +218,19 @@ def is_pocket(g: Any, other: int) -> bool:
 def settle(g: Any, k: int, why: int) -> None:
     """Note what an event has changed, and lose what is not known after it."""
     t, i, j = time_and_balls(g, k)
-    if why != FOLLOWED:
+    if why == FOLLOWED and (is_beyond(g.change[i]) or is_beyond(g.change[j])):
+        lose(g, GROWN, i, j, t)
+    elif why != FOLLOWED:
         lose(g, why, i, j, t)
         for p in columns(g):
             g.late[p] = math.nan
-    if is_beyond(g.change[i]) or is_beyond(g.change[j]):
-        lose(g, GROWN, i, j, t)
     keep(g, k, i, j, t)
     for n in (i, j):
         for p in columns(g):
-            g.ever[n, p] = g.ever[n, p] | is_changed(g.change[n], p)
+            if why == FOLLOWED:
+                g.ever[n, p] = g.ever[n, p] | is_changed(g.change[n], p)
+            else:
+                g.ever[n, p] = True
 
 
 def shares_a_ball(g: Any, k: int, first: int, last: int) -> bool:
@@ -353,7 +354,7 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
     why = answer(g, geometry, i, other, fastest, t)
     if why != FOLLOWED:
         return why
-    m = cleared(g, balls * size)
+    m = cleared(g.matrix[: balls * size])
     respond(g, m, geometry, balls)
     if size > 4 and balls == 1:
         slow_roll(g, m, geometry, roll_of(g, i, t), g.asked[3])
@@ -627,26 +628,14 @@ def carry(g: Any, row: Any, own: Any, t: float) -> None:
     """Take a change from a breakpoint along the path to a time (s)."""
     vx, vy, time, pull, drag = row[4], row[5], t - row[1], g.numbers[3], g.numbers[6]
     if len(own) == 4:
-        numbers = slowing(vx, vy, time, pull)
-        for p in columns(g):
-            own[0, p], own[1, p], own[2, p], own[3, p] = slowed(
-                numbers, own[0, p], own[1, p], own[2, p], own[3, p], g.of_numbers[3, p]
-            )
+        by_state, by_pull = slowing(vx, vy, time, pull)
+        advance(g, own, by_state, by_pull, g.of_numbers[3])
     elif is_sliding(row, len(own)):
-        slips = slipping(vx, vy, row[8], row[9], time, pull)
-        for p in columns(g):
-            own[0, p], own[1, p], own[2, p], own[3, p], own[4, p], own[5, p] = slipped(
-                slips, own[0, p], own[1, p], own[2, p], own[3, p], own[4, p], own[5, p],
-                g.of_numbers[3, p],
-            )  # fmt: skip
+        by_state, by_pull = slipping((vx - row[8], vy - row[9]), time, pull)
+        advance(g, own, by_state, by_pull, g.of_numbers[3])
     elif time > 0.0:
-        numbers = slowing(vx, vy, time, drag)
-        for p in columns(g):
-            u, v = without_slip(own[2, p], own[4, p]), without_slip(own[3, p], own[5, p])
-            own[0, p], own[1, p], own[2, p], own[3, p] = slowed(
-                numbers, own[0, p], own[1, p], u, v, g.of_numbers[6, p]
-            )
-            own[4, p], own[5, p] = own[2, p], own[3, p]
+        by_state, by_pull = rolling_on(vx, vy, time, drag)
+        advance(g, own, by_state, by_pull, g.of_numbers[6])
 
 
 def later(g: Any, row: Any, own: Any, p: Any) -> Any:
@@ -760,9 +749,16 @@ def surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
     return side.normal(x, y), side.curvature(x, y)
 
 
-def cleared(g: Any, rows: int) -> Any:
-    """Return a matrix of zeros for a contact with so many rows."""
-    return [[0.0] * (rows + MORE) for _ in range(rows)]
+def cleared(m: Any) -> Any:
+    """Return a saltation matrix that holds zeros."""
+    return [[0.0] * (len(m) + MORE) for _ in m]
+
+
+def advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
+    """Multiply a change by the derivatives of a motion."""
+    own[:] = np.array(by_state) @ own
+    if of_pull.any():
+        own += np.multiply.outer(by_pull, of_pull)
 
 
 def multiply(g: Any, m: Any) -> None:

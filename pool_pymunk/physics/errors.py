@@ -8,6 +8,7 @@ through the run as any other change does (:mod:`pool_pymunk.physics.changes`).
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -214,9 +215,15 @@ def add(g: Any, own: Any, sizes: Any, source: int) -> None:
     own += np.array(sizes)[:, np.newaxis] * drawn(g, len(sizes), source)
 
 
-def room() -> dict[str, Any]:
-    """Return what a follow of errors needs: random signs, those of each kind, and what is drawn."""
+@cache
+def random_signs() -> tuple[Any, Any]:
+    """Return random signs (SIGNS, COLUMNS), and those of each source and kind of errors."""
     rng = np.random.default_rng(0)
     signs = rng.integers(0, 2, (SIGNS, COLUMNS)) * 2.0 - 1.0
-    alike = ALIKE * (rng.integers(0, 2, (4, KINDS, MOST_ROWS, COLUMNS)) * 2.0 - 1.0)
+    return signs, ALIKE * (rng.integers(0, 2, (4, KINDS, MOST_ROWS, COLUMNS)) * 2.0 - 1.0)
+
+
+def room() -> dict[str, Any]:
+    """Return what a follow of errors needs."""
+    signs, alike = random_signs()
     return {"signs": signs, "alike": alike, "drawn": [0, 0]}

@@ -207,99 +207,77 @@ def roll_rates(breakpoints: Array) -> Array:
     return np.asarray(breakpoints[..., 5:7] * np.where(rolls, 1.0, -1.0 / GYRATION))
 
 
-class Slowing(NamedTuple):
-    """These numbers tell how small changes evolve in motion that slows to rest.
+def slowing(vx: float, vy: float, time: float, pull: float) -> tuple[Any, Any]:
+    """Linearise motion that slows to rest, after a ``time`` (s).
 
-    It runs along (``ux``, ``uy``) for a ``time`` (s). A change of velocity moves the ball by
-    ``place`` (s) times itself, and its part along the motion by ``along`` (s) times itself more.
-    ``kept`` and ``lost`` are these shares for the velocity.
+    Return the derivatives of place and velocity by those at the start, as four rows, and by the
+    ``pull`` (m/s^2). Friction stops any small velocity of a ball that rests, but not at the time 0.
+
+    >>> by_state, by_pull = slowing(2.0, 0.0, 2.0, 0.5)
+    >>> by_state[:2], by_pull[::2]
+    (((1.0, 0.0, 2.0, 0.0), (0.0, 1.0, 0.0, 1.5)), (-2.0, -2.0))
     """
-
-    ux: float
-    uy: float
-    time: float
-    place: float
-    along: float
-    kept: float
-    lost: float
-
-
-def slowing(vx: float, vy: float, time: float, pull: float) -> Slowing:
-    """Linearise motion that slows to rest, after a ``time`` (s); numba can compile it."""
     speed = math.sqrt(vx * vx + vy * vy)
     if speed == 0.0:
-        is_free = time == 0.0 or pull == 0.0
-        return Slowing(0.0, 0.0, 0.0, time if is_free else 0.0, 0.0, 1.0 if is_free else 0.0, 0.0)
+        kept = 1.0 if time == 0.0 or pull == 0.0 else 0.0
+        place = kept * time
+        return (
+            (1.0, 0.0, place, 0.0), (0.0, 1.0, 0.0, place), (0.0, 0.0, kept, 0.0),
+            (0.0, 0.0, 0.0, kept),
+        ), (0.0, 0.0, 0.0, 0.0)  # fmt: skip
     if pull > 0.0:
         time = min(time, speed / pull)
-    lost = pull * time / speed
-    place, along = time * (1.0 - lost / 2.0), time * lost / 2.0
-    return Slowing(vx / speed, vy / speed, time, place, along, 1.0 - lost, lost)
-
-
-def slowed(s: Slowing, x: Any, y: Any, u: Any, v: Any, pull: Any) -> Any:
-    """Return the change of a ball's state, by that at the start and by that of the pull.
-
-    Each part of a change is one number, or an array.
-    """
-    speed = s.ux * u + s.uy * v
-    far = s.along * speed - s.time * s.time / 2.0 * pull
-    fast = s.lost * speed - s.time * pull
+    lost, ux, uy = pull * time / speed, vx / speed, vy / speed
+    kept, place, along = 1.0 - lost, time * (1.0 - lost / 2.0), time * lost / 2.0
+    xx, xy, yy, far = ux * ux, ux * uy, uy * uy, time * time / 2.0
     return (
-        x + s.place * u + far * s.ux,
-        y + s.place * v + far * s.uy,
-        s.kept * u + fast * s.ux,
-        s.kept * v + fast * s.uy,
-    )
+        (1.0, 0.0, place + along * xx, along * xy),
+        (0.0, 1.0, along * xy, place + along * yy),
+        (0.0, 0.0, kept + lost * xx, lost * xy),
+        (0.0, 0.0, lost * xy, kept + lost * yy),
+    ), (-far * ux, -far * uy, -time * ux, -time * uy)
 
 
-class Slipping(NamedTuple):
-    """These numbers tell how small changes evolve in motion that slips until it rolls.
+def rolling_on(vx: float, vy: float, time: float, drag: float) -> tuple[Any, Any]:
+    """Linearise motion of a ball that rolls, as :func:`slowing`, with six rows.
 
-    The slip runs along (``ux``, ``uy``) for a ``time`` (s). A change of the slip across this turns
-    the acceleration ``turn`` (1/s) times as fast.
+    A slip that is given to the ball is gone at once: it goes on with 5/7 of the change of its
+    velocity and 2/7 of that of its roll.
     """
-
-    ux: float
-    uy: float
-    time: float
-    turn: float
-
-
-def slipping(vx: float, vy: float, wx: float, wy: float, time: float, pull: float) -> Slipping:
-    """Linearise motion that slips, after a ``time`` (s); numba can compile it."""
-    ux, uy = vx - wx, vy - wy
-    slip = math.sqrt(ux * ux + uy * uy)
-    if slip == 0.0:
-        return Slipping(0.0, 0.0, 0.0, 0.0)
-    if pull > 0.0:
-        time = min(time, SHARE * slip / pull)
-    return Slipping(ux / slip, uy / slip, time, pull / slip)
+    (x, y, u, v), (by_x, by_y, by_u, by_v) = slowing(vx, vy, time, drag)
+    k = 1.0 - SHARE
+    fast_u = 0.0, 0.0, k * u[2], k * u[3], SHARE * u[2], SHARE * u[3]
+    fast_v = 0.0, 0.0, k * v[2], k * v[3], SHARE * v[2], SHARE * v[3]
+    return (
+        (1.0, 0.0, k * x[2], k * x[3], SHARE * x[2], SHARE * x[3]),
+        (0.0, 1.0, k * y[2], k * y[3], SHARE * y[2], SHARE * y[3]),
+        fast_u, fast_v, fast_u, fast_v,
+    ), (by_x, by_y, by_u, by_v, by_u, by_v)  # fmt: skip
 
 
-def slipped(s: Slipping, x: Any, y: Any, u: Any, v: Any, w: Any, z: Any, pull: Any) -> Any:
-    """Return the change of a ball's state, as :func:`slowed`; (``w``, ``z``) is that of its roll.
+def slipping(slip: Vector, time: float, pull: float) -> tuple[Any, Any]:
+    """Linearise motion that slips until it rolls, as :func:`slowing`, with six rows.
 
-    >>> slides = slipping(7.0, 0.0, 0.0, 0.0, 1.0, 2.0)
-    >>> [round(part, 9) for part in slipped(slides, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)[::2]]
+    A change of the ``slip`` (m/s) across itself turns the acceleration.
+
+    >>> [round(part, 9) for part in slipping((7.0, 0.0), 1.0, 2.0)[1][::2]]
     [-0.5, -1.0, 2.5]
     """
-    across = s.turn * (s.ux * (v - z) - s.uy * (u - w))
-    ax, ay = s.uy * across - s.ux * pull, -s.ux * across - s.uy * pull
-    far, spun = s.time * s.time / 2.0, s.time / GYRATION
+    ux, uy = slip
+    speed = math.sqrt(ux * ux + uy * uy)
+    if pull > 0.0:
+        time = min(time, SHARE * speed / pull)
+    ux, uy, turn = ux / speed, uy / speed, pull / speed
+    xx, xy, yy = turn * ux * ux, turn * ux * uy, turn * uy * uy
+    far, spun = time * time / 2.0, time / GYRATION
     return (
-        x + s.time * u + far * ax,
-        y + s.time * v + far * ay,
-        u + s.time * ax,
-        v + s.time * ay,
-        w - spun * ax,
-        z - spun * ay,
-    )
-
-
-def without_slip(velocity: Any, roll: Any) -> Any:
-    """Return the change of a rolling ball's velocity and roll, once the slip of both is gone."""
-    return (1.0 - SHARE) * velocity + SHARE * roll
+        (1.0, 0.0, time - far * yy, far * xy, far * yy, -far * xy),
+        (0.0, 1.0, far * xy, time - far * xx, -far * xy, far * xx),
+        (0.0, 0.0, 1.0 - time * yy, time * xy, time * yy, -time * xy),
+        (0.0, 0.0, time * xy, 1.0 - time * xx, -time * xy, time * xx),
+        (0.0, 0.0, spun * yy, -spun * xy, 1.0 - spun * yy, spun * xy),
+        (0.0, 0.0, -spun * xy, spun * xx, spun * xy, 1.0 - spun * xx),
+    ), (-far * ux, -far * uy, -time * ux, -time * uy, spun * ux, spun * uy)
 
 
 def stops_later(vx: float, vy: float, pull: float, by_x: Any, by_y: Any, by_pull: Any) -> Any:
