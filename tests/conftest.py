@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 from scenes import BASE_SEED
+from shots import with_twins
 
 from pool_pymunk import Law, Scene
 from pool_pymunk.fast import compiled, many
@@ -99,7 +100,7 @@ def rolls_and_arcs_are_compiled_in_slow_tests_alone(
     So it is with the pass of derivatives.
     """
     if "slow" not in request.keywords:
-        monkeypatch.setattr(compiled, "follow_shots", lambda follow: follow)
+        monkeypatch.setattr(compiled, "follow_shots", with_twins)
         monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -17,6 +18,7 @@ from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, rack
 from pool_pymunk.fast import compiled, loop
+from pool_pymunk.fast.derivatives import TWINS
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
@@ -89,6 +91,18 @@ def uncompiled(*_: bool) -> Any:
     loop_in_python: Any = partial(loop.play_shots)
     loop_in_python.signatures = ["Python"]
     return loop_in_python
+
+
+def with_twins(follow: Callable[..., int]) -> Callable[..., int]:
+    """Return a function that numba compiles, as Python plays it with the twins of numba."""
+
+    def followed(*args: Any) -> int:
+        with pytest.MonkeyPatch.context() as patch:
+            for function, twin in TWINS.items():
+                patch.setattr(sys.modules[function.__module__], function.__name__, twin)
+            return follow(*args)
+
+    return followed
 
 
 def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any], ...]:

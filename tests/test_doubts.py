@@ -203,7 +203,7 @@ def test_rounding_grows_with_what_amplifies_it() -> None:
                         Restitution(cushion=0.9), Friction(0.01)))  # fmt: skip
     assert 0.0 < alone.rounding < 2e-14
     report = simulate(load("report-corrected"), 1, solver="event-driven")
-    assert 10.0 * alone.rounding < report.rounding < 1e-11
+    assert 5.0 * alone.rounding < report.rounding < 1e-11
 
 
 def test_rounding_is_not_known_of_a_run_from_a_file(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from pool_pymunk import (
     SceneError,
     simulate,
 )
-from pool_pymunk.fast.doubts import EDGE, may_be_at_corner, touch_of_discs, touch_of_face
+from pool_pymunk.physics.touches import EDGE, is_at_corner, touch_of_discs, touch_of_face
 from pool_pymunk.model.inputs import input_value, with_inputs
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, standing
@@ -113,9 +113,9 @@ def test_a_ball_touches_what_only_rounding_sets_it_off(off: float, touches: bool
     """A ball goes along a face, ends its path at a ball at rest, and lies beside a corner."""
     path = Path(0.0, 0.0, R + off, 1.0, 0.0, 0.0, 0.0, 1.0, slows=False)
     face = (-1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 3.0, -1)  # start, tangent, normal, length, wall
-    assert touch_of_face(path, face, 1.0, R, True, True, 1.0) == (touches, 1.0 if touches else -1.0)
+    assert touch_of_face(path, face, 1.0, R, (True, True)) == (touches, 1.0 if touches else -1.0)
     other = standing(0.0, 1.0 + 2.0 * R + off, R + off)
-    found = touch_of_discs(path, other, 1.0, 2.0 * R, 1.0, True, True, 1.0)
+    found = touch_of_discs(path, other, 1.0, 2.0 * R, 1.0, (True, True))
     assert found == (False, 1.0 if touches else -1.0)
     corner = (0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # place, tangent, normal
-    assert may_be_at_corner([corner], off, R - off, R) == (off < EDGE * R)
+    assert is_at_corner([corner], off, R - off, R) == (off < EDGE * R)

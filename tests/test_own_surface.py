@@ -34,12 +34,6 @@ class Tilted(NamedTuple):
     def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector:
         return NO_ROLL
 
-    def jacobian(self, breakpoints: Array, time: Array) -> tuple[Array, Array]:
-        raise NotImplementedError
-
-    def end_slopes(self, breakpoint_: Array) -> tuple[Array, Array]:
-        raise NotImplementedError
-
 
 @dataclass(frozen=True)
 class TiltedScene(Scene):

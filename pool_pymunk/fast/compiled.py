@@ -46,9 +46,6 @@ APART = (
     "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
     "pool_pymunk.physics.together",
-    "pool_pymunk.physics.changes",
-    "pool_pymunk.physics.kinks",
-    "pool_pymunk.physics.touches",
 )
 AT_ARCS = (bent_to_arc, time_in, time_out, stage_of_past)
 

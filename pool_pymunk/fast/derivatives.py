@@ -203,7 +203,7 @@ def _surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
 
 def _cleared(m: Any) -> Any:
     for k in range(m.shape[0]):
-        for j in range(m.shape[1]):
+        for j in range(m.shape[0] + MORE):
             m[k, j] = 0.0
     return m
 
@@ -221,21 +221,24 @@ def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> Non
 
 
 def _multiply(g: Any, m: Any) -> None:
+    rows = m.shape[0]
     for p in range(len(g.late)):
-        for k in range(m.shape[0]):
-            g.column[k] = 0.0
-            for j in range(m.shape[0] + MORE):
-                g.column[k] += m[k, j] * g.z[j, p]
-        for k in range(m.shape[0]):
+        for k in range(rows):
+            total = 0.0
+            for j in range(rows + MORE):
+                total += m[k, j] * g.z[j, p]
+            g.column[k] = total
+        for k in range(rows):
             g.z[k, p] = g.column[k]
 
 
-def _take_mean(g: Any, sides: int) -> None:
-    for m in range(4):
-        for k in range(8):
-            g.answer[m, k] = 0.0
+def _take_mean(g: Any, sides: int, balls: int) -> None:
+    for m in range(2 * balls):
+        for k in range(4 * balls):
+            total = 0.0
             for side in range(sides):
-                g.answer[m, k] += g.slopes[side, m, k] / sides
+                total += g.slopes[side, m, k]
+            g.answer[m, k] = total / sides
 
 
 def _begin(g: Any, kind: int) -> None:

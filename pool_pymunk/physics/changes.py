@@ -496,7 +496,7 @@ def answer(g: Any, geometry: Geometry, i: int, other: int, fastest: float, t: fl
             g.bad[p] += unknown_if(flag)
             if any_of(flag):
                 warn(g, BENT, t)
-    take_mean(g, sides)
+    take_mean(g, sides, balls)
     return FOLLOWED
 
 
@@ -766,7 +766,7 @@ def multiply(g: Any, m: Any) -> None:
     g.z[: len(m)] = np.array(m) @ g.z[: len(m[0])]
 
 
-def take_mean(g: Any, sides: int) -> None:
+def take_mean(g: Any, sides: int, balls: int) -> None:
     """Write the mean of the law's derivatives on some sides into ``answer``."""
     mean = g.slopes[0] if sides == 1 else g.slopes[:sides].mean(axis=0)
     g.answer[:] = mean.tolist()

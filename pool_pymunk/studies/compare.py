@@ -15,6 +15,7 @@ import numpy as np
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.records import Out, Tracks
 from pool_pymunk.model import Point
+from pool_pymunk.physics.changes import STOP
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run
@@ -255,7 +256,7 @@ def compare(
         if last > first:
             for i in range(departure.shape[1]):
                 departure[s, i] = leaves(tracks.rows, first, last, duration[s], reference, i)
-            same[s] = has_same_contacts(tracks.contacts[begun:ended], reference, count)
+            same[s] = has_same_contacts(tracks.events[begun:ended], reference, count)
         first, begun = last, ended
     return len(departure)
 
@@ -283,13 +284,13 @@ def leaves(
     return math.inf
 
 
-def has_same_contacts(contacts: Any, reference: Reference, count: Any) -> bool:
+def has_same_contacts(events: Any, reference: Reference, count: Any) -> bool:
     """Tell whether every ball met the same others in the same order as in the reference."""
     count[:] = 0
-    for c in range(len(contacts)):
-        for side in range(2):
-            i, j = contacts[c, side], contacts[c, 1 - side]
-            if i >= 0:  # Negative numbers are walls.
+    for k in range(len(events)):
+        for side in (1, 2):
+            i, j = int(events[k, side]), int(events[k, 3 - side])
+            if i >= 0 and j > STOP:  # Negative numbers are walls.
                 if count[i] >= reference.contacts[i] or reference.other[i, count[i]] != j:
                     return False
                 count[i] += 1
