@@ -15,10 +15,10 @@ from pool_pymunk import (
     SceneError,
     simulate,
 )
-from pool_pymunk.physics.touches import EDGE, is_at_corner, touch_of_discs, touch_of_face
 from pool_pymunk.model.inputs import input_value, with_inputs
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, standing
+from pool_pymunk.physics.touches import EDGE, is_at_corner, touch_of_discs, touch_of_face
 from pool_pymunk.studies.derivatives import Derivatives
 
 ROUNDED = {"graze", "comes to rest", "touches what it does not hit", "the run ends just"}

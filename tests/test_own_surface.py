@@ -12,7 +12,6 @@ import pytest
 
 from pool_pymunk import Ball, Physics, Restitution, Scene, Table, simulate
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.surface import NO_ROLL, Push
 

@@ -80,22 +80,26 @@ class Follower:
 
 def _follow(scene: Any, law: Any, tracks: Tracks, numbers: Any, size: int) -> Any:
     """Return what the compiled pass needs, in arrays."""
-    count, inputs, sides = len(scene.balls), numbers[0].shape[1], table_of(scene, walls_differ(scene))
-    whole = own_of_walls(scene) or [(-1.0, -1.0)]
+    (of_numbers, of_mass, of_radius), count = numbers, len(scene.balls)
+    inputs, sides = of_mass.shape[1], table_of(scene, walls_differ(scene)).sides
     grids = zip(obstacles(scene), (9, 8, 6), strict=True)
-    work = {name: np.empty(shape) for name, shape in changes.room(size, inputs).items()}
-    none, sizes = np.empty((0, inputs)), (np.empty(count), np.empty(count))
-    walls = sides.sides, np.unique(sides.sides.first)
-    return Follow(
-        tracks.rows, 0, np.empty(len(tracks.rows), np.int64), tracks.events, np.zeros(4), walls,
-        len(scene.cushions), np.array(whole), law,
-        *(np.array(rows, float).reshape(-1, width) for rows, width in grids), none,
-        np.empty(len(numbers[0])), *sizes, law.cue, *numbers,
-        change=np.empty((count, size, inputs)), at=np.empty(count, np.int64),
-        met=np.empty(count, np.int64), gone=np.empty(count, np.int64),
-        ever=np.empty((count, inputs), np.bool_), late=np.empty(inputs), found=0, kept=0,
-        signs=none, alike=none, drawn=0, **work,
-    )  # fmt: skip
+    discs, faces, corners = (np.array(row, float).reshape(-1, width) for row, width in grids)
+    none, index = np.empty((0, inputs)), np.int64
+    fields: dict[str, Any] = {
+        "rows": tracks.rows, "paths": 0, "following": np.empty(len(tracks.rows), index),
+        "events": tracks.events, "ends": np.zeros(4),
+        "walls": (sides, np.unique(sides.first)), "cushions": len(scene.cushions),
+        "own": np.array(own_of_walls(scene), float).reshape(-1, 2), "law": law,
+        "discs": discs, "faces": faces, "corners": corners, "anchors": none,
+        "numbers": np.empty(len(of_numbers)), "mass": np.empty(count), "radius": np.empty(count),
+        "cue": law.cue, "of_numbers": of_numbers, "of_mass": of_mass, "of_radius": of_radius,
+        "change": np.empty((count, size, inputs)), "at": np.empty(count, index),
+        "met": np.empty(count, index), "gone": np.empty(count, index),
+        "ever": np.empty((count, inputs), np.bool_), "late": np.empty(inputs),
+        "found": 0, "kept": 0, "signs": none, "alike": none, "drawn": 0,
+        **{name: np.empty(shape) for name, shape in changes.room(size, inputs).items()},
+    }  # fmt: skip
+    return Follow(**fields)
 
 
 def follow_shots(
@@ -210,26 +214,36 @@ def _cleared(m: Any) -> Any:
 
 def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
     size = len(by_pull)
-    for p in range(len(of_pull)):
-        for k in range(size):
-            total = by_pull[k] * of_pull[p]
-            for j in range(size):
-                total += by_state[k][j] * own[j, p]
-            g.column[k] = total
-        for k in range(size):
-            own[k, p] = g.column[k]
+    for k in range(size):
+        for p in range(len(of_pull)):
+            g.out[k, p] = by_pull[k] * of_pull[p]
+        for j in range(size):
+            if by_state[k][j] != 0.0:
+                for p in range(len(of_pull)):
+                    g.out[k, p] += by_state[k][j] * own[j, p]
+    _copy(g.out[:size], own)
 
 
 def _multiply(g: Any, m: Any) -> None:
-    rows = m.shape[0]
-    for p in range(len(g.late)):
+    rows, count = m.shape[0], len(g.late)
+    for k in range(rows):
+        for p in range(count):
+            g.out[k, p] = 0.0
+    for j in range(rows + MORE):
+        if j >= rows and not _is_any(g.z[j]):
+            continue
         for k in range(rows):
-            total = 0.0
-            for j in range(rows + MORE):
-                total += m[k, j] * g.z[j, p]
-            g.column[k] = total
-        for k in range(rows):
-            g.z[k, p] = g.column[k]
+            if m[k, j] != 0.0:
+                for p in range(count):
+                    g.out[k, p] += m[k, j] * g.z[j, p]
+    _copy(g.out[:rows], g.z)
+
+
+def _is_any(row: Any) -> bool:
+    found = False
+    for p in range(len(row)):
+        found |= row[p] != 0.0
+    return found
 
 
 def _take_mean(g: Any, sides: int, balls: int) -> None:

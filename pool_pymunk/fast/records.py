@@ -77,8 +77,8 @@ COUNT = np.dtype(
      ("pocket", I, N), ("met", I, N)]
 )  # fmt: skip
 
-# A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event is
-# as in `Follow` (physics/changes.py); at one breakpoint a ball may be hit and come to rest.
+# A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event
+# is as in `Follow` (physics/changes.py); at one breakpoint a ball may be hit and come to rest.
 COLUMNS = 10
 TRACK = np.dtype(
     [

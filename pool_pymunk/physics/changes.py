@@ -2,7 +2,7 @@
 
 Between events a change evolves with the motion, and at a contact the saltation matrix multiplies
 it. Python plays these functions with lists and with arrays of P inputs at once, and numba with
-arrays and one input after the other. What the two must do in different ways stands at the end.
+arrays and one input after the other. What the two must do differently stands at the end.
 """
 
 from __future__ import annotations
@@ -43,7 +43,14 @@ from pool_pymunk.physics.surface import (
     slowing,
     stops_later,
 )
-from pool_pymunk.physics.touches import NEVER, is_at_corner, is_beside, is_far, touch_of_discs, touch_of_face
+from pool_pymunk.physics.touches import (
+    NEVER,
+    is_at_corner,
+    is_beside,
+    is_far,
+    touch_of_discs,
+    touch_of_face,
+)
 
 # An event has its time, its ball, and what that meets: another ball, or a wall, which is -1 - its
 # number; pockets come after the walls. Or the ball comes to rest, or begins to roll.
@@ -75,33 +82,37 @@ REASONS = (
     "errors grow until other contacts may come",
 )
 (
-    FOLLOWED, KNOWN_BEFORE, SHARED, CUT_OFF, ENDS_THERE, RESTS_THERE, PERSISTS, AT_CORNER, IS_GRAZE, JUMPS,
-    BY_POLICY, AT_RIM, GROWN, TOUCHES, TOUCH_FIRST, BENT, STOPPED, GOES_ON, RESTS_LAST, CHAOS,
+    FOLLOWED, KNOWN_BEFORE, SHARED, CUT_OFF, ENDS_THERE, RESTS_THERE, PERSISTS, AT_CORNER,
+    IS_GRAZE, JUMPS, BY_POLICY, AT_RIM, GROWN, TOUCHES, TOUCH_FIRST, BENT, STOPPED, GOES_ON,
+    RESTS_LAST, CHAOS,
 ) = range(len(REASONS))  # fmt: skip
 
 # A follow has what one pass needs. `rows` are breakpoints (ball, t, x, y, vx, vy, ax, ay, wx, wy)
-# with the number of the `following` one of the ball, or -1. `ends` are the duration (s), whether
-# the run was cut there, whether its number of events did that, and the first breakpoint. `walls`
-# and `law` are asked; so many are `cushions`, and `own` are the walls' own restitution and friction,
-# or -1. `discs`, `faces` and `corners` are what balls may touch. The `numbers` are the scene's: restitutions of balls, of the cue ball and of cushions, pull of the surface, frictions
-# of cushions and of balls, drag of the surface. `of_numbers` (7, P), `of_mass` and `of_radius`
-# (N, P) are what the inputs change. Each ball has its last breakpoint `at`, the `change` (N, K, P)
-# there, what it `met` there, whether it is `gone`, and which inputs have `ever` (N, P) changed it.
-# `late` (P) is how late the last event is. `found` has the reasons, and `kept` all changes. With
-# `signs` the columns are rounding errors (physics/errors.py). The others are one contact's.
+# with their `paths`, and the number of the `following` one of the ball, or -1. `ends` are the
+# duration (s), whether the run was cut there, whether its number of events did that, and the first
+# breakpoint. `walls` and `law` are asked; so many of them are `cushions`, and `own` are their own
+# restitution and friction, or -1; `anchors` are places where they begin. `discs`, `faces` and
+# `corners` are what balls may touch. The `numbers` are the scene's: restitutions of balls, of the
+# cue ball and of cushions, pull of the surface, frictions of cushions and of balls, drag of the
+# surface. `of_numbers` (7, P), `of_mass` and `of_radius` (N, P) are what the inputs change. Each
+# ball has its last breakpoint `at`, the `change` (N, K, P) there, what it `met` there, whether it
+# is `gone`, and which inputs have `ever` (N, P) changed it. `late` (P) tells how late the last
+# event is. `found` has the reasons, and `kept` all changes. With `signs` the columns are rounding errors
+# (physics/errors.py). The others are one contact's.
 Follow = namedtuple(
     "Follow",
-    "rows paths following events ends walls cushions own law discs faces corners anchors numbers mass radius cue "
+    "rows paths following events ends walls cushions own law discs faces corners anchors "
+    "numbers mass radius cue "
     "of_numbers of_mass of_radius change at met gone ever late found kept signs alike drawn "
-    "z parts bad column place before after matrix answer asked beside answers slopes",
+    "z parts bad out place before after matrix answer asked beside answers slopes",
 )
 
 
 def room(size: int, count: int) -> dict[str, tuple[int, ...]]:
     """Return the shapes of what a follow needs for one contact, for states of K numbers."""
     width, names = 2 * size, Follow._fields[-13:]
-    rows = (width + MORE, count), (4, count), (count,)
-    matrices = (width,), (4,), (width,), (width,), (width, width + MORE), (4, 8)
+    rows = (width + MORE, count), (4, count), (count,), (width, count)
+    matrices = (4,), (width,), (width,), (width, width + MORE), (4, 8)
     asked = (8,), (8,), (MOST_SIDES + 1, 4), (MOST_SIDES, 4, 8)
     return dict(zip(names, (*rows, *matrices, *asked), strict=True))
 
@@ -212,7 +223,7 @@ def take(g: Any, k: int) -> int:
 
 def is_pocket(g: Any, other: int) -> bool:
     """Tell whether what a ball meets is a pocket; pockets come after the cushions."""
-    return STOP < other and other < -g.cushions
+    return other > STOP and other < -g.cushions
 
 
 def settle(g: Any, k: int, why: int) -> None:
@@ -246,7 +257,7 @@ def shares_a_ball(g: Any, k: int, first: int, last: int) -> bool:
                 break
             # A contact may have stopped the ball.
             counts = g.events[n][2] != STOP or (n < k and not is_of_errors(g))
-            if counts and (one == i or one == j or other == i or other == j):
+            if counts and (one in (i, j) or other in (i, j)):
                 return True
             n += step
     return False
@@ -371,7 +382,7 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
 
 
 def note_late(g: Any, geometry: Geometry, i: int, other: int, t: float) -> None:
-    """Note how late a contact comes; nan for balls that touch at the start, where that is a kink."""
+    """Note how late a contact comes; that is unknown where balls touch at the start."""
     is_first = is_at(g, t, 0.0, i, max(i, other))
     for p in columns(g):
         late = put_parts(g, geometry, 2 if other >= 0 else 1, p)
@@ -503,7 +514,7 @@ def answer(g: Any, geometry: Geometry, i: int, other: int, fastest: float, t: fl
 def is_moved(g: Any, ball: int) -> bool:
     """Tell whether an input changes the tangential velocity of the first ball, or the second."""
     if is_of_errors(g):
-        return g.asked[2 * ball] != 0.0 or g.asked[2 * ball + 1] != 0.0
+        return bool(g.asked[2 * ball] != 0.0 or g.asked[2 * ball + 1] != 0.0)
     found = False
     for p in columns(g):
         found |= any_of(g.parts[2 * ball + 1, p] != 0.0)
@@ -547,7 +558,7 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
     if not is_still:
         look_at_table(g, i, path, t, met)
     for j in range(len(g.at)):
-        if j == i or j == done or g.gone[j]:
+        if j in (i, done) or g.gone[j]:
             continue
         other = path_of(g, j)
         since = max(path.t, other.t)
@@ -557,7 +568,9 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
         if is_far(path, other, t, apart):
             continue
         begins = begins or path.t != other.t
-        along, turns = touch_of_discs(path, other, t, apart, 1.0, (begins, met != j and met != ANYTHING))
+        along, turns = touch_of_discs(
+            path, other, t, apart, 1.0, (begins, met != j and met != ANYTHING)
+        )
         if along:
             touch(g, i, j, since)
         if turns != NEVER:
@@ -735,7 +748,8 @@ def keep(g: Any, k: int, i: int, j: int, t: float) -> None:
 
 def path_of(g: Any, i: int) -> Path:
     """Return the present path of a ball."""
-    return g.paths[g.at[i]]
+    path: Path = g.paths[g.at[i]]
+    return path
 
 
 def copy(own: Any, there: Any) -> None:

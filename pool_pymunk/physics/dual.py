@@ -12,7 +12,6 @@ from __future__ import annotations
 from itertools import chain, islice
 from typing import Any, NoReturn
 
-
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.laws import Law, Published, cushion, published
 
@@ -124,12 +123,13 @@ def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
     (0.15000000000000002, 1.0, -0.2, -3.0)
     """
     numbers = [*chain.from_iterable(each if isinstance(each, tuple) else (each,) for each in asked)]
-    units = ([float(k == j) for j in range(len(numbers))] for k in range(len(numbers)))
-    duals = map(Dual, numbers, map(tuple, units))
-    found = law(*[
-        type(each)(*islice(duals, len(each))) if isinstance(each, tuple) else next(duals)
-        for each in asked
-    ])  # fmt: skip
+    count = range(len(numbers))
+    duals = iter([Dual(x, tuple([float(k == j) for j in count])) for k, x in enumerate(numbers)])
+    given: list[Any] = []
+    for each in asked:
+        is_one = not isinstance(each, tuple)
+        given.append(next(duals) if is_one else type(each)(*islice(duals, len(each))))
+    found = law(*given)
     answers = chain.from_iterable(each if type(each) is not Dual else (each,) for each in found)
     zero = (0.0,) * len(numbers)
     return [each.slopes if isinstance(each, Dual) else zero for each in answers]
@@ -141,7 +141,7 @@ def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
 def coulomb_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
     """Write the derivatives (4, 8) of :func:`~pool_pymunk.physics.laws.coulomb` into ``rows``.
 
-    Rows and columns are those of ``law_sides`` (:mod:`pool_pymunk.physics.kinks`); numba can compile this. With the shares
+    Rows are a_n, a_t, b_n and b_t; columns are the same and then the pair's numbers. With the shares
     s_a = m_b / (m_a + m_b) and s_b = 1 - s_a, the balls' velocities change by -s_a j and s_b j.
     """
     m_a, m_b, e, mu = pair

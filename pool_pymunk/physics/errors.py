@@ -88,7 +88,7 @@ def may_miss(g: Any, own: Any, velocity: Any, normal: Any, curvature: float) -> 
     (vx, vy), (nx, ny) = velocity, normal
     speed = math.sqrt(vx * vx + vy * vy)
     within = (1.0 - abs(nx * vy - ny * vx) / speed) / curvature
-    return size_of(g, own, own, (-vy / speed, vx / speed)) >= within
+    return bool(size_of(g, own, own, (-vy / speed, vx / speed)) >= within)
 
 
 def with_gap(g: Any, geometry: Geometry, i: int, other: int, t: float) -> Geometry:
@@ -145,9 +145,10 @@ def gap_error(g: Any, geometry: Geometry, i: int, other: int, t: float) -> float
         x, y = g.anchors[-1 - other][0], g.anchors[-1 - other][1]
         far_x, far_y = far_x + abs(own_x - x), far_y + abs(own_y - y)
         if curvature == 0.0:
-            return UNIT * (far_x * abs(nx) + far_y * abs(ny) + 2.0 * radius)
+            return float(UNIT * (far_x * abs(nx) + far_y * abs(ny) + 2.0 * radius))
         corner = CORNER * (abs(row[2]) + abs(row[3]) + radius) if curvature > 0.0 else 0.0
-        return corner + 2.0 * UNIT * (2.0 * (1.0 / abs(curvature) + radius) + far_x + far_y)
+        around = 2.0 * (1.0 / abs(curvature) + radius) + far_x + far_y
+        return float(corner + 2.0 * UNIT * around)
     its_x, its_y = g.place[2], g.place[3]
     its, moves_of_it = g.rows[g.at[other]], moved(g, other, its_x, its_y, t)
     size = far_x + far_y + sum(moves_of_it) + 2.0 * (radius + g.radius[other])
@@ -159,7 +160,7 @@ def gap_error(g: Any, geometry: Geometry, i: int, other: int, t: float) -> float
     is_found = own_moves and its_moves
     if len(g.change[i]) > 4:
         is_found = is_found or slips(row) or slips(its)
-    return UNIT * ((4.0 if is_found else 1.0) * size + places)
+    return float(UNIT * ((4.0 if is_found else 1.0) * size + places))
 
 
 def moves(row: Any) -> bool:
@@ -193,7 +194,9 @@ def make(g: Any, geometry: Geometry, i: int, other: int) -> None:
         after, row = g.answers[MOST_SIDES], g.rows[g.following[g.at[n]]]
         made_n, made_t = split((g.after[k], g.after[k + 1]), geometry.normal)
         of_n = abs(made_n - after[2 * c]) + skew * share * along * (made_n != g.asked[2 * c])
-        of_t = abs(made_t - after[2 * c + 1]) + skew * share * across * (made_t != g.asked[2 * c + 1])
+        of_t = abs(made_t - after[2 * c + 1]) + skew * share * across * (
+            made_t != g.asked[2 * c + 1]
+        )
         mixed = [
             [UNIT * abs(row[4]), 0.0, of_n * nx, -of_t * ny],
             [0.0, UNIT * abs(row[5]), of_n * ny, of_t * nx],

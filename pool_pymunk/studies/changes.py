@@ -113,20 +113,30 @@ def follow_of(
     is_cut = run.status == "max_time" or run.duration == scene.physics.max_time
     rows, following = rows_of(run)
     walls = (*scene.cushions, *(pocket(p.position, p.radius, 0) for p in scene.pockets))
-    corners = [*(scene.table.outline if scene.table else ()), *(p.position for p in scene.posts)]
+    anchors = [*(scene.table.outline if scene.table else ()), *(p.position for p in scene.posts)]
     work = {name: np.zeros(shape) for name, shape in changes.room(size, inputs).items()}
     for name in ("place", "before", "after", "answer", "asked", "beside", "answers"):
         work[name] = work[name].tolist()
-    g = Follow(
-        rows, [from_breakpoint(*row[1:8]) for row in rows], following, events_of(run), [run.duration, is_cut, run.status == "max_events", 0.0],
-        walls, len(scene.cushions), own_numbers(scene, walls), law_of(run), *obstacles(scene), corners,
-        numbers_of(scene), [b.mass for b in scene.balls], [b.radius for b in scene.balls],
-        next((i for i, ball in enumerate(scene.balls) if ball.cue), -1), *numbers, starts.copy(),
-        at=[0] * count, met=[STOP] * count, gone=[ball.id in run.off for ball in scene.balls],
-        ever=np.zeros((count, inputs), bool), late=np.zeros(inputs), found=[],
-        kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
+    discs, faces, corners = obstacles(scene)
+    of_numbers, of_mass, of_radius = numbers
+    fields = {
+        "rows": rows, "paths": [from_breakpoint(*row[1:8]) for row in rows],
+        "following": following, "events": events_of(run),
+        "ends": [run.duration, is_cut, run.status == "max_events", 0.0],
+        "walls": walls, "cushions": len(scene.cushions), "own": own_numbers(scene, walls),
+        "law": law_of(run), "discs": discs, "faces": faces, "corners": corners,
+        "anchors": anchors, "numbers": numbers_of(scene),
+        "mass": [ball.mass for ball in scene.balls],
+        "radius": [ball.radius for ball in scene.balls],
+        "cue": next((i for i, ball in enumerate(scene.balls) if ball.cue), -1),
+        "of_numbers": of_numbers, "of_mass": of_mass, "of_radius": of_radius,
+        "change": starts.copy(), "at": [0] * count, "met": [STOP] * count,
+        "gone": [ball.id in run.off for ball in scene.balls],
+        "ever": np.zeros((count, inputs), bool), "late": np.zeros(inputs), "found": [],
+        "kept": [*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
         **(signs or {"signs": (), "alike": (), "drawn": ()}), **work,
-    )  # fmt: skip
+    }  # fmt: skip
+    g: Any = Follow(**fields)
     changes.start(g, 0)
     return g
 
@@ -163,8 +173,8 @@ def numbers_of(scene: Scene) -> list[float]:
     """Return the numbers of a scene that inputs may change."""
     r, f, surface = scene.restitution, scene.friction, scene.surface
     cue_ball = r.ball_ball if r.cue_ball is None else r.cue_ball
-    own = r.ball_ball, cue_ball, r.cushion or 0.0, surface.pull, f.cushion, f.ball_ball
-    return [*own, surface.drag]
+    own = r.ball_ball or 0.0, cue_ball or 0.0, r.cushion or 0.0
+    return [*own, surface.pull, f.cushion, f.ball_ball, surface.drag]
 
 
 def own_numbers(scene: Scene, walls: Sequence[Wall]) -> list[tuple[float, float]]:

@@ -110,7 +110,7 @@ def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -
 
 
 def differentiated(run: Run, names: Names, starts: Array) -> Derivatives:
-    """Differentiate the ends of an exact run, whose ``starts`` (N, K, P) change so by the inputs."""
+    """Differentiate the ends of an exact run, by the changes (N, K, P) of its ``starts``."""
     changes = changes_of(run, names, starts)
     ends = changes.ends
     return Derivatives(

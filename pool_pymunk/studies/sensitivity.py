@@ -34,8 +34,8 @@ from pool_pymunk.results.run import Run, points, write_rows
 from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simulate_all
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
-from pool_pymunk.studies.compare import Beside, Reference, reference_of
 from pool_pymunk.studies.changes import law_of
+from pool_pymunk.studies.compare import Beside, Reference, reference_of
 from pool_pymunk.studies.derivatives import follow
 from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of, launched
 
