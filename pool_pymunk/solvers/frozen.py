@@ -18,13 +18,13 @@ from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.contact import Vector
 
-# m; gaps of the starts, in turn. A gap of 1e-6 m is invisible; some are four times as wide, because
-# a few draws seldom meet the worst one.
-WIDTHS = (1e-13, 4e-6, 1e-9, 1e-6)
-# m; a gap of 1e-13 m decides the ends if it moves them by more than this: then the run amplifies
-# its rounding errors as strongly.
+# m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
+# draws seldom meet the worst one.
+NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10, 4e-12)
+TURN = 4e-12  # rad, and a share of the speed; closing speeds that rounding hides are 4e-15 of it
+# m; narrow gaps decide the ends if they move them by more than this: then the run amplifies its
+# rounding errors as strongly.
 DECIDED = 1e-6
-TRIED = (0, 4, 8)  # the first starts with the smallest gaps
 HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of these (``is_closed``)
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
@@ -87,14 +87,34 @@ def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
                 yield (i, j) if i > j else (j, i)
 
 
-def opened(start: State, rows: Rows, number: int) -> State:
-    """Return a start in which these contacts have gaps, which differ from number to number."""
-    rnd = Random(number)  # Each gap has a random share of the width, or all or none of it.
+def nudged(scene: Scene, start: State, number: int) -> State:
+    """Return a start in which what touches has gaps, which differ from number to number.
+
+    An even number opens narrow gaps. An odd one opens wide gaps, and every second time one alone.
+    Balls that touch nothing move by ``NARROW`` at most; velocities and rolls change by ``TURN``.
+    """
+    rnd, rows = Random(number), touching(scene, start)
     share = rnd.random if rnd.random() < 0.5 else partial(rnd.choice, (0.0, 1.0))
-    gaps = WIDTHS[number % len(WIDTHS)] * np.array([share() for _ in rows])
+    gaps = np.array([share() for _ in rows])
+    if number % 4 == 1 and len(rows):
+        gaps = np.eye(len(rows))[rnd.randrange(len(rows))]
+    gaps *= WIDE[number // 4 % len(WIDE)] if number % 2 else NARROW
     open_ = np.linalg.pinv(rows)
     moves = open_ @ gaps
     for _ in range(PASSES):
         moves += open_ @ np.maximum(-(rows @ moves), 0.0)
+    free = ~rows.any(axis=0)
+    moves[free] = [rnd.uniform(-NARROW, NARROW) for _ in range(free.sum())]
     places = np.array(start.position) + moves.reshape(-1, 2)
-    return start._replace(position=tuple(map(tuple, places.tolist())))
+    turns = [1.0 + TURN * complex(rnd.uniform(-1, 1), rnd.uniform(-1, 1)) for _ in places]
+    return start._replace(
+        position=tuple(map(tuple, places.tolist())),
+        velocity=_times(turns, start.velocity),
+        roll=None if start.roll is None else _times(turns, start.roll),
+    )
+
+
+def _times(turns: Sequence[complex], velocities: Sequence[Vector]) -> tuple[Vector, ...]:
+    """Return velocities (m/s), each turned and stretched by a complex factor."""
+    found = [turn * complex(*v) for turn, v in zip(turns, velocities, strict=True)]
+    return tuple((v.real, v.imag) for v in found)
