@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 SURE = 4.0  # A figure is this many times the largest change of some variants.
 
+# rad, and a share of the speed by which nudges change velocities; closing speeds that rounding
+# hides are 4e-15 of it
+TURN = 4e-12
+
 
 class Variant(NamedTuple):
     """A variant of a run shows what policies and rounding decide.
@@ -45,7 +49,7 @@ class Variant(NamedTuple):
 
     def policy(self, resolver: Resolver) -> Policy:
         """Return this variant's policy."""
-        errors = RandomErrors(self.seed)
+        errors = RandomErrors(self.seed) if self.nudge is None else Kicks(self.nudge)
         return Policy(errors) if self.longer is None else Otherwise(errors, resolver, self.longer)
 
 
@@ -54,6 +58,8 @@ AS_IT_IS = Variant()
 
 class RandomErrors:
     """These are random errors of places and velocities, of rounding size; 0 without a seed."""
+
+    size = EPSILON  # of a number
 
     def __init__(self, seed: int | None = None) -> None:
         self.random = None if seed is None else Random(seed)
@@ -76,9 +82,18 @@ class RandomErrors:
         return vx + self._error(fastest), vy + self._error(fastest)
 
     def _error(self, number: float) -> float:
-        """Return a random rounding error of a number."""
+        """Return a random error of a number."""
         assert self.random is not None, "there is a seed"
-        return 0.5 * EPSILON * number * self.random.uniform(-1.0, 1.0)
+        return 0.5 * self.size * number * self.random.uniform(-1.0, 1.0)
+
+
+class Kicks(RandomErrors):
+    """These are larger errors of velocities alone: balls that a hit leaves together part later."""
+
+    size = TURN
+
+    def places(self, motions: Motions, now: float) -> Motions:
+        return motions
 
 
 class Policy:

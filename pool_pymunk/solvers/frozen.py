@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
+from pool_pymunk.engine.policies import TURN
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.contact import Vector
 
 # m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
 # draws seldom meet the worst one.
 NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10, 4e-12)
-TURN = 4e-12  # rad, and a share of the speed; closing speeds that rounding hides are 4e-15 of it
 # m; narrow gaps decide the ends if they move them by more than this: then the run amplifies its
 # rounding errors as strongly.
 DECIDED = 1e-6
