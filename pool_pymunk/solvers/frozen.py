@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import partial
 from random import Random
 
 import numpy as np
@@ -21,7 +20,7 @@ from pool_pymunk.physics.contact import Vector
 
 # m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
 # draws seldom meet the worst one.
-NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10, 4e-12)
+NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10)
 # m; narrow gaps decide the ends if they move them by more than this: then the run amplifies its
 # rounding errors as strongly.
 DECIDED = 1e-6
@@ -90,15 +89,16 @@ def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
 def nudged(scene: Scene, start: State, number: int) -> State:
     """Return a start in which what touches has gaps, which differ from number to number.
 
-    An even number opens narrow gaps. An odd one opens wide gaps, and every second time one alone.
-    Balls that touch nothing move by ``NARROW`` at most; velocities and rolls change by ``TURN``.
+    An even number opens narrow gaps, or none, and an odd one wide gaps. Mostly one gap opens alone,
+    because then its contact is sure to come after the others. Balls that touch nothing move by
+    ``NARROW`` at most, and velocities and rolls change by ``TURN``.
     """
     rnd, rows = Random(number), touching(scene, start)
-    share = rnd.random if rnd.random() < 0.5 else partial(rnd.choice, (0.0, 1.0))
-    gaps = np.array([share() for _ in rows])
-    if number % 4 == 1 and len(rows):
-        gaps = np.eye(len(rows))[rnd.randrange(len(rows))]
-    gaps *= WIDE[number // 4 % len(WIDE)] if number % 2 else NARROW
+    (turn, k), is_wide = divmod(number // 2, 4), number % 2
+    gaps = np.array([rnd.random() for _ in rows]) * (turn % 2 or is_wide)
+    if k and len(rows):
+        gaps = np.eye(len(rows))[(3 * turn + k - 1) % len(rows)]
+    gaps *= WIDE[turn % len(WIDE)] if is_wide else NARROW
     open_ = np.linalg.pinv(rows)
     moves = open_ @ gaps
     for _ in range(PASSES):
