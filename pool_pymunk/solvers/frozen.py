@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from random import Random
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,7 @@ def _touching(scene: Scene, start: State) -> Rows:
         for i, (ball, (x, y)) in enumerate(zip(scene.balls, places, strict=True))
         if ball.id not in start.off
     ]
-    found: list[tuple[int, int, Vector]] = []  # by ball, then by the other ball, then by wall
+    found: list[tuple[int, int, Vector]] = []  # ball, other ball or wall, and normal
     for i, j in _near(sorted(discs)):
         (x, y), (u, v), r = places[i], places[j], scene.balls[i].radius
         distance = math.hypot(x - u, y - v)
@@ -68,7 +68,9 @@ def _touching(scene: Scene, start: State) -> Rows:
             if -r < gap <= r and is_closed(gap / NEARLY_CLOSED, x, y, r):
                 found.append((i, len(places) + k, side.normal(x, y)))
     rows = np.zeros((len(found), 2 * len(places)))
-    for row, (i, j, (nx, ny)) in zip(rows, sorted(found), strict=True):
+    rank = {i: k for k, i in enumerate(_order(start))}
+    found.sort(key=lambda each: sorted(rank.get(i, i) for i in each[:2]))
+    for row, (i, j, (nx, ny)) in zip(rows, found, strict=True):
         row[2 * i : 2 * i + 2] = nx, ny
         if j < len(places):
             row[2 * j : 2 * j + 2] = -nx, -ny
@@ -89,13 +91,14 @@ def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
 def nudged(scene: Scene, start: State, number: int) -> State:
     """Return a start in which what touches has gaps, which differ from number to number.
 
-    An even number opens narrow gaps, or none, and an odd one wide gaps. Mostly one gap opens alone,
-    because then its contact is sure to come after the others. Balls that touch nothing move by
-    ``NARROW`` at most, and velocities and rolls change by ``TURN``.
+    Mostly one gap opens alone, because then its contact is sure to come after the others: a narrow
+    gap for an even number, a wide one for an odd one. Every fourth even number opens none, and
+    every fourth odd one all. Balls that touch nothing move by ``NARROW`` at most, and velocities
+    and rolls change by ``TURN``.
     """
-    rnd, rows = Random(number), touching(scene, start)
     (turn, k), is_wide = divmod(number // 2, 4), number % 2
-    gaps = np.array([rnd.random() for _ in rows]) * (turn % 2 or is_wide)
+    rng, rows = np.random.default_rng(number), touching(scene, start)
+    gaps = rng.random(len(rows)) * is_wide
     if k and len(rows):
         gaps = np.eye(len(rows))[(3 * turn + k - 1) % len(rows)]
     gaps *= WIDE[turn % len(WIDE)] if is_wide else NARROW
@@ -103,18 +106,24 @@ def nudged(scene: Scene, start: State, number: int) -> State:
     moves = open_ @ gaps
     for _ in range(PASSES):
         moves += open_ @ np.maximum(-(rows @ moves), 0.0)
-    free = ~rows.any(axis=0)
-    moves[free] = [rnd.uniform(-NARROW, NARROW) for _ in range(free.sum())]
+    draws = np.empty((len(start.position), 4))
+    draws[_order(start)] = rng.uniform(-1.0, 1.0, draws.shape)
+    moves = np.where(rows.any(axis=0), moves, NARROW * draws[:, :2].ravel())
     places = np.array(start.position) + moves.reshape(-1, 2)
-    turns = [1.0 + TURN * complex(rnd.uniform(-1, 1), rnd.uniform(-1, 1)) for _ in places]
+    turns = 1.0 + TURN * (draws[:, 2:] @ (1.0, 1.0j))
     return start._replace(
         position=tuple(map(tuple, places.tolist())),
-        velocity=_times(turns, start.velocity),
-        roll=None if start.roll is None else _times(turns, start.roll),
+        velocity=_turned(start.velocity, turns),
+        roll=None if start.roll is None else _turned(start.roll, turns),
     )
 
 
-def _times(turns: Sequence[complex], velocities: Sequence[Vector]) -> tuple[Vector, ...]:
+def _order(start: State) -> list[int]:
+    """Return the balls' numbers by their places, in whatever order they are listed."""
+    return sorted(range(len(start.position)), key=start.position.__getitem__)
+
+
+def _turned(velocities: Sequence[Vector], turns: NDArray[Any]) -> tuple[Vector, ...]:
     """Return velocities (m/s), each turned and stretched by a complex factor."""
-    found = [turn * complex(*v) for turn, v in zip(turns, velocities, strict=True)]
-    return tuple((v.real, v.imag) for v in found)
+    found = (np.array(velocities) @ (1.0, 1.0j)) * turns
+    return tuple(zip(found.real.tolist(), found.imag.tolist(), strict=True))
