@@ -154,6 +154,28 @@ def test_a_nudge_turns_a_roll_with_its_velocity() -> None:
     assert other.roll == other.velocity != start.velocity
 
 
+@pytest.mark.slow
+def test_balls_that_a_plastic_hit_has_left_together_have_an_unknown_order() -> None:
+    """Gaps at the start do not open this contact; the truth is that of gaps just before the hit."""
+    pair = (Ball("d", (0.5, R), R, 0.17, velocity=(0.6, 0.0)), Ball("f", (0.65, R), R, 0.17))
+    friction = Friction(0.1, 0.0, 0.05)
+    scene = Scene(pair, Table.rectangle(2.0, 1.0), Restitution(0.0, 0.9, 0.75), friction)
+    aim = exact(scene).end.position[0][0] - 0.1
+    cue = Ball("c", (aim, R + 0.5), R, 0.17, cue=True, velocity=(0.24, -1.2))
+    scene = replace(scene, balls=(cue, *pair))
+    run = exact(scene)
+    first, second = run.events[0], next(event for event in run.events if "c" in event.balls)
+    assert first.balls == ("d", "f")
+    ((places,), (velocities,)) = run.at([second.t - 0.01])
+    motions = zip(scene.balls, places.tolist(), velocities.tolist(), strict=True)
+    later = [replace(ball, position=(*p,), velocity=(*v,)) for ball, p, v in motions]
+    frozen = replace(scene, balls=tuple(later))
+    found = truth(frozen, exact(frozen))
+    assert len(touches(frozen)) == 3
+    assert found.jump > 1e-3
+    assert found.far <= run.policy_shift
+
+
 # -- contacts that strong friction makes unstable --------------------------------------------------
 
 

@@ -400,11 +400,9 @@ class ContactEngine:
             self.answer_cluster(contacts)
             return
         resolution = self.resolver.resolve(contacts, before, self.now)
-        missed = resolution.missed
         self._carry_out(resolution, motions)
         self.predict(resolution.velocity)
-        if missed:
-            self._meet_later(missed)
+        self._meet_later(resolution.missed)
 
     def _add_round(self, hits: Iterable[Hit], before: Mapping[int, Vector]) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""

@@ -23,9 +23,7 @@ if TYPE_CHECKING:
 
 SURE = 4.0  # A figure is this many times the largest change of some variants.
 
-# rad, and a share of the speed by which nudges change velocities; closing speeds that rounding
-# hides are 4e-15 of it
-TURN = 4e-12
+TURN = 4e-12  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
 
 
 class Variant(NamedTuple):

@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.persistent import MEETS, PersistentContacts
@@ -132,11 +133,8 @@ class Resolver:
         one, leaps = self._noting(answers), self.law.hits_are_coulombs
         self.collapses += len(contacts) > 2
         most = decisions.MOST_IN_PILE if self.collapses > decisions.PILE else MOST_HITS
-
-        def respond(closing: Sequence[Contact], velocity: Velocities) -> None:
-            self._answer_groups(closing, velocity, one)
-
-        collapse = play_out(contacts, decisions.CONVERGED, velocity, respond, leaps, most)
+        all_ = partial(self._answer_all, one=one)
+        collapse = play_out(contacts, decisions.CONVERGED, velocity, all_, leaps, most)
         settle(contacts, velocity)  # Mostly this changes rounding only.
         shared = Shared(contacts, dict(before), velocity)
         for answer in answers:
@@ -145,9 +143,7 @@ class Resolver:
         self._conclude(before, velocity, answers, resolution)
         return resolution, collapse
 
-    def _answer_groups(
-        self, contacts: Sequence[Contact], velocity: Velocities, one: Respond
-    ) -> None:
+    def _answer_all(self, contacts: Sequence[Contact], velocity: Velocities, one: Respond) -> None:
         """Change the velocities (m/s) by the law, group by group of contacts that share a ball."""
         for group in groups(contacts) if len(contacts) > 1 else (contacts,):
             if len(group) == 1:
@@ -204,7 +200,7 @@ class Resolver:
     def _answer_together(self, hits: Sequence[Answer], velocity: Velocities) -> None:
         """Answer several hits of an instant, and keep the data from which impulses follow."""
         before, calls, contacts = dict(velocity), list[Call](), [hit.contact for hit in hits]
-        self._answer_groups(contacts, velocity, self._noting(hits, calls))
+        self._answer_all(contacts, velocity, self._noting(hits, calls))
         shared = Shared(contacts, before, dict(velocity), calls)
         for hit in hits:
             hit.shared = shared

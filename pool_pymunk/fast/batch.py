@@ -99,8 +99,7 @@ class Batch:
     def spread(self) -> NoReturn:
         """Raise AttributeError with a sentence that names what serves instead."""
         raise AttributeError(
-            "a batch has no spread (m/s) of velocities any more: simulate_many(..., figures=True) "
-            "gives batch.policy_shift, how far (m) an unknown order of contacts may move the ends"
+            "spread (m/s) is gone: simulate_many(..., figures=True) gives batch.policy_shift (m)"
         )
 
     def _repr_html_(self) -> str:

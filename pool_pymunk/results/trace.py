@@ -61,7 +61,7 @@ class Trace:
         self.events: list[Row] = []
         self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
         self.policies: set[str] = set()  # those that answered something that has no exact answer
-        self.instants: list[float] = []  # s; several contacts came at each of these instants
+        self.instants: dict[float, None] = {}  # s; several contacts came at each of these instants
         self.status = "settled"
         self.duration = 0.0
         self.steps = 0
@@ -80,13 +80,11 @@ class Trace:
         return [Variant(nudge=2 * k + kind) for k in range(most)]
 
     def order_decides(self) -> None:
-        """Warn that an order of contacts which nobody knows decides the ends."""
-        self.policies.add(ONE_INSTANT if self.instants else FROZEN)
-        text = "balls touch at the start, and gaps of 1e-13 m would decide the ends"
-        if self.instants:
-            text = "several contacts came at one instant, and their unknown order decides the ends"
-        for t in self.instants or [0.0]:
-            self.warn(text, t)
+        """Warn of an order of contacts that nobody knows."""
+        for t in self.instants:
+            self.warn("several contacts came at one instant, in an unknown order", t, ONE_INSTANT)
+        if not self.instants:
+            self.warn("balls touch at the start, and gaps of 1e-13 m decide the ends", 0.0, FROZEN)
 
     def breakpoint(
         self,
@@ -161,8 +159,9 @@ class Trace:
             if any(math.isnan(row[5]) for row in rows):
                 self.knots[i] = completed(rows, surface, self.duration)
 
-    def warn(self, text: str, t: float) -> None:
-        """Note a warning of the time ``t`` (s)."""
+    def warn(self, text: str, t: float, policy: str | None = None) -> None:
+        """Note a warning of the time ``t`` (s), and the policy that answered then."""
+        self.policies.update([policy] if policy else [])
         first, times = self.warned.get(text, (t, 0))
         self.warned[text] = first, times + 1
 

@@ -68,7 +68,7 @@ class EngineTrace(Trace, Recorder):
             f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed. "
             "That is rounding alone, so it was taken for zero: no friction"
         )
-        self._warn(ZERO_SLIP, text, t)
+        self.warn(text, t, ZERO_SLIP)
 
     def persistent(self, contact: Contact, t: float) -> None:
         balls = self._balls([contact])
@@ -80,26 +80,19 @@ class EngineTrace(Trace, Recorder):
             f"{presses}. They hit once in each contact time, which is at most {CONTACT_TIME:g} of "
             "the time since the first hit or until rest"
         )
-        self._warn(PERSISTENT, text, t)
+        self.warn(text, t, PERSISTENT)
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         text = (
             f"inelastic collapse of balls {self._balls(contacts)}: after {LISTED} hits at one "
             f"instant {collapse.hits:,} more followed, which are no events"
         )
-        if collapse.is_over:
-            self.warn(text, t)
-        else:
+        if not collapse.is_over:
             text += ". The rest is one plastic hit without friction"
-            self._warn(COLLAPSE, text, t)
+        self.warn(text, t, None if collapse.is_over else COLLAPSE)
 
     def order_unknown(self, t: float) -> None:
-        if not self.instants or self.instants[-1] != t:
-            self.instants.append(t)
-
-    def _warn(self, policy: str, text: str, t: float) -> None:
-        self.policies.add(policy)
-        self.warn(text, t)
+        self.instants[t] = None
 
     def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:
         numbers = sorted({i for contact in contacts for i in contact.balls})
