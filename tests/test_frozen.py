@@ -23,9 +23,8 @@ from hard_scenes import exact
 from scenes import seeds
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
-from pool_pymunk.engine.policies import TURN
 from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.solvers.frozen import NARROW, WIDE, nudged, touching
+from pool_pymunk.solvers.frozen import NARROW, TURN, WIDE, nudged, touching
 
 R = 0.05
 

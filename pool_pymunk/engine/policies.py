@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 SURE = 4.0  # A figure is this many times the largest change of some variants.
 
-TURN = 4e-12  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
-
 
 class Variant(NamedTuple):
     """A variant of a run shows what policies and rounding decide.
@@ -88,7 +86,7 @@ class RandomErrors:
 class Kicks(RandomErrors):
     """These are larger errors of velocities alone: balls that a hit leaves together part later."""
 
-    size = TURN
+    size = 1e-12
 
     def places(self, motions: Motions, now: float) -> Motions:
         return motions

@@ -14,16 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
-from pool_pymunk.engine.policies import TURN
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.contact import Vector
 
 # m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
 # draws seldom meet the worst one.
 NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10)
-# m; narrow gaps decide the ends if they move them by more than this: then the run amplifies its
-# rounding errors as strongly.
-DECIDED = 1e-6
+TURN = 4e-12  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
+DECIDED = 1e-5  # m; a run that moves ends less by narrow gaps may only amplify them
 HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of these (``is_closed``)
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
