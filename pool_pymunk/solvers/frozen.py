@@ -20,7 +20,7 @@ from pool_pymunk.physics.contact import Vector
 # m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
 # draws seldom meet the worst one.
 NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10)
-TURN = 4e-12  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
+TURN = 2e-11  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
 DECIDED = 1e-5  # m; a run that moves ends less by narrow gaps may only amplify them
 HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of these (``is_closed``)
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
