@@ -4,18 +4,16 @@ The truth about such a scene is what tiny gaps make of it. :func:`opened` gives 
 is closed at the start a gap of its own, and :func:`truth` tells how far the ends lie from those
 without gaps at most, for gaps from 1e-14 to 1e-6 m.
 
-``python -m tests.frozen RANDOM FEW`` shows what half and twice of these numbers of
-:mod:`pool_pymunk.engine.orders` find.
+``python -m tests.frozen 30 SEED`` counts the verdicts on 30 scenes of each form.
 """
 
 from __future__ import annotations
 
 import math
 import random
-import re
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from importlib import import_module
 from itertools import product
@@ -35,10 +33,10 @@ from pool_pymunk import (
     SceneError,
     Table,
 )
-from pool_pymunk.engine import orders
 from pool_pymunk.results.trace import FROZEN, ONE_INSTANT
 
 Point = tuple[float, float]
+Draw = Callable[[str, bool, random.Random], Scene]
 
 LENGTH, WIDTH = 2.0, 1.0  # m
 CLOSED = 1e-13  # m; a smaller gap is none
@@ -208,6 +206,28 @@ def _scene(form: str, at_cushion: bool, r: float, rnd: random.Random) -> Scene |
     return scene if hit and touches(scene) else None
 
 
+def random_later_scene(form: str, at_cushion: bool, rnd: random.Random) -> Scene:
+    """Return a scene of this form that another ball ``d`` meets, after the cue ball has hit it."""
+    while True:
+        scene = random_frozen_scene(form, at_cushion, rnd)
+        cue, *frozen = scene.balls
+        (x, y), (vx, vy) = cue.position, cue.velocity
+        speed, back = math.hypot(vx, vy), rnd.uniform(2.2, 4.0) * cue.radius
+        aside = rnd.choice((0.0, rnd.uniform(-0.3, 0.3))) * cue.radius
+        at = (x - (back * vx + aside * vy) / speed, y - (back * vy - aside * vx) / speed)
+        balls = (replace(cue, position=at), replace(cue, id="d", velocity=(0.0, 0.0)), *frozen)
+        try:
+            scene = replace(scene, balls=balls)
+        except SceneError:
+            continue
+        hits = [event.balls for event in alone(scene).events if event.kind == "ball-ball"]
+        met = [len({"c", "d"}.intersection(pair)) for pair in hits]
+        if met and met[0] == 2 and 1 in met:
+            return scene
+
+
+DRAWS = (random_frozen_scene, random_later_scene)
+
 # -- verdicts --------------------------------------------------------------------------------------
 
 JUMP = 1e-5  # m; gaps of 1e-12 m that move the ends farther are not merely amplified
@@ -229,41 +249,27 @@ def verdict(scene: Scene) -> str:
     return "a gap matters little" if is_said else "gaps are amplified"
 
 
-def count_verdicts(form: str, at_cushion: bool, count: int, seed: object = 0) -> Counter[str]:
+def count_verdicts(
+    form: str, at_cushion: bool, count: int, seed: object = 0, draw: Draw = random_frozen_scene
+) -> Counter[str]:
     """Count the verdicts on this many random scenes, and print what was missed."""
     found: Counter[str] = Counter()
     for k in range(count):
         rnd = random.Random(f"frozen {form} {at_cushion} {seed} {k}")
-        word = verdict(random_frozen_scene(form, at_cushion, rnd))
+        word = verdict(draw(form, at_cushion, rnd))
         if word in ("missed", "false alarm"):
             print(f"{form}, at a cushion: {at_cushion}, seed {seed}, scene {k}: {word}")
         found[word] += 1
     return found
 
 
-# -- how many patterns are enough ------------------------------------------------------------------
-
-
-def spread(scene: Scene) -> float:
-    """Return how far (m/s) a run says that velocities may lie elsewhere."""
-    said = [re.search(r"differ by up to ([-\d.e+]+) m/s", line) for line in exact(scene).warnings]
-    return max((float(found[1]) for found in said if found), default=0.0)
-
-
 def main() -> None:
-    """Print what 30 clusters at cushions may spread, with half and twice of each number named."""
-    scenes = [
-        random_frozen_scene(form, True, random.Random(f"patterns {form} {k}"))
-        for form in ("row", "triangle")
-        for k in range(15)
-    ]
-    print(f"as it is: {sum(map(spread, scenes)):.3f} m/s")
-    for name in sys.argv[1:]:
-        value = getattr(orders, name)
-        for factor in (0.5, 2.0):
-            setattr(orders, name, type(value)(factor * value))
-            print(f"{name} x {factor:g}: {sum(map(spread, scenes)):.3f} m/s")
-        setattr(orders, name, value)
+    """Count the verdicts on this many scenes of each form, with one seed."""
+    count, seed = sys.argv[1:]
+    for draw, form, at_cushion in product(DRAWS, FORMS, (True, False)):
+        counts = count_verdicts(form, at_cushion, int(count), seed, draw)
+        where = "at a cushion" if at_cushion else "in the open"
+        print(draw.__name__, form, where, dict(counts), flush=True)
 
 
 if __name__ == "__main__":

@@ -55,18 +55,18 @@ def one_on_two(gap: float = 0.0) -> Scene:
 
 def test_what_hangs_on_the_order_of_one_instant_is_said() -> None:
     run = exact(one_on_two())
-    assert "one instant" in run.policies
-    said = figure(run, "contacts of one instant share a ball")
+    assert run.policies == {"one instant"}
+    assert "several contacts came at one instant, in an unknown order" in run.warnings[0]
+    said = figure(run, "have no exact answer")
     for gap in (1e-9, 1e-7):
-        apart = exact(one_on_two(gap))
-        far = max(map(math.dist, apart.end.velocity, run.end.velocity))
-        assert 0.1 < far <= 1.01 * said
+        far = largest_distance(run, exact(one_on_two(gap)))
+        assert 0.1 < far <= said < 8.0 * far
 
 
 def test_what_is_said_is_the_same_in_any_listing_order() -> None:
     scene = one_on_two()
     said = {
-        round(figure(exact(replace(scene, balls=balls)), "contacts of one instant"), 6)
+        round(exact(replace(scene, balls=balls)).policy_shift, 3)
         for balls in permutations(scene.balls)
     }
     assert len(said) == 1

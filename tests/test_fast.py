@@ -228,11 +228,19 @@ def test_hits_without_end_take_the_exact_solver() -> None:
 
 
 def test_a_frozen_rack_says_what_the_order_of_its_contacts_decides() -> None:
-    """The figures are those of the warnings of runs; where nothing comes together there is none."""
-    batch, other = simulate_many(frozen_rack(0.0)), simulate_many(load("two-balls"))
-    [said] = [line for line in batch.run(0).warnings if "velocities would differ" in line]
-    assert f"{batch.spread[0]:.2g} m/s" in said
-    assert other.spread.tolist() == [0.0]
+    """The figures are those of runs; where nothing comes together there is none."""
+    batch, other = (
+        simulate_many(scene, figures=True) for scene in (frozen_rack(0.0), load("two-balls"))
+    )
+    for each in (batch, other):
+        run = each.run(0)
+        assert each.policy_shift is not None and each.rounding is not None
+        assert each.policy_shift.tolist() == [run.policy_shift]
+        assert each.rounding.tolist() == [run.rounding]
+    assert batch.run(0).policy_shift > 0.01
+    assert other.run(0).policy_shift == 0.0 < other.run(0).rounding
+    with pytest.raises(AttributeError, match=r"figures=True\) gives batch.policy_shift"):
+        _ = batch.spread
     if HAS_NUMBA:
         assert batch.by_reference == 0
         assert (batch.in_doubt.tolist(), other.in_doubt.tolist()) == ([True], [False])

@@ -8,8 +8,10 @@ from dataclasses import replace
 
 import pytest
 from frozen import (
+    DRAWS,
     FORMS,
     JUMP,
+    Draw,
     count_verdicts,
     opened,
     random_frozen_scene,
@@ -22,8 +24,7 @@ from scenes import seeds
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
 from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.solvers.frozen import opened as opened_start
-from pool_pymunk.solvers.frozen import touching
+from pool_pymunk.solvers.frozen import NARROW, TURN, WIDE, nudged, touching
 
 R = 0.05
 
@@ -87,13 +88,16 @@ def test_random_frozen_balls(form: str, at_cushion: bool) -> None:
 
 @pytest.mark.slow
 @pytest.mark.seeded
+@pytest.mark.parametrize("draw", DRAWS)
 @pytest.mark.parametrize("at_cushion", [True, False])
 @pytest.mark.parametrize("form", FORMS)
-def test_many_random_frozen_balls(form: str, at_cushion: bool) -> None:
+def test_many_random_frozen_balls(form: str, at_cushion: bool, draw: Draw) -> None:
+    """Balls that lie frozen are met at first, or in mid-run."""
     for seed in seeds(1):
-        found = count_verdicts(form, at_cushion, 8, seed)
+        found = count_verdicts(form, at_cushion, 20, seed, draw)
         assert not found["missed"]
         assert not found["false alarm"]
+        assert found["covered"] > 3
 
 
 # -- gaps that no order of the hits of one instant shows -------------------------------------------
@@ -130,10 +134,45 @@ def test_starts_with_gaps_overlap_nowhere() -> None:
     for form in FORMS:
         scene = random_frozen_scene(form, True, random.Random(form))
         start = scene.start(None)
-        rows = touching(scene, start)
-        assert len(rows) == len(touches(scene))
-        for number in range(8):
-            scene.start(None, opened_start(start, rows, number))  # It refuses balls that overlap.
+        assert len(touching(scene, start)) == len(touches(scene))
+        for number in range(24):
+            other = scene.start(None, nudged(scene, start, number))  # It refuses overlaps.
+            assert math.dist(other.position[0], start.position[0]) < 2.0 * NARROW, "it touches none"
+            assert 0.0 < math.dist(other.velocity[0], start.velocity[0]) < 6.0 * TURN
+            assert other.velocity[1:] == start.velocity[1:]
+            far = max(map(math.dist, other.position, start.position))
+            assert far < 10.0 * (max(WIDE) if number % 2 else NARROW)
+
+
+def test_a_nudge_turns_a_roll_with_its_velocity() -> None:
+    """Else a ball that rolls would slip."""
+    rolls = Friction(0.2, rolling=0.01)
+    ball = Ball("a", (0.5, 0.5), R, 0.17, velocity=(2.0, 1.0), roll=1.0)
+    start = (scene := Scene((ball,), None, friction=rolls)).start(None)
+    other = nudged(scene, start, 0)
+    assert other.roll == other.velocity != start.velocity
+
+
+@pytest.mark.slow
+def test_balls_that_a_plastic_hit_has_left_together_have_an_unknown_order() -> None:
+    """Gaps at the start do not open this contact; the truth is that of gaps just before the hit."""
+    pair = (Ball("d", (0.5, R), R, 0.17, velocity=(0.6, 0.0)), Ball("f", (0.65, R), R, 0.17))
+    friction = Friction(0.1, 0.0, 0.05)
+    scene = Scene(pair, Table.rectangle(2.0, 1.0), Restitution(0.0, 0.9, 0.75), friction)
+    aim = exact(scene).end.position[0][0] - 0.1
+    cue = Ball("c", (aim, R + 0.5), R, 0.17, cue=True, velocity=(0.24, -1.2))
+    scene = replace(scene, balls=(cue, *pair))
+    run = exact(scene)
+    first, second = run.events[0], next(event for event in run.events if "c" in event.balls)
+    assert first.balls == ("d", "f")
+    ((places,), (velocities,)) = run.at([second.t - 0.01])
+    motions = zip(scene.balls, places.tolist(), velocities.tolist(), strict=True)
+    later = [replace(ball, position=(*p,), velocity=(*v,)) for ball, p, v in motions]
+    frozen = replace(scene, balls=tuple(later))
+    found = truth(frozen, exact(frozen))
+    assert len(touches(frozen)) == 3
+    assert found.jump > 1e-3
+    assert found.far <= run.policy_shift
 
 
 # -- contacts that strong friction makes unstable --------------------------------------------------

@@ -116,13 +116,10 @@ class ContactEngine:
             self._begin(i, path)
         return i
 
-    def vary(self, variant: Variant, measures: bool, touch: bool = True) -> None:
-        """Play this variant of the run; with ``touch`` its policy looks at what touches."""
-        self.policy = variant.policy(self.resolver, measures)
+    def vary(self, variant: Variant) -> None:
+        """Play this variant of the run."""
+        self.policy = variant.policy(self.resolver)
         self.resolver.slip = variant.slip
-        for i, path in enumerate(self.paths if touch and self.is_finite else ()):
-            if path.moves:
-                self.policy.begin(self, self.touching((), [i]))
 
     def remove(self, i: int, at: Vector | None = None) -> None:
         """Take ball ``i`` off the table, and let it lie where it is, or ``at`` a place (m)."""
@@ -397,19 +394,15 @@ class ContactEngine:
         motions, contacts = self.contacts(hits)
         before = velocities(motions)
         instant = self._add_round(hits, before)
-        if instant.rounds > 1 or len(contacts) > 1:
-            self.policy.look(self)
+        if len(contacts) > 1 or len(instant.met) > 2:  # Two contacts alone may take turns.
+            self.recorder.order_unknown(self.now)
         if instant.rounds > decisions.FEW_ROUNDS or self.policy.takes_over(self, hits):
             self.answer_cluster(contacts)
             return
         resolution = self.resolver.resolve(contacts, before, self.now)
-        missed = resolution.missed
-        if missed:
-            self.policy.look(self)
         self._carry_out(resolution, motions)
         self.predict(resolution.velocity)
-        if missed:
-            self._meet_later(missed)
+        self._meet_later(resolution.missed)
 
     def _add_round(self, hits: Iterable[Hit], before: Mapping[int, Vector]) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""
@@ -429,7 +422,6 @@ class ContactEngine:
         """Answer round after round of all that touches here, until nothing closes."""
         hits = self.touching(self.instant.met)
         cluster = self.policy.cluster(self, hits)
-        closing = cluster.first or closing
         velocity, order, is_played_out = cluster.velocity, cluster.order, False
         while closing and not is_played_out and not self.is_over and self.is_finite:
             has_many_hits = cluster.hits > decisions.LISTED  # The hits may have no end.

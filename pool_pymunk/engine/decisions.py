@@ -37,14 +37,6 @@ CONVERGED = 64.0 * EPSILON  # A collapse is over at closing speeds of this share
 # After this many collapses of more than two contacts, balls are a pile, in which at most this many
 # hits of a collapse are played: both bound the time that a run takes.
 PILE, MOST_IN_PILE = 20, 200
-DOUBTS = 10  # After this many instants whose order matters, variants of the run show what it does.
-OFTEN = 8  # The same contacts are measured this often, and then at instants 16, 32, 64 and so on.
-# This many hits of one instant come in the order of their gaps, and another order is left out if
-# it has more hits than this: both bound the time that a run takes.
-MOST_IN_ORDER, MOST_OTHER = 200, 1_000
-# Outcomes of one instant are the same, to rounding, if they differ by this share of the speeds for
-# each hit. It is 70 times CONVERGED; orders that matter differ by 1e-7 and more.
-SAME_OUTCOME = 1e-12
 # This is a share of the time until both balls stop, or of the time since they met. The error is of
 # this order; half or twice as much moves 4 ends by up to 0.2 m, where contacts amplify it.
 CONTACT_TIME = 3e-3

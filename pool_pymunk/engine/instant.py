@@ -19,7 +19,6 @@ class Instant:
     def __init__(self, began: float = -math.inf) -> None:
         self.began = began  # s
         self.rounds = 0
-        self.is_measured = False  # whether it is known what the order of the contacts decides
         self.met: dict[Hit, None] = {}  # what met in these rounds
         self.before: dict[int, Vector] = {}  # m/s; the velocities before them
 
@@ -34,7 +33,6 @@ class Cluster:
         self.order = Order(contacts)
         self.changed: dict[int, None] = {}  # the balls that the rounds have moved
         self.missed: list[Contact] = []  # These touch, but did not close.
-        self.first: list[Contact] = []  # A policy may know what hits first.
         self.hits = 0
 
     def take(self, resolution: Resolution, paths: Sequence[Path]) -> None:

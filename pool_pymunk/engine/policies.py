@@ -10,11 +10,10 @@ from random import Random
 from typing import TYPE_CHECKING, NamedTuple
 
 from pool_pymunk.engine.due import Hit
-from pool_pymunk.engine.instant import Cluster, velocities
-from pool_pymunk.engine.orders import Doubts, moved, with_gaps
+from pool_pymunk.engine.instant import Cluster
 from pool_pymunk.engine.recorder import Motions
-from pool_pymunk.engine.resolver import Resolver, distinct
-from pool_pymunk.physics.contact import Vector, Velocities
+from pool_pymunk.engine.resolver import Resolver
+from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.laws import Slip
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
@@ -32,9 +31,8 @@ class Variant(NamedTuple):
     """
 
     longer: float | None = None  # the factor of the contact times
-    gaps: int | None = None  # the pattern of gaps of contacts of one instant (engine/orders.py)
     seed: int | None = None  # of random errors of places and velocities, of the size of rounding
-    opened: int | None = None  # the number of a pattern of gaps at the start (solvers/frozen.py)
+    nudge: int | None = None  # the number of a nudge of the start (solvers/frozen.py)
     slip: Slip | None = None  # of balls whose slip is rounding, where the law jumps
 
     @property
@@ -45,14 +43,10 @@ class Variant(NamedTuple):
         """
         return SURE if self.slip is None else 1.0
 
-    def policy(self, resolver: Resolver, measures: bool = False) -> Policy:
-        """Return this variant's policy; with ``measures`` the run's own tries other orders."""
-        errors = RandomErrors(self.seed)
-        if self.gaps is not None:
-            return InOrder(errors, self.gaps)
-        if self.longer is not None:
-            return Otherwise(errors, resolver, self.longer)
-        return Measuring(errors, resolver) if measures and self == AS_IT_IS else Policy(errors)
+    def policy(self, resolver: Resolver) -> Policy:
+        """Return this variant's policy."""
+        errors = RandomErrors(self.seed) if self.nudge is None else Kicks(self.nudge)
+        return Policy(errors) if self.longer is None else Otherwise(errors, resolver, self.longer)
 
 
 AS_IT_IS = Variant()
@@ -60,6 +54,8 @@ AS_IT_IS = Variant()
 
 class RandomErrors:
     """These are random errors of places and velocities, of rounding size; 0 without a seed."""
+
+    size = EPSILON  # of a number
 
     def __init__(self, seed: int | None = None) -> None:
         self.random = None if seed is None else Random(seed)
@@ -82,9 +78,18 @@ class RandomErrors:
         return vx + self._error(fastest), vy + self._error(fastest)
 
     def _error(self, number: float) -> float:
-        """Return a random rounding error of a number."""
+        """Return a random error of a number."""
         assert self.random is not None, "there is a seed"
-        return 0.5 * EPSILON * number * self.random.uniform(-1.0, 1.0)
+        return 0.5 * self.size * number * self.random.uniform(-1.0, 1.0)
+
+
+class Kicks(RandomErrors):
+    """These are larger errors of velocities alone: balls that a hit leaves together part later."""
+
+    size = 1e-12
+
+    def places(self, motions: Motions, now: float) -> Motions:
+        return motions
 
 
 class Policy:
@@ -92,12 +97,6 @@ class Policy:
 
     def __init__(self, errors: RandomErrors) -> None:
         self.errors = errors
-
-    def begin(self, engine: ContactEngine, hits: Sequence[Hit]) -> None:
-        """Look at what touches at the start, around a ball that moves."""
-
-    def look(self, engine: ContactEngine) -> None:
-        """Look at the contacts of this instant, whose order is in doubt."""
 
     def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
         """Tell whether this policy has an order of its own for these hits."""
@@ -113,29 +112,6 @@ class Policy:
 
 
 PLAIN = Policy(RandomErrors())
-
-
-class Measuring(Policy):
-    """This policy is that of the run; once per instant it measures what the order decides."""
-
-    def __init__(self, errors: RandomErrors, resolver: Resolver) -> None:
-        super().__init__(errors)
-        self.doubts = Doubts(resolver)
-
-    def begin(self, engine: ContactEngine, hits: Sequence[Hit]) -> None:
-        self._measure(engine, hits, {})
-
-    def look(self, engine: ContactEngine) -> None:
-        instant = engine.instant
-        if not instant.is_measured:
-            instant.is_measured = True
-            self._measure(engine, engine.touching(instant.met), instant.before)
-
-    def _measure(self, engine: ContactEngine, hits: Sequence[Hit], before: Velocities) -> None:
-        motions, contacts = engine.contacts(hits)
-        doubt = self.doubts.doubt(contacts, {**velocities(motions), **before})
-        if doubt is not None:
-            engine.recorder.order_unknown(doubt, engine.now)
 
 
 class Otherwise(Policy):
@@ -160,28 +136,4 @@ class Otherwise(Policy):
     def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
         cluster = super().cluster(engine, hits)
         cluster.order.forget()
-        return cluster
-
-
-class InOrder(Policy):
-    """Contacts of one instant have the gaps of a pattern, and come in that order."""
-
-    def __init__(self, errors: RandomErrors, pattern: int) -> None:
-        super().__init__(errors)
-        self.pattern = pattern
-
-    def begin(self, engine: ContactEngine, hits: Sequence[Hit]) -> None:
-        if len(hits) > 1:
-            engine.instant.met = dict.fromkeys(hits)
-            engine.answer_cluster(())
-
-    def takes_over(self, engine: ContactEngine, hits: Collection[Hit]) -> bool:
-        return len(engine.touching(hits)) > 1
-
-    def cluster(self, engine: ContactEngine, hits: Sequence[Hit]) -> Cluster:
-        motions, errors = engine.contacts(hits)[0], self.errors.random
-        motions = motions if errors is None else moved(motions, errors)
-        contacts = distinct([engine.contact(hit, motions) for hit in hits])
-        cluster = Cluster(motions, with_gaps(contacts, self.pattern))
-        cluster.first = cluster.order.next(cluster.velocity, engine.noise(motions))
         return cluster

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import NamedTuple
 
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
@@ -11,13 +10,6 @@ from pool_pymunk.physics.path import Path
 
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 Motions = dict[int, Motion]  # by ball number
-
-
-class Doubt(NamedTuple):
-    """A doubt tells what the order of the contacts of one instant decides."""
-
-    spread: float = 0.0  # m/s; by how much velocities may differ
-    orders: tuple[int, ...] = ()  # a pattern for each other outcome, the farthest one first
 
 
 class Recorder:
@@ -50,5 +42,5 @@ class Recorder:
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Take note of an inelastic collapse, whose hits are not listed one by one."""
 
-    def order_unknown(self, doubt: Doubt, t: float) -> None:
-        """Take note that the order of the contacts of one instant matters, and is unknown."""
+    def order_unknown(self, t: float) -> None:
+        """Take note of several contacts at one instant, whose order may matter."""

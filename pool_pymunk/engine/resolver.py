@@ -10,8 +10,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.persistent import MEETS, PersistentContacts
@@ -130,10 +130,12 @@ class Resolver:
         """Answer the hits of a collapse, at one instant, until closing speeds are rounding."""
         velocity = dict(before)
         answers = [Answer(contact, COLLAPSED) for contact in contacts]
-        one = self._noting(answers)
+        one, leaps = self._noting(answers), self.law.hits_are_coulombs
         self.collapses += len(contacts) > 2
         most = decisions.MOST_IN_PILE if self.collapses > decisions.PILE else MOST_HITS
-        collapse = self.play(contacts, velocity, one, most)
+        all_ = partial(self._answer_all, one=one)
+        collapse = play_out(contacts, decisions.CONVERGED, velocity, all_, leaps, most)
+        settle(contacts, velocity)  # Mostly this changes rounding only.
         shared = Shared(contacts, dict(before), velocity)
         for answer in answers:
             answer.shared = shared
@@ -141,23 +143,7 @@ class Resolver:
         self._conclude(before, velocity, answers, resolution)
         return resolution, collapse
 
-    def play(
-        self, contacts: Sequence[Contact], velocity: Velocities, one: Respond, most: int
-    ) -> Collapse:
-        """Answer the hits of a collapse until nothing closes, and change ``velocity`` (m/s)."""
-
-        def answer(closing: Sequence[Contact], velocity: Velocities) -> None:
-            self.answer(closing, velocity, one)
-
-        leaps = self.law.hits_are_coulombs
-        collapse = play_out(contacts, decisions.CONVERGED, velocity, answer, leaps, most)
-        played = dict(velocity)
-        settle(contacts, velocity)  # Mostly this changes rounding only.
-        if collapse.is_over:
-            return collapse
-        return collapse._replace(forced=max(math.dist(played[i], velocity[i]) for i in played))
-
-    def answer(self, contacts: Sequence[Contact], velocity: Velocities, one: Respond) -> None:
+    def _answer_all(self, contacts: Sequence[Contact], velocity: Velocities, one: Respond) -> None:
         """Change the velocities (m/s) by the law, group by group of contacts that share a ball."""
         for group in groups(contacts) if len(contacts) > 1 else (contacts,):
             if len(group) == 1:
@@ -214,7 +200,7 @@ class Resolver:
     def _answer_together(self, hits: Sequence[Answer], velocity: Velocities) -> None:
         """Answer several hits of an instant, and keep the data from which impulses follow."""
         before, calls, contacts = dict(velocity), list[Call](), [hit.contact for hit in hits]
-        self.answer(contacts, velocity, self._noting(hits, calls))
+        self._answer_all(contacts, velocity, self._noting(hits, calls))
         shared = Shared(contacts, before, dict(velocity), calls)
         for hit in hits:
             hit.shared = shared

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 STATUSES = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
-CANNOT_START = STATUSES.index("cannot_start")
+NON_FINITE, CANNOT_START = STATUSES.index("non_finite"), STATUSES.index("cannot_start")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +43,16 @@ class Batch:
     hard or the law is not compiled; ``by_reference`` is their number. A shot is hard if hits at one
     instant have no end, if more than 64 come at one instant, or if on a table without arcs a roll
     may hold its ball to a cushion. ``in_doubt`` (S,) marks shots in which contacts came together at
-    one instant, or may have; ``spread`` is what their order changes. ``wall_time`` is in s.
+    one instant, or may have. ``wall_time`` is in s.
 
     ``derivatives`` (S, N, 2, P) are those of ``final`` by the inputs ``by`` (P), in SI, as
     ``run(k).derivatives`` has them: NaN where none exists, or where a shot cannot start. It is None
     if none were asked for. ``derived_in_python`` (S,) marks the shots whose derivatives come from
     Python: those handed back, and those in which a derivative may not exist.
+
+    ``rounding`` and ``policy_shift`` (S,) tell how far (m) rounding, and what has no exact answer,
+    may have moved the ends, as ``run(k)`` says. They are NaN for a shot without an end, and None if
+    no figures were asked for.
     """
 
     scene: Scene
@@ -71,6 +74,8 @@ class Batch:
     derivatives: Floats | None = field(default=None, repr=False)
     by: tuple[str, ...] = ()
     derived_in_python: NDArray[np.bool_] | None = field(default=None, repr=False)
+    rounding: Floats | None = field(default=None, repr=False)
+    policy_shift: Floats | None = field(default=None, repr=False)
 
     statuses = STATUSES
 
@@ -88,21 +93,14 @@ class Batch:
     @property
     def ended(self) -> NDArray[np.bool_]:
         """Tell which shots (S,) started, and ended with finite numbers."""
-        return self.status < STATUSES.index("non_finite")
+        return self.status < NON_FINITE
 
-    @cached_property
-    def spread(self) -> Floats:
-        """Return by how much (m/s) in each shot (S,) another order of contacts changes velocities.
-
-        In a real rack tiny gaps give the contacts of one instant an order. The spread is the
-        largest change over the orders, and 0 where none matters. At the first use of ``spread`` the
-        exact solver plays the shots ``in_doubt``, in some 20 ms each.
-        """
-        found = np.zeros(len(self))
-        for k in np.flatnonzero(self.in_doubt & self.ended).tolist():
-            asked, start = self.source.request(k)
-            found[k] = asked.spread(start)
-        return found
+    @property
+    def spread(self) -> NoReturn:
+        """Raise AttributeError with a sentence that names what serves instead."""
+        raise AttributeError(
+            "spread (m/s) is gone: simulate_many(..., figures=True) gives batch.policy_shift (m)"
+        )
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows: the clouds of ends."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled
-from pool_pymunk.fast.batch import CANNOT_START, STATUSES, Batch
+from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Floats
 from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.loop import HARD
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, tracks
@@ -57,6 +57,7 @@ def simulate_many(
     threads: int | None = None,
     on_done: Done | None = None,
     derivatives: str | Sequence[str] | None = None,
+    figures: bool = False,
 ) -> Batch:
     """Play many shots exactly, and return where the balls end.
 
@@ -74,7 +75,8 @@ def simulate_many(
     ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` (default: as many as cores)
     share the work, and change no result. ``on_done(n)`` is called with 0 when the first shots
     begin, and whenever ``n`` more are done. ``derivatives`` names the inputs of
-    ``batch.derivatives``, as :meth:`Run.derivatives` does.
+    ``batch.derivatives``, as :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding`` and
+    ``batch.policy_shift`` say how far off the ends may be; each shot is then played in Python, too.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
     '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 64 balls,
@@ -105,6 +107,8 @@ def simulate_many(
         follower.complete()
         derived = {"derivatives": follower.found, "by": follower.names}
         derived["derived_in_python"] = follower.again
+    if figures:
+        derived["rounding"], derived["policy_shift"] = _figures(source, out)
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
     if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
@@ -112,6 +116,15 @@ def simulate_many(
     found |= {"handed_back": handed_back, "by_reference": int(handed_back.sum())}
     wall_time = time.perf_counter() - began
     return Batch(source.scene, source.asked.law, source=source, wall_time=wall_time, **found)
+
+
+def _figures(source: Source, out: Out) -> Floats:
+    """Return how far (m) rounding and policies may have moved the ends of each shot (2, S)."""
+    found = np.full((2, len(out.status)), np.nan)
+    for k in np.flatnonzero(out.status < NON_FINITE).tolist():
+        run = source.run(k)
+        found[:, k] = run.rounding, run.policy_shift
+    return found
 
 
 def play_all(

@@ -69,12 +69,6 @@ class Source(NamedTuple):
 
     def run(self, k: int, measures_policies: bool = True) -> Run:
         """Play shot ``k`` by the exact solver; raises SceneError if it cannot start."""
-        asked, start = self.request(k, measures_policies)
-        run = asked.play(None, start)
-        return run if self.watched < 0 else replace(run, watched=self.scene.balls[self.watched].id)
-
-    def request(self, k: int, measures_policies: bool = True) -> tuple[Request, State]:
-        """Return what shot ``k`` asks for, and its start; raises SceneError if it cannot start."""
         scene, is_off = self.scene_of(k), is_gone(self.position[k])
         settings = self.asked.settings._replace(measures_policies=measures_policies)
         velocity, roll = (
@@ -83,7 +77,8 @@ class Source(NamedTuple):
         )
         off = {scene.balls[i].id for i in np.flatnonzero(is_off)}
         start = scene.state((self.places(k, is_off).tolist(), velocity, off, roll))
-        return self.asked._replace(scene=scene, settings=settings), start
+        run = self.asked._replace(scene=scene, settings=settings).play(None, start)
+        return run if self.watched < 0 else replace(run, watched=self.scene.balls[self.watched].id)
 
     def places(self, part: int | slice, is_off: Any) -> Floats:
         """Return positions (..., N, 2) of shots; those of balls off the table are the scene's."""

@@ -45,11 +45,10 @@ Round = tuple[tuple[int, int], ...]
 
 
 class Collapse(NamedTuple):
-    """A collapse had these ``hits``; a ``forced`` change (m/s) may have ended it."""
+    """A collapse had these ``hits``, and ``is_over`` tells whether they came to an end."""
 
     hits: int
     is_over: bool
-    forced: float = 0.0
 
 
 def play_out(

@@ -40,9 +40,9 @@ OTHERWISE = tuple(Variant(longer=longer) for longer in (1.5, 3.0, 7.0))
 # These variants have both signs of a slip that is rounding: of balls that move against each other
 # along the tangent, and of balls that both move to one side. So `published` gives all its answers.
 SLIPS = tuple(Variant(slip=slip) for slip in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -2.0), (1.0, 2.0)))
-# Runs with other orders of the contacts of one instant show what these change: MOST_ORDERS runs, or
-# fewer with EVENTS events in all. ENOUGH_ORDERS runs repeat the orders, if few, with other errors.
-FEWEST_ORDERS, ENOUGH_ORDERS, MOST_ORDERS = 4, 8, 12
+# Runs with nudged starts show what an unknown order of contacts changes: up to MOST_NUDGES of each
+# kind, or fewer with EVENTS events in all.
+FEWEST_NUDGES, MOST_NUDGES = 4, 12
 EVENTS = 2_000
 
 
@@ -59,12 +59,9 @@ class Trace:
         ]
         self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
         self.events: list[Row] = []
-        # when first, how often, and the largest figure
-        self.warned: dict[str, tuple[float, int, float]] = {}
+        self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
         self.policies: set[str] = set()  # those that answered something that has no exact answer
-        self.orders: dict[int, None] = {}  # patterns of gaps with other outcomes; the largest first
-        self.spread = 0.0  # m/s; another order may change velocities by this
-        self.touch = False  # whether sides touch at the start
+        self.instants: dict[float, None] = {}  # s; several contacts came at each of these instants
         self.status = "settled"
         self.duration = 0.0
         self.steps = 0
@@ -72,17 +69,22 @@ class Trace:
     @property
     def variants(self) -> tuple[Variant, ...]:
         """The variants of the run that show what its policies decide."""
-        if not self.policies and not self.touch:
-            return ()
-        most = min(max(EVENTS // max(len(self.events), 1), FEWEST_ORDERS), MOST_ORDERS)
-        orders = list(self.orders)[:most]
-        count = max(len(orders), min(ENOUGH_ORDERS, most)) if orders else 0
-        gaps = [Variant(gaps=orders[k % len(orders)], seed=k) for k in range(count)]
-        if self.touch:
-            gaps += [Variant(opened=k) for k in range(min(ENOUGH_ORDERS, most))]
+        nudges = (*self.nudges(0), *self.nudges(1)) if self.policies & {ONE_INSTANT, FROZEN} else ()
         slips = SLIPS if ZERO_SLIP in self.policies else ()
         longer = len(OTHERWISE) if PERSISTENT in self.policies else int(COLLAPSE in self.policies)
-        return (*OTHERWISE[:longer], *gaps, *slips)
+        return (*OTHERWISE[:longer], *nudges, *slips)
+
+    def nudges(self, kind: int) -> list[Variant]:
+        """Return variants with nudged starts: narrow ones are of kind 0, wide ones of kind 1."""
+        most = min(max(EVENTS // max(len(self.events), 1), FEWEST_NUDGES), MOST_NUDGES)
+        return [Variant(nudge=2 * k + kind) for k in range(most)]
+
+    def order_decides(self) -> None:
+        """Warn of an order of contacts that nobody knows."""
+        for t in self.instants:
+            self.warn("several contacts came at one instant, in an unknown order", t, ONE_INSTANT)
+        if not self.instants:
+            self.warn("balls touch at the start, and gaps of 1e-13 m decide the ends", 0.0, FROZEN)
 
     def breakpoint(
         self,
@@ -157,18 +159,18 @@ class Trace:
             if any(math.isnan(row[5]) for row in rows):
                 self.knots[i] = completed(rows, surface, self.duration)
 
-    def warn(self, text: str, t: float, figure: float = 0.0) -> None:
-        """Note a warning of the time ``t`` (s); ``{figure}`` stands for its largest figure."""
-        first, times, largest = self.warned.get(text, (t, 0, 0.0))
-        self.warned[text] = first, times + 1, max(largest, figure)
+    def warn(self, text: str, t: float, policy: str | None = None) -> None:
+        """Note a warning of the time ``t`` (s), and the policy that answered then."""
+        self.policies.update([policy] if policy else [])
+        first, times = self.warned.get(text, (t, 0))
+        self.warned[text] = first, times + 1
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """All warnings, each once."""
         return tuple(
-            f"{text.replace('{figure}', f'{largest:.2g}')} "
-            f"({f'{times} times, first ' if times > 1 else ''}at {first:.6g} s)"
-            for text, (first, times, largest) in self.warned.items()
+            f"{text} ({f'{times} times, first ' if times > 1 else ''}at {first:.6g} s)"
+            for text, (first, times) in self.warned.items()
         )
 
 

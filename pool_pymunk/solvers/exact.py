@@ -6,14 +6,13 @@ from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
 from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED, NEVER_SETTLES
-from pool_pymunk.engine.recorder import Doubt, Recorder
+from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Wall, pocket
-from pool_pymunk.results.trace import COLLAPSE, NONE, ONE_INSTANT, PERSISTENT, ZERO_SLIP, Trace
-from pool_pymunk.solvers.frozen import touching
+from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.record import Settings
 
 
@@ -24,11 +23,10 @@ def pockets(scene: Scene) -> list[Wall]:
 
 def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine) -> Trace:
     """Give the engine its variant and its bounds, and return the trace of its run."""
-    trace, variant = EngineTrace(scene, start, engine), settings.variant
+    trace = EngineTrace(scene, start, engine)
     engine.recorder = trace
     engine.tally = Tally(settings.max_events, NEVER_SETTLES)
-    touch = variant.opened is not None or len(touching(scene, start)) > 0
-    engine.vary(variant, settings.measures_policies, touch)
+    engine.vary(settings.variant)
     return trace
 
 
@@ -70,7 +68,7 @@ class EngineTrace(Trace, Recorder):
             f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed. "
             "That is rounding alone, so it was taken for zero: no friction"
         )
-        self._warn(ZERO_SLIP, text, t)
+        self.warn(text, t, ZERO_SLIP)
 
     def persistent(self, contact: Contact, t: float) -> None:
         balls = self._balls([contact])
@@ -82,34 +80,19 @@ class EngineTrace(Trace, Recorder):
             f"{presses}. They hit once in each contact time, which is at most {CONTACT_TIME:g} of "
             "the time since the first hit or until rest"
         )
-        self._warn(PERSISTENT, text, t)
+        self.warn(text, t, PERSISTENT)
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         text = (
             f"inelastic collapse of balls {self._balls(contacts)}: after {LISTED} hits at one "
             f"instant {collapse.hits:,} more followed, which are no events"
         )
-        if collapse.is_over:
-            self.warn(text, t)
-        else:
-            text += ". The rest is one plastic hit without friction, which changed velocities by "
-            self._warn(COLLAPSE, text + "up to {figure}", t, collapse.forced)
+        if not collapse.is_over:
+            text += ". The rest is one plastic hit without friction"
+        self.warn(text, t, None if collapse.is_over else COLLAPSE)
 
-    def order_unknown(self, doubt: Doubt, t: float) -> None:
-        self.orders.update(dict.fromkeys(doubt.orders))
-        self.spread = max(self.spread, doubt.spread)
-        text = (
-            "contacts of one instant share a ball, and in a real rack their unknown order decides. "
-            "If they came one after the other, velocities would differ by up to {figure}"
-        )
-        self._warn(ONE_INSTANT, text, t, doubt.spread)
-
-    def _warn(self, policy: str, text: str, t: float, speed: float = 0.0) -> None:
-        """Warn with a speed (m/s), which is said in the scene's units."""
-        self.policies.add(policy)
-        units = self.scene.units
-        text = text.replace("{figure}", "{figure} " + units.speed)
-        self.warn(text, t, units.from_si(speed, "speed"))
+    def order_unknown(self, t: float) -> None:
+        self.instants[t] = None
 
     def _balls(self, contacts: Collection[Contact], between: str = ", ") -> str:
         numbers = sorted({i for contact in contacts for i in contact.balls})

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import partial
-from random import Random
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +17,11 @@ from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.contact import Vector
 
-# m; gaps of the starts, in turn. A gap of 1e-6 m is invisible; some are four times as wide, because
-# a few draws seldom meet the worst one.
-WIDTHS = (1e-13, 4e-6, 1e-9, 1e-6)
-# m; a gap of 1e-13 m decides the ends if it moves them by more than this: then the run amplifies
-# its rounding errors as strongly.
-DECIDED = 1e-6
-TRIED = (0, 4, 8)  # the first starts with the smallest gaps
+# m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
+# draws seldom meet the worst one.
+NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10)
+TURN = 2e-11  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
+DECIDED = 1e-5  # m; a run that moves ends less by narrow gaps may only amplify them
 HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of these (``is_closed``)
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
@@ -51,7 +48,7 @@ def _touching(scene: Scene, start: State) -> Rows:
         for i, (ball, (x, y)) in enumerate(zip(scene.balls, places, strict=True))
         if ball.id not in start.off
     ]
-    found: list[tuple[int, int, Vector]] = []  # by ball, then by the other ball, then by wall
+    found: list[tuple[int, int, Vector]] = []  # ball, other ball or wall, and normal
     for i, j in _near(sorted(discs)):
         (x, y), (u, v), r = places[i], places[j], scene.balls[i].radius
         distance = math.hypot(x - u, y - v)
@@ -69,7 +66,9 @@ def _touching(scene: Scene, start: State) -> Rows:
             if -r < gap <= r and is_closed(gap / NEARLY_CLOSED, x, y, r):
                 found.append((i, len(places) + k, side.normal(x, y)))
     rows = np.zeros((len(found), 2 * len(places)))
-    for row, (i, j, (nx, ny)) in zip(rows, sorted(found), strict=True):
+    rank = {i: k for k, i in enumerate(_order(start))}
+    found.sort(key=lambda each: sorted(rank.get(i, i) for i in each[:2]))
+    for row, (i, j, (nx, ny)) in zip(rows, found, strict=True):
         row[2 * i : 2 * i + 2] = nx, ny
         if j < len(places):
             row[2 * j : 2 * j + 2] = -nx, -ny
@@ -87,14 +86,42 @@ def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
                 yield (i, j) if i > j else (j, i)
 
 
-def opened(start: State, rows: Rows, number: int) -> State:
-    """Return a start in which these contacts have gaps, which differ from number to number."""
-    rnd = Random(number)  # Each gap has a random share of the width, or all or none of it.
-    share = rnd.random if rnd.random() < 0.5 else partial(rnd.choice, (0.0, 1.0))
-    gaps = WIDTHS[number % len(WIDTHS)] * np.array([share() for _ in rows])
+def nudged(scene: Scene, start: State, number: int) -> State:
+    """Return a start in which what touches has gaps, which differ from number to number.
+
+    Mostly one gap opens alone, because then its contact is sure to come after the others: a narrow
+    gap for an even number, a wide one for an odd one. Every fourth even number opens none, and
+    every fourth odd one all. Balls that touch nothing move by ``NARROW`` at most, and velocities
+    and rolls change by ``TURN``.
+    """
+    (turn, k), is_wide = divmod(number // 2, 4), number % 2
+    rng, rows = np.random.default_rng(number), touching(scene, start)
+    gaps = rng.random(len(rows)) * is_wide
+    if k and len(rows):
+        gaps = np.eye(len(rows))[(3 * turn + k - 1) % len(rows)]
+    gaps *= WIDE[turn % len(WIDE)] if is_wide else NARROW
     open_ = np.linalg.pinv(rows)
     moves = open_ @ gaps
     for _ in range(PASSES):
         moves += open_ @ np.maximum(-(rows @ moves), 0.0)
+    draws = np.empty((len(start.position), 4))
+    draws[_order(start)] = rng.uniform(-1.0, 1.0, draws.shape)
+    moves = np.where(rows.any(axis=0), moves, NARROW * draws[:, :2].ravel())
     places = np.array(start.position) + moves.reshape(-1, 2)
-    return start._replace(position=tuple(map(tuple, places.tolist())))
+    turns = 1.0 + TURN * (draws[:, 2:] @ (1.0, 1.0j))
+    return start._replace(
+        position=tuple(map(tuple, places.tolist())),
+        velocity=_turned(start.velocity, turns),
+        roll=None if start.roll is None else _turned(start.roll, turns),
+    )
+
+
+def _order(start: State) -> list[int]:
+    """Return the balls' numbers by their places, in whatever order they are listed."""
+    return sorted(range(len(start.position)), key=start.position.__getitem__)
+
+
+def _turned(velocities: Sequence[Vector], turns: NDArray[Any]) -> tuple[Vector, ...]:
+    """Return velocities (m/s), each turned and stretched by a complex factor."""
+    found = (np.array(velocities) @ (1.0, 1.0j)) * turns
+    return tuple(zip(found.real.tolist(), found.imag.tolist(), strict=True))

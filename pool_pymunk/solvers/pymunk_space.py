@@ -25,8 +25,6 @@ def solve(
     """Simulate with steps of ``settings.dt`` s; contacts come at their true times inside them."""
     table = set_up(scene, start, settings, friction)
     trace = begin(scene, start, settings, table.engine)
-    if settings.variant.gaps is not None:  # Its policy may have answered contacts of the start.
-        table.set_out([table.balls[i] for i in table.near.changed])
     table.play(settings.on_time, math.inf if settings.max_time is None else settings.max_time)
     trace.steps = table.steps
     trace.status = _status(table)

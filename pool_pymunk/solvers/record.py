@@ -24,7 +24,7 @@ class Settings(NamedTuple):
     The step ``dt`` is in s, and None for solvers without one. By default the scene's law answers
     the contacts. A solver with steps calls ``on_time`` now and then with its present time (s).
     Solvers with the contact engine play a ``variant``, which shows what depends on policies.
-    ``measures_policies`` tells whether a run measures this by other orders and variants.
+    ``measures_policies`` tells whether a run measures this by playing variants.
     """
 
     dt: float | None

@@ -7,7 +7,7 @@ import time
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Event, Run, read_times
-from pool_pymunk.results.trace import FROZEN, ONE_INSTANT, POCKET, ZERO_SLIP, Row, Trace
+from pool_pymunk.results.trace import POCKET, ZERO_SLIP, Row, Trace
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers import (
     event_driven,
@@ -32,7 +32,7 @@ from pool_pymunk.solvers import (
     pymunk_space,
     time_slice,
 )
-from pool_pymunk.solvers.frozen import DECIDED, TRIED, opened, touching
+from pool_pymunk.solvers.frozen import DECIDED, nudged, touching
 from pool_pymunk.solvers.record import OnTime, Settings, Solver
 from pool_pymunk.world.checks import check_choice, read_law, refuse_contacts
 
@@ -100,12 +100,9 @@ class Request(NamedTuple):
             friction = "rolling" if scene.surface.rolls else "surface"
             never = f"without {friction} friction the balls of this start never come to rest"
             raise setting_error("max_time", None, f"is missing: {never}")
-        measures = settings.measures_policies and self.solver.engine
-        touch = measures and len(touching(scene, state)) > 0
         began = time.perf_counter()
         trace = self._solve(state)
         wall_time = time.perf_counter() - began
-        trace.touch = touch and wall_time <= QUICK
         asked = self
         if trace.status == "max_events":  # Variants end when the run does.
             asked = self._replace(settings=settings._replace(max_time=trace.duration))
@@ -122,14 +119,10 @@ class Request(NamedTuple):
             before = alone.play(shot_before(self.scene, shot)).end
         return self.scene.start(shot, before)
 
-    def spread(self, start: State) -> float:
-        """Play a run, and return by how much (m/s) orders of one instant change velocities."""
-        return self._solve(self.scene.start(None, start)).spread
-
     def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
         settings = self.settings
-        if variant.opened is not None:
-            state = opened(state, touching(self.scene, state), variant.opened)
+        if variant.nudge is not None:
+            state = nudged(self.scene, state, variant.nudge)
         if variant != AS_IT_IS:
             settings = settings._replace(variant=variant, on_time=None)
         trace = self.solver.solve(self.scene, state, settings, **self.options)
@@ -140,22 +133,21 @@ class Request(NamedTuple):
 
     def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
         """Warn of how far (m) other answers of policies would move the ends; return it if known."""
-        if trace.touch and ONE_INSTANT not in trace.policies:
-            tries = (self._solve(state, Variant(opened=k)) for k in TRIED)
-            if any(farthest(trace, other) > DECIDED for other in tries):
-                trace.policies.add(FROZEN)
-                text = "balls touch at the start, and gaps of 1e-13 m would decide the ends"
-                trace.warn(text, 0.0)
+        measures = self.settings.measures_policies and self.solver.engine
+        is_measured = measures and wall_time <= QUICK
+        moves = cache(lambda variant: farthest(trace, self._solve(state, variant)))
+        is_open = trace.instants or (is_measured and len(touching(self.scene, state)))
+        tries = (moves(each) > DECIDED for each in trace.nudges(0) if is_measured)
+        if measures and is_open and (any(tries) or not is_measured):
+            trace.order_decides()
         if not trace.policies:
             return 0.0
-        is_measured = self.settings.measures_policies and wall_time <= QUICK
         if trace.policies == {ZERO_SLIP} or not is_measured:
             return None  # A zero slip has its own warning.
         changed, sure = 0.0, 1.0
         for variant in trace.variants:
             if changed <= self.scene.diagonal:  # A larger shift is not reported.
-                other = farthest(trace, self._solve(state, variant))
-                changed, sure = max((changed, sure), (variant.sure * other, variant.sure))
+                changed, sure = max((changed, sure), (variant.sure * moves(variant), variant.sure))
         shift, said = min(changed, self.scene.diagonal), ""
         if shift < changed:
             said = ". This is the diagonal of the table"
