@@ -97,7 +97,6 @@ def test_many_random_frozen_balls(form: str, at_cushion: bool, draw: Draw) -> No
         found = count_verdicts(form, at_cushion, 20, seed, draw)
         assert not found["missed"]
         assert not found["false alarm"]
-        assert found["covered"] > 3
 
 
 # -- gaps that no order of the hits of one instant shows -------------------------------------------
