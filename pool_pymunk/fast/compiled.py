@@ -24,6 +24,7 @@ from typing import Any, cast
 
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.walls import stage_of_past
+from pool_pymunk.physics import changes
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc
 
@@ -45,9 +46,14 @@ OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_
 APART = (
     "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
+    "pool_pymunk.fast.rows",
     "pool_pymunk.physics.together",
+    "pool_pymunk.physics.touches",
 )
-AT_ARCS = (bent_to_arc, time_in, time_out, stage_of_past)
+RARE = (
+    bent_to_arc, time_in, time_out, stage_of_past, changes.touch, changes.is_bent, changes.lose,
+    changes.lose_velocity, changes.fall, changes.begin_to_roll,
+)  # fmt: skip
 
 
 def is_there() -> bool:
@@ -140,7 +146,7 @@ def _register(function: FunctionType) -> None:
 
 def is_inlined(function: FunctionType) -> bool:
     """Tell whether calls of a function are inlined."""
-    return function.__module__ not in APART and function not in AT_ARCS
+    return function.__module__ not in APART and function not in RARE
 
 
 def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast import compiled, kinds
+from pool_pymunk.fast import compiled, kinds, rows
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.fast.loop import OUT_OF_TIME
 from pool_pymunk.fast.moves import nearest
@@ -24,7 +24,7 @@ from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.physics import changes, errors, kinks
 from pool_pymunk.physics.changes import Follow
 from pool_pymunk.physics.path import Path, from_breakpoint
-from pool_pymunk.physics.saltation import MORE, MOST
+from pool_pymunk.physics.saltation import MORE
 from pool_pymunk.results.run import Run
 
 
@@ -164,39 +164,9 @@ def _unknown_if(flag: Any) -> float:
     return math.nan if flag else 0.0
 
 
-def _is_unknown(own: Any) -> bool:
-    for k in range(own.shape[0]):
-        for p in range(own.shape[1]):
-            if own[k, p] == own[k, p]:
-                return False
-    return True
-
-
-def _is_beyond(own: Any) -> bool:
-    for k in range(own.shape[0]):
-        for p in range(own.shape[1]):
-            if abs(own[k, p]) > MOST:
-                return True
-    return False
-
-
-def _warn(g: Any, why: int, t: float) -> None:
-    return
-
-
-def _keep(g: Any, k: int, i: int, j: int, t: float) -> None:
-    return
-
-
 def _path_of(g: Any, i: int) -> Path:
     row = g.rows[g.at[i]]
     return from_breakpoint(row[1], row[2], row[3], row[4], row[5], row[6], row[7])
-
-
-def _copy(own: Any, there: Any) -> None:
-    for k in range(own.shape[0]):
-        for p in range(own.shape[1]):
-            there[k, p] = own[k, p]
 
 
 def _surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
@@ -215,35 +185,21 @@ def _cleared(m: Any) -> Any:
 def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
     size = len(by_pull)
     for k in range(size):
-        for p in range(len(of_pull)):
-            g.out[k, p] = by_pull[k] * of_pull[p]
+        rows.put(g.out[k], by_pull[k], of_pull)
         for j in range(size):
-            if by_state[k][j] != 0.0:
-                for p in range(len(of_pull)):
-                    g.out[k, p] += by_state[k][j] * own[j, p]
-    _copy(g.out[:size], own)
+            rows.add(g.out[k], by_state[k][j], own[j])
+    rows.copy(g.out[:size], own)
 
 
 def _multiply(g: Any, m: Any) -> None:
-    rows, count = m.shape[0], len(g.late)
-    for k in range(rows):
-        for p in range(count):
-            g.out[k, p] = 0.0
-    for j in range(rows + MORE):
-        if j >= rows and not _is_any(g.z[j]):
-            continue
-        for k in range(rows):
-            if m[k, j] != 0.0:
-                for p in range(count):
-                    g.out[k, p] += m[k, j] * g.z[j, p]
-    _copy(g.out[:rows], g.z)
-
-
-def _is_any(row: Any) -> bool:
-    found = False
-    for p in range(len(row)):
-        found |= row[p] != 0.0
-    return found
+    size = m.shape[0]
+    for k in range(size):
+        rows.put(g.out[k], m[k, 0], g.z[0])
+    for j in range(1, size + MORE):
+        if j < size or rows.is_any(g.z[j]):
+            for k in range(size):
+                rows.add(g.out[k], m[k, j], g.z[j])
+    rows.copy(g.out[:size], g.z)
 
 
 def _take_mean(g: Any, sides: int, balls: int) -> None:
@@ -255,19 +211,11 @@ def _take_mean(g: Any, sides: int, balls: int) -> None:
             g.answer[m, k] = total / sides
 
 
-def _begin(g: Any, kind: int) -> None:
+def _nothing(*_: Any) -> None:
     return
 
 
-def _misplace(g: Any, i: int, t: float) -> None:
-    return
-
-
-def _delay(g: Any, row: Any, t: float) -> None:
-    return
-
-
-def _may_miss(g: Any, own: Any, velocity: Any, normal: Any, curvature: float) -> bool:
+def _no(*_: Any) -> bool:
     return False
 
 
@@ -275,20 +223,16 @@ def _with_gap(g: Any, geometry: Any, i: int, other: int, t: float) -> Any:
     return geometry
 
 
-def _make(g: Any, geometry: Any, i: int, other: int) -> None:
-    return
-
-
 TWINS = {
     changes.columns: _columns, changes.any_of: _any_of, changes.greater: _greater,
-    changes.unknown_if: _unknown_if, changes.is_unknown: _is_unknown,
-    changes.is_beyond: _is_beyond, changes.warn: _warn, changes.keep: _keep,
-    changes.path_of: _path_of, changes.copy: _copy,
+    changes.unknown_if: _unknown_if, changes.is_unknown: rows.is_unknown,
+    changes.is_beyond: rows.is_beyond, changes.warn: _nothing, changes.keep: _nothing,
+    changes.path_of: _path_of, changes.copy: rows.copy,
     changes.surface_at: _surface_at, changes.cleared: _cleared, changes.advance: _advance,
     changes.multiply: _multiply,
-    changes.take_mean: _take_mean, errors.begin: _begin, errors.misplace: _misplace,
-    errors.delay: _delay, errors.may_miss: _may_miss, errors.with_gap: _with_gap,
-    errors.make: _make, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
+    changes.take_mean: _take_mean, errors.begin: _nothing, errors.misplace: _nothing,
+    errors.delay: _nothing, errors.may_miss: _no, errors.with_gap: _with_gap,
+    errors.make: _nothing, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
     kinks.jumps: kinds.jumps, kinks.hit_slopes: kinds.hit_slopes,
     kinks.bounce_slopes: kinds.cushion_slopes,
 }  # fmt: skip

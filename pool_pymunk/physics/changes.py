@@ -97,8 +97,8 @@ REASONS = (
 # surface. `of_numbers` (7, P), `of_mass` and `of_radius` (N, P) are what the inputs change. Each
 # ball has its last breakpoint `at`, the `change` (N, K, P) there, what it `met` there, whether it
 # is `gone`, and which inputs have `ever` (N, P) changed it. `late` (P) tells how late the last
-# event is. `found` has the reasons, and `kept` all changes. With `signs` the columns are rounding errors
-# (physics/errors.py). The others are one contact's.
+# event is. `found` has the reasons, and `kept` all changes. With `signs` the columns are rounding
+# errors (physics/errors.py). The others are one contact's.
 Follow = namedtuple(
     "Follow",
     "rows paths following events ends walls cushions own law discs faces corners anchors "
@@ -129,18 +129,25 @@ def start(g: Any, first: int) -> None:
 def follow(g: Any, first: int, last: int) -> int:
     """Follow the changes through these events; return why errors cannot be followed, if so."""
     for k in range(first, last):
-        if is_of_errors(g):
-            why = SHARED if shares_a_ball(g, k, first, k) else take(g, k)
-            if why != FOLLOWED:
-                return why
-        else:
-            t, i, j = time_and_balls(g, k)
-            why = reason_at(g, k, first, last)
-            look(g, i, t, ANYTHING if why == SHARED else int(g.events[k][2]), i)
-            if j != i:
-                look(g, j, t, ANYTHING if why == SHARED else i, i)
-            settle(g, k, take(g, k) if why == FOLLOWED else why)
+        why = reason_at(g, k, first, last)
+        if not is_of_errors(g):
+            look_before(g, k, why)
+        if why == FOLLOWED:
+            why = take(g, k)
+        if not is_of_errors(g):
+            settle(g, k, why)
+        elif why != FOLLOWED:
+            return why
     return FOLLOWED
+
+
+def look_before(g: Any, k: int, why: int) -> None:
+    """Look for touches on the paths that an event ends."""
+    t, i, j = time_and_balls(g, k)
+    other = int(g.events[k][2])
+    for n in range(1 if j == i else 2):
+        met = other if n == 0 else i
+        look(g, j if n == 1 else i, t, ANYTHING if why == SHARED else met, i)
 
 
 def finish(g: Any) -> int:
@@ -185,6 +192,8 @@ def time_and_balls(g: Any, k: int) -> tuple[float, int, int]:
 def reason_at(g: Any, k: int, first: int, last: int) -> int:
     """Return why an event has no derivative, as far as its time tells."""
     (t, i, j), other = time_and_balls(g, k), g.events[k][2]
+    if is_of_errors(g):
+        return SHARED if shares_a_ball(g, k, first, k) else FOLLOWED
     if is_unknown(g.change[i]) or is_unknown(g.change[j]):
         return KNOWN_BEFORE
     if other <= STOP:
@@ -430,12 +439,10 @@ def gather(g: Any, i: int, other: int, t: float) -> None:
     """Take the changes of the balls to a contact, and gather all that it depends on in ``z``."""
     balls, size = 2 if other >= 0 else 1, len(g.change[0])
     rows = balls * size
-    move(g, i, t)
-    if balls == 2:
-        move(g, other, t)
-    copy(g.change[i], g.z[:size])
-    if balls == 2:
-        copy(g.change[other], g.z[size:rows])
+    for c in range(balls):
+        n = i if c == 0 else other
+        move(g, n, t)
+        copy(g.change[n], g.z[c * size : (c + 1) * size])
     g.z[rows : rows + MORE] = 0.0
     if not is_of_errors(g):
         gather_numbers(g, i, other, rows)

@@ -141,8 +141,9 @@ def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
 def coulomb_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
     """Write the derivatives (4, 8) of :func:`~pool_pymunk.physics.laws.coulomb` into ``rows``.
 
-    Rows are a_n, a_t, b_n and b_t; columns are the same and then the pair's numbers. With the shares
-    s_a = m_b / (m_a + m_b) and s_b = 1 - s_a, the balls' velocities change by -s_a j and s_b j.
+    Rows are a_n, a_t, b_n and b_t; columns are the same, and then the numbers of the pair. With the
+    shares s_a = m_b / (m_a + m_b) and s_b = 1 - s_a, the balls' velocities change by -s_a j and
+    s_b j.
     """
     m_a, m_b, e, mu = pair
     both = m_a + m_b

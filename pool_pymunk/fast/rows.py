@@ -1,0 +1,53 @@
+"""This module has loops over rows of numbers, which numba does not inline."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pool_pymunk.physics.saltation import MOST
+
+
+def put(row: Any, weight: float, other: Any) -> None:
+    """Write a multiple of a row into another one."""
+    for p in range(len(row)):
+        row[p] = weight * other[p]
+
+
+def add(row: Any, weight: float, other: Any) -> None:
+    """Add a multiple of a row to another one."""
+    if weight != 0.0:
+        for p in range(len(row)):
+            row[p] += weight * other[p]
+
+
+def is_any(row: Any) -> bool:
+    """Tell whether a row has a number that is not 0."""
+    found = False
+    for p in range(len(row)):
+        found |= row[p] != 0.0
+    return found
+
+
+def copy(own: Any, there: Any) -> None:
+    """Copy the rows of a change."""
+    for k in range(own.shape[0]):
+        for p in range(own.shape[1]):
+            there[k, p] = own[k, p]
+
+
+def is_unknown(own: Any) -> bool:
+    """Tell whether nothing is known of a change."""
+    for k in range(own.shape[0]):
+        for p in range(own.shape[1]):
+            if own[k, p] == own[k, p]:
+                return False
+    return True
+
+
+def is_beyond(own: Any) -> bool:
+    """Tell whether a change has grown too large."""
+    for k in range(own.shape[0]):
+        for p in range(own.shape[1]):
+            if abs(own[k, p]) > MOST:
+                return True
+    return False
