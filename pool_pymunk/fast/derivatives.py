@@ -16,16 +16,19 @@ from pool_pymunk.fast import compiled, kinds, rows
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.fast.loop import OUT_OF_TIME
 from pool_pymunk.fast.moves import nearest
-from pool_pymunk.fast.records import Out, Tracks
+from pool_pymunk.fast.records import F, I, Out, Tracks
 from pool_pymunk.fast.shots import Floats, Source, is_gone
 from pool_pymunk.fast.tables import own_of_walls, table_of, walls_differ
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
-from pool_pymunk.physics import changes, errors, kinks
-from pool_pymunk.physics.changes import Follow
+from pool_pymunk.physics import changes, columns, errors, kinks
+from pool_pymunk.physics.columns import ONE, Follow
 from pool_pymunk.physics.path import Path, from_breakpoint
 from pool_pymunk.physics.saltation import MORE
 from pool_pymunk.results.run import Run
+
+BALL = np.dtype([("at", I), ("met", I), ("gone", I), ("mass", F), ("radius", F)])
+CONTACT = np.dtype([(name, F, shape) for name, shape in ONE.items()])
 
 
 class Follower:
@@ -84,22 +87,15 @@ def _follow(scene: Any, law: Any, tracks: Tracks, numbers: Any, size: int) -> An
     inputs, sides = of_mass.shape[1], table_of(scene, walls_differ(scene)).sides
     grids = zip(obstacles(scene), (9, 8, 6), strict=True)
     discs, faces, corners = (np.array(row, float).reshape(-1, width) for row, width in grids)
-    none, index = np.empty((0, inputs)), np.int64
-    fields: dict[str, Any] = {
-        "rows": tracks.rows, "paths": 0, "following": np.empty(len(tracks.rows), index),
-        "events": tracks.events, "ends": np.zeros(4),
-        "walls": (sides, np.unique(sides.first)), "cushions": len(scene.cushions),
-        "own": np.array(own_of_walls(scene), float).reshape(-1, 2), "law": law,
-        "discs": discs, "faces": faces, "corners": corners, "anchors": none,
-        "numbers": np.empty(len(of_numbers)), "mass": np.empty(count), "radius": np.empty(count),
-        "cue": law.cue, "of_numbers": of_numbers, "of_mass": of_mass, "of_radius": of_radius,
-        "change": np.empty((count, size, inputs)), "at": np.empty(count, index),
-        "met": np.empty(count, index), "gone": np.empty(count, index),
-        "ever": np.empty((count, inputs), np.bool_), "late": np.empty(inputs),
-        "found": 0, "kept": 0, "signs": none, "alike": none, "drawn": 0,
-        **{name: np.empty(shape) for name, shape in changes.room(size, inputs).items()},
-    }  # fmt: skip
-    return Follow(**fields)
+    own = np.array(own_of_walls(scene), float).reshape(-1, 2)
+    ball, one = (np.zeros(n, dtype).view(np.recarray) for n, dtype in ((count, BALL), (1, CONTACT)))
+    return Follow(
+        tracks.rows, np.empty(len(tracks.rows), np.int64), tracks.events,
+        (sides, np.unique(sides.first)), len(scene.cushions), own, law.cue, law, discs, faces,
+        corners, ball, of_numbers, of_mass, of_radius, np.empty((count, size, inputs)),
+        np.empty((count, inputs), np.bool_), np.empty(inputs), one[0],
+        **columns.room(size, inputs), python=0,
+    )  # fmt: skip
 
 
 def follow_shots(
@@ -110,12 +106,12 @@ def follow_shots(
     for s in range(len(known)):
         if last[s, 0] > row:
             read(g, shots, starts[s], s)
-            g.ends[0], g.ends[1] = ends[s, 0], ends[s, 1]
+            g.one.ends[0], g.one.ends[1] = ends[s, 0], ends[s, 1]
             note_following(g, row, last[s, 0])
             changes.start(g, row)
             changes.follow(g, event, last[s, 1])
             changes.finish(g)
-            for i in range(len(g.at)):
+            for i in range(len(g.ball)):
                 for k in range(2):
                     for p in range(len(g.late)):
                         found[s, i, k, p] = g.change[i, k, p]
@@ -127,10 +123,14 @@ def follow_shots(
 
 def read(g: Any, shots: Any, starts: Any, s: int) -> None:
     """Read the numbers of shot ``s``, and the changes of its start."""
-    for k in range(len(g.numbers)):
-        g.numbers[k] = shots.coefficients[s, k]
-    for i in range(len(g.at)):
-        g.mass[i], g.radius[i], g.gone[i] = shots.mass[s, i], shots.radius[i], shots.is_off[s, i]
+    for k in range(len(g.one.numbers)):
+        g.one.numbers[k] = shots.coefficients[s, k]
+    for i in range(len(g.ball)):
+        g.ball[i].mass, g.ball[i].radius, g.ball[i].gone = (
+            shots.mass[s, i],
+            shots.radius[i],
+            shots.is_off[s, i],
+        )
         for k in range(len(starts[i])):
             for p in range(len(g.late)):
                 g.change[i, k, p] = starts[i, k, p]
@@ -138,11 +138,11 @@ def read(g: Any, shots: Any, starts: Any, s: int) -> None:
 
 def note_following(g: Any, first: int, last: int) -> None:
     """Note which breakpoint follows each one of a shot."""
-    for i in range(len(g.at)):
-        g.at[i] = -1
+    for i in range(len(g.ball)):
+        g.ball[i].at = -1
     for k in range(last - 1, first - 1, -1):
         i = int(g.rows[k, 0])
-        g.following[k], g.at[i] = g.at[i], k
+        g.following[k], g.ball[i].at = g.ball[i].at, k
 
 
 # -- twins -----------------------------------------------------------------------------------------
@@ -165,7 +165,7 @@ def _unknown_if(flag: Any) -> float:
 
 
 def _path_of(g: Any, i: int) -> Path:
-    row = g.rows[g.at[i]]
+    row = g.rows[g.ball[i].at]
     return from_breakpoint(row[1], row[2], row[3], row[4], row[5], row[6], row[7])
 
 
@@ -207,8 +207,8 @@ def _take_mean(g: Any, sides: int, balls: int) -> None:
         for k in range(4 * balls):
             total = 0.0
             for side in range(sides):
-                total += g.slopes[side, m, k]
-            g.answer[m, k] = total / sides
+                total += g.one.slopes[side, m, k]
+            g.one.answer[m, k] = total / sides
 
 
 def _nothing(*_: Any) -> None:
@@ -224,13 +224,13 @@ def _with_gap(g: Any, geometry: Any, i: int, other: int, t: float) -> Any:
 
 
 TWINS = {
-    changes.columns: _columns, changes.any_of: _any_of, changes.greater: _greater,
-    changes.unknown_if: _unknown_if, changes.is_unknown: rows.is_unknown,
-    changes.is_beyond: rows.is_beyond, changes.warn: _nothing, changes.keep: _nothing,
-    changes.path_of: _path_of, changes.copy: rows.copy,
-    changes.surface_at: _surface_at, changes.cleared: _cleared, changes.advance: _advance,
-    changes.multiply: _multiply,
-    changes.take_mean: _take_mean, errors.begin: _nothing, errors.misplace: _nothing,
+    columns.is_of_errors: _no, columns.columns: _columns, columns.any_of: _any_of, columns.greater: _greater,
+    columns.unknown_if: _unknown_if, columns.is_unknown: rows.is_unknown,
+    columns.is_beyond: rows.is_beyond, columns.warn: _nothing, columns.keep: _nothing,
+    columns.path_of: _path_of, columns.copy: rows.copy,
+    columns.surface_at: _surface_at, columns.cleared: _cleared, columns.advance: _advance,
+    columns.multiply: _multiply,
+    columns.take_mean: _take_mean, errors.begin: _nothing, errors.misplace: _nothing,
     errors.delay: _nothing, errors.may_miss: _no, errors.with_gap: _with_gap,
     errors.make: _nothing, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
     kinks.jumps: kinds.jumps, kinks.hit_slopes: kinds.hit_slopes,

@@ -8,14 +8,32 @@ arrays and one input after the other. What the two must do differently stands at
 from __future__ import annotations
 
 import math
-from collections import namedtuple
 from typing import Any
 
-import numpy as np
-
 from pool_pymunk.physics import errors
+from pool_pymunk.physics.columns import (
+    MOST_SIDES,
+    advance,
+    any_of,
+    cleared,
+    columns,
+    copy,
+    greater,
+    is_any_unknown,
+    is_beyond,
+    is_changed,
+    is_of_errors,
+    is_unknown,
+    keep,
+    multiply,
+    path_of,
+    surface_at,
+    take_mean,
+    unknown_if,
+    warn,
+)
 from pool_pymunk.physics.contact import split
-from pool_pymunk.physics.kinks import MOST_SIDES, SAME, ask, law_sides
+from pool_pymunk.physics.kinks import SAME, ask, law_sides
 from pool_pymunk.physics.path import Path, motion_at, set_off, sets_off, standing
 from pool_pymunk.physics.saltation import (
     AGREE,
@@ -87,41 +105,12 @@ REASONS = (
     RESTS_LAST, CHAOS,
 ) = range(len(REASONS))  # fmt: skip
 
-# A follow has what one pass needs. `rows` are breakpoints (ball, t, x, y, vx, vy, ax, ay, wx, wy)
-# with their `paths`, and the number of the `following` one of the ball, or -1. `ends` are the
-# duration (s), whether the run was cut there, whether its number of events did that, and the first
-# breakpoint. `walls` and `law` are asked; so many of them are `cushions`, and `own` are their own
-# restitution and friction, or -1; `anchors` are places where they begin. `discs`, `faces` and
-# `corners` are what balls may touch. The `numbers` are the scene's: restitutions of balls, of the
-# cue ball and of cushions, pull of the surface, frictions of cushions and of balls, drag of the
-# surface. `of_numbers` (7, P), `of_mass` and `of_radius` (N, P) are what the inputs change. Each
-# ball has its last breakpoint `at`, the `change` (N, K, P) there, what it `met` there, whether it
-# is `gone`, and which inputs have `ever` (N, P) changed it. `late` (P) tells how late the last
-# event is. `found` has the reasons, and `kept` all changes. With `signs` the columns are rounding
-# errors (physics/errors.py). The others are one contact's.
-Follow = namedtuple(
-    "Follow",
-    "rows paths following events ends walls cushions own law discs faces corners anchors "
-    "numbers mass radius cue "
-    "of_numbers of_mass of_radius change at met gone ever late found kept signs alike drawn "
-    "z parts bad out place before after matrix answer asked beside answers slopes",
-)
-
-
-def room(size: int, count: int) -> dict[str, tuple[int, ...]]:
-    """Return the shapes of what a follow needs for one contact, for states of K numbers."""
-    width, names = 2 * size, Follow._fields[-13:]
-    rows = (width + MORE, count), (4, count), (count,), (width, count)
-    matrices = (4,), (width,), (width,), (width, width + MORE), (4, 8)
-    asked = (8,), (8,), (MOST_SIDES + 1, 4), (MOST_SIDES, 4, 8)
-    return dict(zip(names, (*rows, *matrices, *asked), strict=True))
-
 
 def start(g: Any, first: int) -> None:
     """Put the balls on their first paths, whose breakpoints are those from ``first`` on."""
-    g.ends[3] = first
-    for i in range(len(g.at)):
-        g.at[i], g.met[i] = first + i, STOP
+    g.one.ends[3] = first
+    for i in range(len(g.ball)):
+        g.ball[i].at, g.ball[i].met = first + i, STOP
         for p in columns(g):
             g.ever[i, p] = is_changed(g.change[i], p)
 
@@ -152,17 +141,17 @@ def look_before(g: Any, k: int, why: int) -> None:
 
 def finish(g: Any) -> int:
     """Follow the changes to the end of the run; return why errors cannot be followed, if so."""
-    t = g.ends[0]
-    for i in range(len(g.at)):
-        following = g.following[g.at[i]]
+    t = g.one.ends[0]
+    for i in range(len(g.ball)):
+        following = g.following[g.ball[i].at]
         if following >= 0 and g.rows[following][1] < t:
             if is_of_errors(g):
                 return GOES_ON
             lose(g, GOES_ON, i, i, g.rows[following][1])
         if not is_of_errors(g):
             look(g, i, t, STOP, i)
-    for i in range(len(g.at)):
-        rests = g.ends[1] != 0.0 and rests_just_at(g, i, t)
+    for i in range(len(g.ball)):
+        rests = g.one.ends[1] != 0.0 and rests_just_at(g, i, t)
         move(g, i, t)
         if rests and not is_of_errors(g):
             lose_velocity(g, i, t)
@@ -200,9 +189,9 @@ def reason_at(g: Any, k: int, first: int, last: int) -> int:
         return FOLLOWED
     if shares_a_ball(g, k, first, last):
         return SHARED
-    if t == g.ends[0] and g.ends[2] != 0.0:
+    if t == g.one.ends[0] and g.one.ends[2] != 0.0:
         return CUT_OFF
-    if g.ends[1] != 0.0 and is_at(g, t, g.ends[0], i, j):
+    if g.one.ends[1] != 0.0 and is_at(g, t, g.one.ends[0], i, j):
         return ENDS_THERE
     return RESTS_THERE if rests_just_at(g, i, t) or rests_just_at(g, j, t) else FOLLOWED
 
@@ -210,8 +199,8 @@ def reason_at(g: Any, k: int, first: int, last: int) -> int:
 def take(g: Any, k: int) -> int:
     """Take the changes through an event; return why that cannot be, if so."""
     (t, i, j), other = time_and_balls(g, k), int(g.events[k][2])
-    row = g.rows[g.at[i]]
-    errors.begin(g, i + j + max(-1 - other, 0) if other > STOP else g.at[i])
+    row = g.rows[g.ball[i].at]
+    errors.begin(g, i + j + max(-1 - other, 0) if other > STOP else g.ball[i].at)
     if other == STOP and row[4] == 0.0 and row[5] == 0.0:
         if not is_of_errors(g):
             warn(g, STOPPED, t)
@@ -220,7 +209,7 @@ def take(g: Any, k: int) -> int:
         come_to(g, i, t)
         return FOLLOWED
     for n in (i, j):
-        following = g.following[g.at[n]]
+        following = g.following[g.ball[n].at]
         if following < 0 or g.rows[following][1] != t:
             return AT_RIM if is_pocket(g, other) else PERSISTS
     if other == STOP:
@@ -276,24 +265,24 @@ def is_at(g: Any, t: float, now: float, i: int, j: int) -> bool:
     """Tell whether a time (s) is that of an instant, to rounding, in the motion of two balls."""
     fastest = size = 0.0
     for n in (i, j):
-        row = g.rows[g.at[n]]
+        row = g.rows[g.ball[n].at]
         fastest = max(fastest, max(abs(row[4]), abs(row[5])))
-        size = max(size, abs(row[2]) + abs(row[3]) + g.radius[n])
+        size = max(size, abs(row[2]) + abs(row[3]) + g.ball[n].radius)
     return is_now(t, now, fastest, size)
 
 
 def rests_just_at(g: Any, i: int, t: float) -> bool:
     """Tell whether a ball that moved comes to rest at this time (s)."""
-    row, balls = g.rows[g.at[i]], len(g.at)
-    moved = row[4] != 0.0 or row[5] != 0.0 or g.at[i] >= g.ends[3] + balls
+    row, balls = g.rows[g.ball[i].at], len(g.ball)
+    moved = row[4] != 0.0 or row[5] != 0.0 or g.ball[i].at >= g.one.ends[3] + balls
     return moved and is_at(g, end_of(g, row), t, i, i)
 
 
 def end_of(g: Any, row: Any) -> float:
     """Return when (s) the path of a breakpoint ends."""
-    t, place, velocity, pull = row[1], (row[2], row[3]), (row[4], row[5]), g.numbers[3]
+    t, place, velocity, pull = row[1], (row[2], row[3]), (row[4], row[5]), g.one.numbers[3]
     if len(g.change[0]) > 4:
-        return slide_or_roll(t, place, velocity, (row[8], row[9]), pull, g.numbers[6]).end
+        return slide_or_roll(t, place, velocity, (row[8], row[9]), pull, g.one.numbers[6]).end
     return set_off(t, place, velocity, pull).end
 
 
@@ -301,7 +290,7 @@ def stop(g: Any, i: int, t: float) -> int:
     """Let a ball come to rest: changes of its place stay."""
     own = g.change[i]
     for p in columns(g):
-        g.late[p] = later(g, g.rows[g.at[i]], own, p)
+        g.late[p] = later(g, g.rows[g.ball[i].at], own, p)
     move(g, i, t)
     for p in columns(g):
         for k in range(2, len(own)):
@@ -312,13 +301,13 @@ def stop(g: Any, i: int, t: float) -> int:
 
 def begin_to_roll(g: Any, i: int, t: float) -> int:
     """Let a ball begin to roll: its acceleration changes, and its slip is gone."""
-    before, own = g.rows[g.at[i]], g.change[i]
+    before, own = g.rows[g.ball[i].at], g.change[i]
     for p in columns(g):
         g.late[p] = later(g, before, own, p)
     move(g, i, t)
     errors.delay(g, before, t)
     come_to(g, i, t)
-    after = g.rows[g.at[i]]
+    after = g.rows[g.ball[i].at]
     for p in columns(g):
         own[2, p] += (before[6] - after[6]) * g.late[p]
         own[3, p] += (before[7] - after[7]) * g.late[p]
@@ -341,7 +330,7 @@ def fall(g: Any, i: int, hole: int, t: float) -> int:
         for k in range(len(own)):
             own[k, p] = bad
     come_to(g, i, t)
-    g.gone[i] = 1
+    g.ball[i].gone = 1
     return FOLLOWED
 
 
@@ -353,15 +342,18 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
     size, balls, fastest, reach = len(g.change[0]), 2 if other >= 0 else 1, 0.0, 0.0
     for c in range(balls):
         n = i if c == 0 else other
-        row, after = g.rows[g.at[n]], g.rows[g.following[g.at[n]]]
+        row, after = g.rows[g.ball[n].at], g.rows[g.following[g.ball[n].at]]
         x, y, vx, vy = motion_at(path_of(g, n), t)
-        g.place[2 * c], g.place[2 * c + 1] = x, y
-        put_rates(g.before, c * size, size, vx, vy, row)
-        put_rates(g.after, c * size, size, after[4], after[5], after)
-        fastest, reach = max(fastest, max(abs(vx), abs(vy))), reach + abs(x) + abs(y) + g.radius[n]
+        g.one.place[2 * c], g.one.place[2 * c + 1] = x, y
+        put_rates(g.one.before, c * size, size, vx, vy, row)
+        put_rates(g.one.after, c * size, size, after[4], after[5], after)
+        fastest, reach = (
+            max(fastest, max(abs(vx), abs(vy))),
+            reach + abs(x) + abs(y) + g.ball[n].radius,
+        )
     geometry = geometry_at(g, i, other)
     if not is_of_errors(g):
-        if other < 0 and is_at_corner(g.corners, g.place[0], g.place[1], g.radius[i]):
+        if other < 0 and is_at_corner(g.corners, g.one.place[0], g.one.place[1], g.ball[i].radius):
             return AT_CORNER
         if geometry.closing <= GRAZE * fastest or geometry.depth <= BLUR * reach:
             return IS_GRAZE
@@ -374,10 +366,10 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
     why = answer(g, geometry, i, other, fastest, t)
     if why != FOLLOWED:
         return why
-    m = cleared(g.matrix[: balls * size])
+    m = cleared(g.one.matrix[: balls * size])
     respond(g, m, geometry, balls)
     if size > 4 and balls == 1:
-        slow_roll(g, m, geometry, roll_of(g, i, t), g.asked[3])
+        slow_roll(g, m, geometry, roll_of(g, i, t), g.one.asked[3])
     saltate(g, m, geometry, balls)
     multiply(g, m)
     errors.make(g, geometry, i, other)
@@ -386,7 +378,7 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
         copy(g.z[c * size : (c + 1) * size], g.change[n])
         if not is_of_errors(g):
             lose_where(g, n)
-        g.at[n], g.met[n] = g.following[g.at[n]], i if c == 1 else other
+        g.ball[n].at, g.ball[n].met = g.following[g.ball[n].at], i if c == 1 else other
     return FOLLOWED
 
 
@@ -412,7 +404,7 @@ def lose_where(g: Any, i: int) -> None:
 
 def roll_of(g: Any, i: int, t: float) -> Any:
     """Return the roll (m/s) of a ball at a time (s)."""
-    row = g.rows[g.at[i]]
+    row = g.rows[g.ball[i].at]
     (ax, ay), time = roll_rate(row), t - row[1]
     return row[8] + time * ax, row[9] + time * ay
 
@@ -426,13 +418,18 @@ def put_rates(rates: Any, first: int, size: int, vx: float, vy: float, row: Any)
 
 def geometry_at(g: Any, i: int, other: int) -> Geometry:
     """Return the geometry of a contact of a ball with another one, or with a wall."""
-    x, y, size = g.place[0], g.place[1], len(g.change[0])
-    own = x, y, g.before[0], g.before[1], g.before[2], g.before[3]
+    x, y, size = g.one.place[0], g.one.place[1], len(g.change[0])
+    own = x, y, g.one.before[0], g.one.before[1], g.one.before[2], g.one.before[3]
     if other < 0:
-        normal, curvature = surface_at(g, -1 - other, x, y, g.radius[i])
+        normal, curvature = surface_at(g, -1 - other, x, y, g.ball[i].radius)
         return touching(own, normal, curvature)
-    vx, vy, ax, ay = g.before[size], g.before[size + 1], g.before[size + 2], g.before[size + 3]
-    return meeting(own, (g.place[2], g.place[3], vx, vy, ax, ay))
+    vx, vy, ax, ay = (
+        g.one.before[size],
+        g.one.before[size + 1],
+        g.one.before[size + 2],
+        g.one.before[size + 3],
+    )
+    return meeting(own, (g.one.place[2], g.one.place[3], vx, vy, ax, ay))
 
 
 def gather(g: Any, i: int, other: int, t: float) -> None:
@@ -477,8 +474,8 @@ def put_parts(g: Any, geometry: Geometry, balls: int, p: Any) -> Any:
     late = (nx * x + ny * y + z[rows + GAP, p]) / geometry.closing
     turn = geometry.curvature * (nx * y - ny * x + geometry.slip * late) + z[rows + TURN, p]
     for c in range(balls):
-        k, vx, vy = c * size, g.before[c * size], g.before[c * size + 1]
-        u, v = z[k + 2, p] + g.before[k + 2] * late, z[k + 3, p] + g.before[k + 3] * late
+        k, vx, vy = c * size, g.one.before[c * size], g.one.before[c * size + 1]
+        u, v = z[k + 2, p] + g.one.before[k + 2] * late, z[k + 3, p] + g.one.before[k + 3] * late
         g.parts[2 * c, p] = nx * u + ny * v + (vy * nx - vx * ny) * turn
         g.parts[2 * c + 1, p] = nx * v - ny * u - (vx * nx + vy * ny) * turn
     return late
@@ -486,26 +483,26 @@ def put_parts(g: Any, geometry: Geometry, balls: int, p: Any) -> Any:
 
 def answer(g: Any, geometry: Geometry, i: int, other: int, fastest: float, t: float) -> int:
     """Write the law's derivatives, the mean of those on all sides; nan where these differ."""
-    balls, size, x = 2 if other >= 0 else 1, len(g.change[0]), g.asked
+    balls, size, x = 2 if other >= 0 else 1, len(g.change[0]), g.one.asked
     for c in range(balls):
         k = c * size
-        x[2 * c], x[2 * c + 1] = split((g.before[k], g.before[k + 1]), geometry.normal)
+        x[2 * c], x[2 * c + 1] = split((g.one.before[k], g.one.before[k + 1]), geometry.normal)
     if balls == 2:
-        x[4], x[5], x[7] = g.mass[i], g.mass[other], g.numbers[5]
-        x[6] = g.numbers[1 if g.cue in (i, other) else 0]
+        x[4], x[5], x[7] = g.ball[i].mass, g.ball[other].mass, g.one.numbers[5]
+        x[6] = g.one.numbers[1 if g.cue in (i, other) else 0]
     else:
         has_e, has_mu = owns(g, -1 - other)
         own = g.own[-1 - other]
-        x[2], x[3] = own[0] if has_e else g.numbers[2], own[1] if has_mu else g.numbers[4]
+        x[2], x[3] = own[0] if has_e else g.one.numbers[2], own[1] if has_mu else g.one.numbers[4]
     sides = law_sides(g, balls, is_moved(g, 0), balls == 2 and is_moved(g, 1), fastest)
     if sides == 0:
         return JUMPS
-    ask(g.law, x, balls, g.answers[MOST_SIDES])
+    ask(g.law, x, balls, g.one.answers[MOST_SIDES])
     for c in range(balls):
         k = c * size
-        n, across = split((g.after[k], g.after[k + 1]), geometry.normal)
-        off = max(abs(n - g.answers[MOST_SIDES][2 * c]),
-                  abs(across - g.answers[MOST_SIDES][2 * c + 1]))  # fmt: skip
+        n, across = split((g.one.after[k], g.one.after[k + 1]), geometry.normal)
+        off = max(abs(n - g.one.answers[MOST_SIDES][2 * c]),
+                  abs(across - g.one.answers[MOST_SIDES][2 * c + 1]))  # fmt: skip
         if off > AGREE * fastest:
             return BY_POLICY
     if sides > 1 and not is_of_errors(g):
@@ -521,7 +518,7 @@ def answer(g: Any, geometry: Geometry, i: int, other: int, fastest: float, t: fl
 def is_moved(g: Any, ball: int) -> bool:
     """Tell whether an input changes the tangential velocity of the first ball, or the second."""
     if is_of_errors(g):
-        return bool(g.asked[2 * ball] != 0.0 or g.asked[2 * ball + 1] != 0.0)
+        return bool(g.one.asked[2 * ball] != 0.0 or g.one.asked[2 * ball + 1] != 0.0)
     found = False
     for p in columns(g):
         found |= any_of(g.parts[2 * ball + 1, p] != 0.0)
@@ -535,14 +532,14 @@ def is_bent(g: Any, sides: int, balls: int, p: Any) -> Any:
     for side in range(sides):
         for m in range(count):
             for k in range(2 * count):
-                most = max(most, abs(g.slopes[side][m][k]))
+                most = max(most, abs(g.one.slopes[side][m][k]))
     for k in range(2 * count):
         size = greater(size, abs(g.parts[k, p] if k < count else g.z[law + k - count, p]))
     for side in range(1, sides):
         for m in range(count):
             off = 0.0 * size
             for k in range(2 * count):
-                by = g.slopes[side][m][k] - g.slopes[0][m][k]
+                by = g.one.slopes[side][m][k] - g.one.slopes[0][m][k]
                 off += by * (g.parts[k, p] if k < count else g.z[law + k - count, p])
             found = found | (abs(off) > SAME * most * size)
     return found
@@ -558,20 +555,20 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
     cushion, or end just where it touches. A small change makes a contact there or leaves a gap, so
     the ends have a kink. Ball ``done`` was looked at before.
     """
-    path, radius = path_of(g, i), g.radius[i]
+    path, radius = path_of(g, i), g.ball[i].radius
     is_still = not sets_off(path)
-    if g.gone[i]:
+    if g.ball[i].gone:
         return
     if not is_still:
         look_at_table(g, i, path, t, met)
-    for j in range(len(g.at)):
-        if j in (i, done) or g.gone[j]:
+    for j in range(len(g.ball)):
+        if j in (i, done) or g.ball[j].gone:
             continue
         other = path_of(g, j)
         since = max(path.t, other.t)
         if since >= t or (is_still and not sets_off(other)):
             continue
-        begins, apart = not (g.met[i] == j and g.met[j] == i), radius + g.radius[j]
+        begins, apart = not (g.ball[i].met == j and g.ball[j].met == i), radius + g.ball[j].radius
         if is_far(path, other, t, apart):
             continue
         begins = begins or path.t != other.t
@@ -586,12 +583,12 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
 
 def look_at_table(g: Any, i: int, path: Path, t: float, met: int) -> None:
     """Lose what touches of the table, of a post or of a rim decide."""
-    radius = g.radius[i]
+    radius = g.ball[i].radius
     for k in range(len(g.discs) + len(g.faces)):
         is_disc = k < len(g.discs)
         thing = g.discs[k] if is_disc else g.faces[k - len(g.discs)]
         wall = -1 - int(thing[4 if is_disc else 7])
-        free = g.met[i] != wall, met != wall and met != ANYTHING
+        free = g.ball[i].met != wall, met != wall and met != ANYTHING
         if is_disc:
             still, apart = standing(0.0, thing[0], thing[1]), thing[2] + thing[3] * radius
             along, turns = touch_of_discs(path, still, t, apart, thing[3], free)
@@ -617,7 +614,7 @@ def touch(g: Any, i: int, j: int, t: float) -> None:
         matters = g.ever[i, p] | g.ever[j, p]
         for n in (i, j):
             matters = matters | (g.of_radius[n, p] != 0.0)
-            row = g.rows[g.at[n]]
+            row = g.rows[g.ball[n].at]
             if sets_off(path_of(g, n)) and t > row[1]:
                 pull = g.of_numbers[3 if is_sliding(row, len(g.change[0])) else 6, p]
                 matters = matters | (pull != 0.0)
@@ -640,13 +637,13 @@ def is_sliding(row: Any, size: int) -> bool:
 
 def move(g: Any, i: int, t: float) -> None:
     """Take the change of a ball along its path to a time (s), with the errors that this makes."""
-    carry(g, g.rows[g.at[i]], g.change[i], t)
+    carry(g, g.rows[g.ball[i].at], g.change[i], t)
     errors.misplace(g, i, t)
 
 
 def carry(g: Any, row: Any, own: Any, t: float) -> None:
     """Take a change from a breakpoint along the path to a time (s)."""
-    vx, vy, time, pull, drag = row[4], row[5], t - row[1], g.numbers[3], g.numbers[6]
+    vx, vy, time, pull, drag = row[4], row[5], t - row[1], g.one.numbers[3], g.one.numbers[6]
     if len(own) == 4:
         by_state, by_pull = slowing(vx, vy, time, pull)
         advance(g, own, by_state, by_pull, g.of_numbers[3])
@@ -660,7 +657,7 @@ def carry(g: Any, row: Any, own: Any, t: float) -> None:
 
 def later(g: Any, row: Any, own: Any, p: Any) -> Any:
     """Return how much later (s) the path of a breakpoint ends, by the change there."""
-    vx, vy, pull, drag = row[4], row[5], g.numbers[3], g.numbers[6]
+    vx, vy, pull, drag = row[4], row[5], g.one.numbers[3], g.one.numbers[6]
     if len(own) == 4:
         return stops_later(vx, vy, pull, own[2, p], own[3, p], g.of_numbers[3, p])
     if not is_sliding(row, len(own)):
@@ -671,8 +668,8 @@ def later(g: Any, row: Any, own: Any, p: Any) -> Any:
 
 def come_to(g: Any, i: int, t: float) -> None:
     """Go on to a ball's last breakpoint of this time."""
-    while g.following[g.at[i]] >= 0 and g.rows[g.following[g.at[i]]][1] <= t:
-        g.at[i], g.met[i] = g.following[g.at[i]], STOP
+    while g.following[g.ball[i].at] >= 0 and g.rows[g.following[g.ball[i].at]][1] <= t:
+        g.ball[i].at, g.ball[i].met = g.following[g.ball[i].at], STOP
 
 
 def lose(g: Any, why: int, i: int, j: int, t: float) -> None:
@@ -684,110 +681,3 @@ def lose(g: Any, why: int, i: int, j: int, t: float) -> None:
             for k in range(len(g.change[n])):
                 g.change[n, k, p] = math.nan
         come_to(g, n, t)
-
-
-# -- what Python does with all inputs at once, and numba with one after the other ------------------
-
-
-def is_changed(own: Any, p: Any) -> Any:
-    """Tell whether an input changes a ball's state."""
-    found = own[0, p] != 0.0
-    for k in range(1, len(own)):
-        found = found | (own[k, p] != 0.0)
-    return found
-
-
-def is_any_unknown(own: Any, p: Any) -> Any:
-    """Tell whether a part of a ball's change is nan."""
-    found = own[0, p] != own[0, p]
-    for k in range(1, len(own)):
-        found = found | (own[k, p] != own[k, p])
-    return found
-
-
-def is_of_errors(g: Any) -> bool:
-    """Tell whether the columns are rounding errors."""
-    return len(g.signs) > 0
-
-
-def columns(g: Any) -> Any:
-    """Return what to go through to reach all inputs."""
-    return (slice(None),)
-
-
-def any_of(flag: Any) -> bool:
-    """Tell whether a flag is true for some input."""
-    return bool(flag.any())
-
-
-def greater(one: Any, other: Any) -> Any:
-    """Return the greater one of two numbers, for each input."""
-    return np.maximum(one, other)
-
-
-def unknown_if(flag: Any) -> Any:
-    """Return nan for inputs with this flag, and 0 for others."""
-    return np.where(flag, math.nan, 0.0)
-
-
-def is_unknown(own: Any) -> bool:
-    """Tell whether nothing is known of a change."""
-    return bool(np.isnan(own).all())
-
-
-def is_beyond(own: Any) -> bool:
-    """Tell whether a change has grown too large."""
-    return bool((np.abs(own) > MOST).any())
-
-
-def warn(g: Any, why: int, t: float) -> None:
-    """Note why something is lost at ``t`` (s)."""
-    g.found.append((t, why))
-
-
-def keep(g: Any, k: int, i: int, j: int, t: float) -> None:
-    """Keep how late event ``k`` is, and the changes of its balls from ``t`` (s) on."""
-    if k >= 0:
-        g.kept[-1].append(g.late.copy())
-    for n in {i, j}:
-        g.kept[n].append((t, g.at[n], g.change[n].copy()))
-
-
-def path_of(g: Any, i: int) -> Path:
-    """Return the present path of a ball."""
-    path: Path = g.paths[g.at[i]]
-    return path
-
-
-def copy(own: Any, there: Any) -> None:
-    """Copy the rows of a change."""
-    there[:] = own
-
-
-def surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
-    """Return the normal and the curvature of a wall where a ball touches it."""
-    side = g.walls[wall].nearest(x, y, radius)
-    return side.normal(x, y), side.curvature(x, y)
-
-
-def cleared(m: Any) -> Any:
-    """Return a saltation matrix that holds zeros."""
-    return [[0.0] * (len(m) + MORE) for _ in m]
-
-
-def advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
-    """Multiply a change by the derivatives of a motion."""
-    own[:] = np.array(by_state) @ own
-    if of_pull.any():
-        own += np.multiply.outer(by_pull, of_pull)
-
-
-def multiply(g: Any, m: Any) -> None:
-    """Multiply ``z`` by a matrix."""
-    g.z[: len(m)] = np.array(m) @ g.z[: len(m[0])]
-
-
-def take_mean(g: Any, sides: int, balls: int) -> None:
-    """Write the mean of the law's derivatives on some sides into ``answer``."""
-    mean = g.slopes[0] if sides == 1 else g.slopes[:sides].mean(axis=0)
-    g.answer[:] = mean.tolist()

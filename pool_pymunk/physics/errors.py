@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.physics.columns import MOST_SIDES, is_of_errors
 from pool_pymunk.physics.contact import split
-from pool_pymunk.physics.kinks import MOST_SIDES
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.saltation import GAP, TURN, Geometry
@@ -38,8 +38,8 @@ MOST_ROWS = 6  # are drawn at once
 
 def begin(g: Any, kind: int) -> None:
     """Begin an event of this kind."""
-    if len(g.signs) > 0:
-        g.drawn[1] = kind % KINDS
+    if is_of_errors(g):
+        g.python.drawn[1] = kind % KINDS
 
 
 def misplace(g: Any, i: int, t: float) -> None:
@@ -48,11 +48,15 @@ def misplace(g: Any, i: int, t: float) -> None:
     A coordinate errs by a unit of itself, and the path there, a product, by two. An acceleration
     errs by three where a ball slips: a difference, a root and a quotient.
     """
-    if len(g.signs) == 0:
+    if not is_of_errors(g):
         return
-    row, own, (x, y, _, _) = g.rows[g.at[i]], g.change[i], motion_at(g.paths[g.at[i]], t)
+    row, own, (x, y, _, _) = (
+        g.rows[g.ball[i].at],
+        g.change[i],
+        motion_at(g.python.paths[g.ball[i].at], t),
+    )
     time, (far_x, far_y) = t - row[1], moved(g, i, x, y, t)
-    pull = UNIT if g.numbers[3] > 0.0 else 0.0
+    pull = UNIT if g.one.numbers[3] > 0.0 else 0.0
     of_x, of_y = (abs(x) + 2.0 * far_x) * (far_x > 0.0), (abs(y) + 2.0 * far_y) * (far_y > 0.0)
     of_u, of_v = pull * abs(row[4]), pull * abs(row[5])
     if len(own) == 4:
@@ -67,7 +71,7 @@ def misplace(g: Any, i: int, t: float) -> None:
 
 def moved(g: Any, i: int, x: float, y: float, t: float) -> tuple[float, float]:
     """Return how far (m) a ball has moved to (x, y), even if its roll turned it back."""
-    row, time = g.rows[g.at[i]], t - g.rows[g.at[i]][1]
+    row, time = g.rows[g.ball[i].at], t - g.rows[g.ball[i].at][1]
     if len(g.change[i]) == 4:
         return abs(x - row[2]), abs(y - row[3])
     return time * (abs(row[4]) + time / 2.0 * abs(row[6])), time * (
@@ -77,13 +81,13 @@ def moved(g: Any, i: int, x: float, y: float, t: float) -> tuple[float, float]:
 
 def delay(g: Any, row: Any, t: float) -> None:
     """Delay the end of a slide: its time errs by a unit, and by three units of the slide."""
-    if len(g.signs) > 0:
+    if is_of_errors(g):
         add(g, g.late[np.newaxis], (UNIT * (t + 3.0 * (t - row[1])),), TIMES)
 
 
 def may_miss(g: Any, own: Any, velocity: Any, normal: Any, curvature: float) -> bool:
     """Tell whether errors may let a ball miss a pocket."""
-    if len(g.signs) == 0:
+    if not is_of_errors(g):
         return False
     (vx, vy), (nx, ny) = velocity, normal
     speed = math.sqrt(vx * vx + vy * vy)
@@ -100,7 +104,7 @@ def with_gap(g: Any, geometry: Geometry, i: int, other: int, t: float) -> Geomet
     that closes at s sqrt(k g / 2). The closing speed is infinite if errors grow so large that other
     contacts may come.
     """
-    if len(g.signs) == 0:
+    if not is_of_errors(g):
         return geometry
     (nx, ny), curvature, closing, slip, depth = geometry
     balls, size = 2 if other >= 0 else 1, len(g.change[0])
@@ -138,20 +142,20 @@ def gap_error(g: Any, geometry: Geometry, i: int, other: int, t: float) -> float
     radius and of the path. A circle that bulges into the table was shrunk by some spacings of the
     coordinates.
     """
-    (nx, ny), curvature, radius, row = *geometry[:2], g.radius[i], g.rows[g.at[i]]
-    own_x, own_y = g.place[0], g.place[1]
+    (nx, ny), curvature, radius, row = *geometry[:2], g.ball[i].radius, g.rows[g.ball[i].at]
+    own_x, own_y = g.one.place[0], g.one.place[1]
     far_x, far_y = moved(g, i, own_x, own_y, t)
     if other < 0:
-        x, y = g.anchors[-1 - other][0], g.anchors[-1 - other][1]
+        x, y = g.python.anchors[-1 - other][0], g.python.anchors[-1 - other][1]
         far_x, far_y = far_x + abs(own_x - x), far_y + abs(own_y - y)
         if curvature == 0.0:
             return float(UNIT * (far_x * abs(nx) + far_y * abs(ny) + 2.0 * radius))
         corner = CORNER * (abs(row[2]) + abs(row[3]) + radius) if curvature > 0.0 else 0.0
         around = 2.0 * (1.0 / abs(curvature) + radius) + far_x + far_y
         return float(corner + 2.0 * UNIT * around)
-    its_x, its_y = g.place[2], g.place[3]
-    its, moves_of_it = g.rows[g.at[other]], moved(g, other, its_x, its_y, t)
-    size = far_x + far_y + sum(moves_of_it) + 2.0 * (radius + g.radius[other])
+    its_x, its_y = g.one.place[2], g.one.place[3]
+    its, moves_of_it = g.rows[g.ball[other].at], moved(g, other, its_x, its_y, t)
+    size = far_x + far_y + sum(moves_of_it) + 2.0 * (radius + g.ball[other].radius)
     own_moves, its_moves = moves(row), moves(its)
     was_first = own_moves if row[1] <= its[1] else its_moves
     places = 0.0
@@ -179,23 +183,23 @@ def make(g: Any, geometry: Geometry, i: int, other: int) -> None:
     The parts of the velocities before a contact are sums of products, and so err by a unit of each.
     A part that the law does not change keeps every bit. A normal errs by a unit.
     """
-    if len(g.signs) == 0:
+    if not is_of_errors(g):
         return
     balls, size, (nx, ny) = 2 if other >= 0 else 1, len(g.change[0]), geometry.normal
     along = across = 0.0
     for c in range(balls):
-        vx, vy = abs(g.before[c * size]), abs(g.before[c * size + 1])
+        vx, vy = abs(g.one.before[c * size]), abs(g.one.before[c * size + 1])
         along, across = along + abs(nx) * vx + abs(ny) * vy, across + abs(ny) * vx + abs(nx) * vy
     skew = UNIT * (2.0 if nx != 0.0 and ny != 0.0 else 1.0)
     for c in range(balls):
         n, k, share = i if c == 0 else other, c * size, 1.0
         if balls == 2:
-            share = g.mass[other if c == 0 else i] / (g.mass[i] + g.mass[other])
-        after, row = g.answers[MOST_SIDES], g.rows[g.following[g.at[n]]]
-        made_n, made_t = split((g.after[k], g.after[k + 1]), geometry.normal)
-        of_n = abs(made_n - after[2 * c]) + skew * share * along * (made_n != g.asked[2 * c])
+            share = g.ball[other if c == 0 else i].mass / (g.ball[i].mass + g.ball[other].mass)
+        after, row = g.one.answers[MOST_SIDES], g.rows[g.following[g.ball[n].at]]
+        made_n, made_t = split((g.one.after[k], g.one.after[k + 1]), geometry.normal)
+        of_n = abs(made_n - after[2 * c]) + skew * share * along * (made_n != g.one.asked[2 * c])
         of_t = abs(made_t - after[2 * c + 1]) + skew * share * across * (
-            made_t != g.asked[2 * c + 1]
+            made_t != g.one.asked[2 * c + 1]
         )
         mixed = [
             [UNIT * abs(row[4]), 0.0, of_n * nx, -of_t * ny],
@@ -208,9 +212,9 @@ def make(g: Any, geometry: Geometry, i: int, other: int) -> None:
 
 def drawn(g: Any, count: int, source: int) -> Any:
     """Return rows of random signs, plus those of the kind of this event."""
-    first = g.drawn[0]
-    g.drawn[0] = first + count if first + count + MOST_ROWS < SIGNS else 0
-    return g.signs[first : first + count] + g.alike[source, g.drawn[1], :count]
+    first = g.python.drawn[0]
+    g.python.drawn[0] = first + count if first + count + MOST_ROWS < SIGNS else 0
+    return g.python.signs[first : first + count] + g.python.alike[source, g.python.drawn[1], :count]
 
 
 def add(g: Any, own: Any, sizes: Any, source: int) -> None:

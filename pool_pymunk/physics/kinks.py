@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from pool_pymunk.physics.columns import is_of_errors
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.dual import by_duals, slopes_of
 from pool_pymunk.physics.motion import EPSILON
@@ -25,7 +26,6 @@ STRAIGHT = 64.0 * EPSILON  # of the speeds; answers that bend by less do so by r
 # Answers on both sides that differ by less than this share are equal. They differ by `BESIDE` at a
 # kink, 6e-14, and by a finite share where a law jumps.
 SAME = 1e-6
-MOST_SIDES = 4
 
 
 def hit(law: Any, a: NT, b: NT, pair: Pair) -> Any:
@@ -88,14 +88,14 @@ def write_slopes(law: Any, x: Any, balls: int, rows: Any) -> None:
 
 
 def law_sides(g: Any, balls: int, moves_a: bool, moves_b: bool, fastest: float) -> int:
-    """Write the law's derivatives on S sides of a contact into ``g.slopes`` (S, 4, 8); return S.
+    """Write the law's derivatives on S sides of a contact into ``g.one.slopes`` (S, 4, 8); return S.
 
-    The contact is ``g.asked``. The sides lie within rounding of it, and there is one where the law
+    The contact is ``g.one.asked``. The sides lie within rounding of it, and there is one where the law
     has no kink. ``moves_a`` and ``moves_b`` tell whether inputs change a_t, and b_t: a law may jump
     where a tangential velocity is zero, as that of a resting ball is. ``fastest`` (m/s) is the
     largest speed in the contact. The answer is 0 where the law jumps.
     """
-    x, law, count = g.asked, g.law, 2 * balls
+    x, law, count = g.one.asked, g.law, 2 * balls
     t_b = x[3] if balls == 2 else 0.0
     if balls == 2:
         pair = Pair(x[4], x[5], x[6], x[7])
@@ -115,8 +115,8 @@ def law_sides(g: Any, balls: int, moves_a: bool, moves_b: bool, fastest: float) 
         moves_b and min(abs(slip), abs(t_b)) <= WIDE * step
     )
     wide = WIDE * closer, WIDE * less_a, WIDE * less_b
-    if not turns and (len(g.signs) > 0 or bend(g, balls, wide) <= STRAIGHT * most):
-        write_slopes(law, x, balls, g.slopes[0])
+    if not turns and (is_of_errors(g) or bend(g, balls, wide) <= STRAIGHT * most):
+        write_slopes(law, x, balls, g.one.slopes[0])
         return 1
     sides = 0
     for direction in range(2 if moves_a and moves_b and abs(t_b) <= step < abs(slip) else 1):
@@ -125,12 +125,12 @@ def law_sides(g: Any, balls: int, moves_a: bool, moves_b: bool, fastest: float) 
                 step_to(g, balls, (sign * closer, sign * less_a, sign * less_b))
             else:
                 step_to(g, balls, (0.0, 0.0, sign * step))
-            ask(law, g.beside, balls, g.answers[sides])
-            write_slopes(law, g.beside, balls, g.slopes[sides])
+            ask(law, g.one.beside, balls, g.one.answers[sides])
+            write_slopes(law, g.one.beside, balls, g.one.slopes[sides])
             sides += 1
     for side in range(1, sides):
         for k in range(count):
-            if not abs(g.answers[side][k] - g.answers[0][k]) <= SAME * most:
+            if not abs(g.one.answers[side][k] - g.one.answers[0][k]) <= SAME * most:
                 return 0
     return sides
 
@@ -138,21 +138,21 @@ def law_sides(g: Any, balls: int, moves_a: bool, moves_b: bool, fastest: float) 
 def step_to(g: Any, balls: int, steps: Sequence[float]) -> None:
     """Write what the law is asked beside a contact: a_n, a_t and b_t are other by ``steps``."""
     for k in range(4 * balls):
-        g.beside[k] = g.asked[k]
-    g.beside[0] += steps[0]
-    g.beside[1] += steps[1]
+        g.one.beside[k] = g.one.asked[k]
+    g.one.beside[0] += steps[0]
+    g.one.beside[1] += steps[1]
     if balls == 2:
-        g.beside[3] += steps[2]
+        g.one.beside[3] += steps[2]
 
 
 def bend(g: Any, balls: int, steps: Sequence[float]) -> float:
     """Return how far (m/s) the law's answers on either side and at the contact are from a line."""
     step_to(g, balls, steps)
-    ask(g.law, g.beside, balls, g.answers[0])
+    ask(g.law, g.one.beside, balls, g.one.answers[0])
     step_to(g, balls, (-steps[0], -steps[1], -steps[2]))
-    ask(g.law, g.beside, balls, g.answers[1])
-    ask(g.law, g.asked, balls, g.answers[2])
+    ask(g.law, g.one.beside, balls, g.one.answers[1])
+    ask(g.law, g.one.asked, balls, g.one.answers[2])
     most = 0.0
     for k in range(2 * balls):
-        most = max(most, abs(g.answers[0][k] - 2.0 * g.answers[2][k] + g.answers[1][k]))
+        most = max(most, abs(g.one.answers[0][k] - 2.0 * g.one.answers[2][k] + g.one.answers[1][k]))
     return most

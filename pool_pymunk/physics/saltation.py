@@ -85,14 +85,14 @@ def touching(motion: Motion6, normal: Vector, curvature: float) -> Geometry:
 def saltate(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
     """Make the saltation matrix of a contact from the Jacobian R.
 
-    ``g.before`` and ``g.after`` (C K) are the rates of change of the states.
+    ``g.one.before`` and ``g.one.after`` (C K) are the rates of change of the states.
     """
     rows, size = len(m), len(m) // balls
     (nx, ny), curvature, closing, slip, _ = geometry
     for k in range(rows):
-        delay, turned = -g.after[k], m[k][rows + TURN]
+        delay, turned = -g.one.after[k], m[k][rows + TURN]
         for j in range(rows):
-            delay += m[k][j] * g.before[j]
+            delay += m[k][j] * g.one.before[j]
         delay += turned * curvature * slip  # G f_before is -closing.
         for c in range(balls):
             sign = 1.0 if c == balls - 1 else -1.0
@@ -105,9 +105,9 @@ def saltate(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
 def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
     """Write the Jacobian R of what a contact does to the states into a matrix of zeros.
 
-    ``g.answer`` (2 C, 2 C + 4) are the derivatives of the law's answer.
+    ``g.one.answer`` (2 C, 2 C + 4) are the derivatives of the law's answer.
     """
-    rows, size, law, (nx, ny) = len(m), len(m) // balls, g.answer, geometry.normal
+    rows, size, law, (nx, ny) = len(m), len(m) // balls, g.one.answer, geometry.normal
     for k in range(rows):
         if k % size < 2 or k % size >= 4:
             m[k][k] = 1.0
@@ -116,7 +116,7 @@ def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
         x, y = m[c * size + 2], m[c * size + 3]
         turned_n = turned_t = 0.0
         for d in range(balls):
-            j, vx, vy = d * size + 2, g.before[d * size], g.before[d * size + 1]
+            j, vx, vy = d * size + 2, g.one.before[d * size], g.one.before[d * size + 1]
             xn, xt = nx * n[2 * d] - ny * t[2 * d], nx * n[2 * d + 1] - ny * t[2 * d + 1]
             yn, yt = ny * n[2 * d] + nx * t[2 * d], ny * n[2 * d + 1] + nx * t[2 * d + 1]
             x[j], x[j + 1], y[j], y[j + 1] = (
@@ -125,8 +125,8 @@ def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
             along, across = vx * nx + vy * ny, vy * nx - vx * ny
             turned_n += n[2 * d] * across - n[2 * d + 1] * along
             turned_t += t[2 * d] * across - t[2 * d + 1] * along
-        x[rows + TURN] = nx * turned_n - ny * turned_t - g.after[c * size + 1]
-        y[rows + TURN] = ny * turned_n + nx * turned_t + g.after[c * size]
+        x[rows + TURN] = nx * turned_n - ny * turned_t - g.one.after[c * size + 1]
+        y[rows + TURN] = ny * turned_n + nx * turned_t + g.one.after[c * size]
         for k in range(2 * balls):
             j = rows + LAW + k
             by_n, by_t = n[2 * balls + k], t[2 * balls + k]
@@ -139,10 +139,10 @@ def slow_roll(g: Any, m: Any, geometry: Geometry, roll: Vector, mu: float) -> No
     The cushion takes (5/2) mu |v_n' - v_n| off the part of the roll along its normal, which does
     not change its sign.
     """
-    rows, law, (nx, ny), (wx, wy) = len(m), g.answer, geometry.normal, roll
-    vx, vy = g.before[0], g.before[1]
+    rows, law, (nx, ny), (wx, wy) = len(m), g.one.answer, geometry.normal, roll
+    vx, vy = g.one.before[0], g.one.before[1]
     along, across = vx * nx + vy * ny, vy * nx - vx * ny
-    push = g.after[0] * nx + g.after[1] * ny - along
+    push = g.one.after[0] * nx + g.one.after[1] * ny - along
     less, most = wx * nx + wy * ny, mu * push / GYRATION
     if most > abs(less):  # All of it goes.
         put_slower(m, geometry, rows - 2, nx, ny)

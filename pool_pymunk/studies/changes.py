@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Collection, Sequence
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,8 +14,9 @@ from pool_pymunk.model import Scene
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics import changes
-from pool_pymunk.physics.changes import REASONS, ROLL, STOP, Follow
+from pool_pymunk.physics import changes, columns
+from pool_pymunk.physics.changes import REASONS, ROLL, STOP
+from pool_pymunk.physics.columns import Follow
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import NOISE, from_breakpoint
@@ -40,7 +42,7 @@ class Changes(NamedTuple):
     def at(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""
         g, found = self.pass_, []
-        kept = sorted(g.kept[i], key=lambda one: one[0])
+        kept = sorted(g.python.kept[i], key=lambda one: one[0])
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
             last = max(bisect_right([begun for begun, _, _ in kept], t) - 1, 0)
@@ -58,9 +60,9 @@ class Changes(NamedTuple):
     def _is_hit(self, i: int, kept: Sequence[Any], n: int, t: float) -> bool:
         """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
         g = self.pass_
-        if t == self.run.duration and not g.ends[1]:  # The end is at no fixed time.
+        if t == self.run.duration and not g.one.ends[1]:  # The end is at no fixed time.
             return False
-        (begun, row, _), path = kept[n], g.paths[kept[n - 1][1]]
+        (begun, row, _), path = kept[n], g.python.paths[kept[n - 1][1]]
         before, after = path.at(t)[1], g.rows[row][4:6]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         is_hit = jump > AGREE * math.hypot(*after) + NOISE * path.speed
@@ -95,10 +97,10 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
         message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
         raise setting_error("law", law, message) from None
     changes.finish(g)
-    found = sorted(g.found, key=lambda one: one[0])
+    found = sorted(g.python.found, key=lambda one: one[0])
     lost = "what depends on it has no derivative, and is NaN"
     texts = dict.fromkeys(f"{REASONS[k].format(law)} (at {t:.6g} s): {lost}" for t, k in found)
-    times = np.array(g.kept[-1]).reshape(len(g.events), len(names))
+    times = np.array(g.python.kept[-1]).reshape(len(g.events), len(names))
     return Changes(run, g, g.change, times, tuple(texts))
 
 
@@ -114,29 +116,24 @@ def follow_of(
     rows, following = rows_of(run)
     walls = (*scene.cushions, *(pocket(p.position, p.radius, 0) for p in scene.pockets))
     anchors = [*(scene.table.outline if scene.table else ()), *(p.position for p in scene.posts)]
-    work = {name: np.zeros(shape) for name, shape in changes.room(size, inputs).items()}
-    for name in ("place", "before", "after", "answer", "asked", "beside", "answers"):
-        work[name] = work[name].tolist()
     discs, faces, corners = obstacles(scene)
     of_numbers, of_mass, of_radius = numbers
-    fields = {
-        "rows": rows, "paths": [from_breakpoint(*row[1:8]) for row in rows],
-        "following": following, "events": events_of(run),
-        "ends": [run.duration, is_cut, run.status == "max_events", 0.0],
-        "walls": walls, "cushions": len(scene.cushions), "own": own_numbers(scene, walls),
-        "law": law_of(run), "discs": discs, "faces": faces, "corners": corners,
-        "anchors": anchors, "numbers": numbers_of(scene),
-        "mass": [ball.mass for ball in scene.balls],
-        "radius": [ball.radius for ball in scene.balls],
-        "cue": next((i for i, ball in enumerate(scene.balls) if ball.cue), -1),
-        "of_numbers": of_numbers, "of_mass": of_mass, "of_radius": of_radius,
-        "change": starts.copy(), "at": [0] * count, "met": [STOP] * count,
-        "gone": [ball.id in run.off for ball in scene.balls],
-        "ever": np.zeros((count, inputs), bool), "late": np.zeros(inputs), "found": [],
-        "kept": [*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
-        **(signs or {"signs": (), "alike": (), "drawn": ()}), **work,
-    }  # fmt: skip
-    g: Any = Follow(**fields)
+    one = columns.room_for_one()
+    one.ends = [run.duration, is_cut, run.status == "max_events", 0.0]
+    one.numbers = numbers_of(scene)
+    python = SimpleNamespace(
+        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors,
+        kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
+        **(signs or {"signs": ()}),
+    )  # fmt: skip
+    g: Any = Follow(
+        rows, following, events_of(run), walls, len(scene.cushions), own_numbers(scene, walls),
+        next((i for i, ball in enumerate(scene.balls) if ball.cue), -1), law_of(run), discs, faces,
+        corners, [SimpleNamespace(at=0, met=STOP, gone=ball.id in run.off, mass=ball.mass,
+                                  radius=ball.radius) for ball in scene.balls],
+        of_numbers, of_mass, of_radius, starts.copy(), np.zeros((count, inputs), bool),
+        np.zeros(inputs), one, **columns.room(size, inputs), python=python,
+    )  # fmt: skip
     changes.start(g, 0)
     return g
 

@@ -1,0 +1,164 @@
+"""This module has what one pass of small changes needs, and what Python and numba do differently.
+
+Python works with all inputs at once, in arrays, and numba with one after the other. Each function
+that Python and numba must write differently has a twin for numba (:mod:`pool_pymunk.fast`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import namedtuple
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from pool_pymunk.physics.path import Path
+from pool_pymunk.physics.saltation import MORE, MOST
+
+MOST_SIDES = 4  # of a kink of a law
+
+# A follow has what one pass needs. `rows` are breakpoints (ball, t, x, y, vx, vy, ax, ay, wx, wy)
+# with the number of the `following` one of the ball, or -1. `events` have a time (s), a ball, and
+# what that meets (physics/changes.py). `walls` and `law` are asked; so many walls are `cushions`,
+# and `own` are the walls' own restitution and friction, or -1. `cue` is the cue ball. `discs`,
+# `faces` and `corners` are what balls may touch (model/obstacles.py). Each `ball` has its last
+# breakpoint `at`, what it `met` there, whether it is `gone`, and its `mass` and `radius`. The inputs
+# change numbers of the scene, masses and radii by `of_numbers` (7, P), `of_mass` and `of_radius`
+# (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P); `ever` (N, P) tells
+# which inputs have changed it. `late` (P) tells how late the last event is. `one` has the numbers of
+# one contact, and `z`, `parts`, `bad` and `out` its changes. What only Python needs is in `python`.
+Follow = namedtuple(
+    "Follow",
+    "rows following events walls cushions own cue law discs faces corners ball "
+    "of_numbers of_mass of_radius change ever late one z parts bad out python",
+)
+
+# The numbers of one contact: places of balls, rates of change before and after it, its saltation
+# matrix, what the law is asked and answers there and beside it, and its slopes. The `ends` are the
+# duration of the run (s), whether it was cut there, whether its number of events did that, and its
+# first breakpoint. The `numbers` are the scene's: restitutions of balls, of the cue ball and of
+# cushions, pull of the surface, frictions of cushions and of balls, drag of the surface.
+ONE = {
+    "place": (4,), "before": (12,), "after": (12,), "matrix": (12, 12 + MORE), "answer": (4, 8),
+    "asked": (8,), "beside": (8,), "answers": (MOST_SIDES + 1, 4), "slopes": (MOST_SIDES, 4, 8),
+    "ends": (4,), "numbers": (7,),
+}  # fmt: skip
+
+
+def room(size: int, count: int) -> dict[str, Any]:
+    """Return room for the changes of one contact, of states of K numbers by P inputs."""
+    width = 2 * size
+    shapes = {"z": (width + MORE, count), "parts": (4, count), "bad": (count,),
+              "out": (width, count)}  # fmt: skip
+    return {name: np.zeros(shape) for name, shape in shapes.items()}
+
+
+def room_for_one() -> SimpleNamespace:
+    """Return room for the numbers of one contact: lists, which Python reads fast."""
+    found = {name: np.zeros(shape) for name, shape in ONE.items()}
+    return SimpleNamespace(**{k: v if k == "slopes" else v.tolist() for k, v in found.items()})
+
+
+def is_changed(own: Any, p: Any) -> Any:
+    """Tell whether an input changes a ball's state."""
+    found = own[0, p] != 0.0
+    for k in range(1, len(own)):
+        found = found | (own[k, p] != 0.0)
+    return found
+
+
+def is_any_unknown(own: Any, p: Any) -> Any:
+    """Tell whether a part of a ball's change is nan."""
+    found = own[0, p] != own[0, p]
+    for k in range(1, len(own)):
+        found = found | (own[k, p] != own[k, p])
+    return found
+
+
+def is_of_errors(g: Any) -> bool:
+    """Tell whether the columns are rounding errors."""
+    return len(g.python.signs) > 0
+
+
+def columns(g: Any) -> Any:
+    """Return what to go through to reach all inputs."""
+    return (slice(None),)
+
+
+def any_of(flag: Any) -> bool:
+    """Tell whether a flag is true for some input."""
+    return bool(flag.any())
+
+
+def greater(one: Any, other: Any) -> Any:
+    """Return the greater one of two numbers, for each input."""
+    return np.maximum(one, other)
+
+
+def unknown_if(flag: Any) -> Any:
+    """Return nan for inputs with this flag, and 0 for others."""
+    return np.where(flag, math.nan, 0.0)
+
+
+def is_unknown(own: Any) -> bool:
+    """Tell whether nothing is known of a change."""
+    return bool(np.isnan(own).all())
+
+
+def is_beyond(own: Any) -> bool:
+    """Tell whether a change has grown too large."""
+    return bool((np.abs(own) > MOST).any())
+
+
+def warn(g: Any, why: int, t: float) -> None:
+    """Note why something is lost at ``t`` (s)."""
+    g.python.found.append((t, why))
+
+
+def keep(g: Any, k: int, i: int, j: int, t: float) -> None:
+    """Keep how late event ``k`` is, and the changes of its balls from ``t`` (s) on."""
+    if k >= 0:
+        g.python.kept[-1].append(g.late.copy())
+    for n in {i, j}:
+        g.python.kept[n].append((t, g.ball[n].at, g.change[n].copy()))
+
+
+def path_of(g: Any, i: int) -> Path:
+    """Return the present path of a ball."""
+    path: Path = g.python.paths[g.ball[i].at]
+    return path
+
+
+def copy(own: Any, there: Any) -> None:
+    """Copy the rows of a change."""
+    there[:] = own
+
+
+def surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
+    """Return the normal and the curvature of a wall where a ball touches it."""
+    side = g.walls[wall].nearest(x, y, radius)
+    return side.normal(x, y), side.curvature(x, y)
+
+
+def cleared(m: Any) -> Any:
+    """Return a saltation matrix that holds zeros."""
+    return [[0.0] * (len(m) + MORE) for _ in m]
+
+
+def advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
+    """Multiply a change by the derivatives of a motion."""
+    own[:] = np.array(by_state) @ own
+    if of_pull.any():
+        own += np.multiply.outer(by_pull, of_pull)
+
+
+def multiply(g: Any, m: Any) -> None:
+    """Multiply ``z`` by a matrix."""
+    g.z[: len(m)] = np.array(m) @ g.z[: len(m[0])]
+
+
+def take_mean(g: Any, sides: int, balls: int) -> None:
+    """Write the mean of the law's derivatives on some sides into ``answer``."""
+    mean = g.one.slopes[0] if sides == 1 else g.one.slopes[:sides].mean(axis=0)
+    g.one.answer[:] = mean.tolist()
