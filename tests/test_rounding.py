@@ -64,6 +64,21 @@ def past_a_corner(rng: random.Random) -> Scene:
     return Scene((ball,), Table(outline), Restitution(cushion=0.9), physics=Physics(max_time=2.0))
 
 
+def into_a_round_corner(rng: random.Random) -> Scene:
+    """Return a ball that comes into a corner whose arc is hardly wider than the ball."""
+    wider, turn, speed = 10 ** rng.uniform(-5, -4), rng.uniform(-3, 3), rng.uniform(0.5, 2.0)
+    c, x, y = 0.02 + wider, rng.uniform(0.1, 0.9), rng.uniform(0.1, 0.4)
+    outline = ((c, 0.0), (1.0 - c, 0.0), (1.0, c), (1.0, 0.5 - c),
+               (1.0 - c, 0.5), (c, 0.5), (0.0, 0.5 - c), (0.0, c))  # fmt: skip
+    table = Table(outline, (0.0, math.tan(math.pi / 8.0)) * 4)
+    aside = wider * rng.uniform(0.0, 0.9)
+    dx, dy = c + aside * math.cos(turn) - x, c + aside * math.sin(turn) - y
+    distance = math.hypot(dx, dy)
+    ball = Ball("a", (x, y), 0.02, 0.2, velocity=(speed * dx / distance, speed * dy / distance))
+    return Scene((ball,), table, Restitution(cushion=rng.uniform(0.6, 1.0)),
+                 physics=Physics(max_time=1.3 * distance / speed))  # fmt: skip
+
+
 CLASSES: dict[str, Callable[[random.Random], Scene]] = {
     "a hit": lambda rng: shot(rng, rng.uniform(-0.9, 0.9)),
     "with friction": lambda rng: shot(rng, rng.uniform(-0.9, 0.9), friction=0.2),
@@ -78,6 +93,7 @@ CLASSES: dict[str, Callable[[random.Random], Scene]] = {
     "unequal": lambda rng: shot(rng, rng.uniform(-0.9, 0.9), mass=10 ** rng.uniform(-5, 3)),
     "along a cushion": along_a_cushion,
     "past a corner": past_a_corner,
+    "into a round corner": into_a_round_corner,
 }
 
 

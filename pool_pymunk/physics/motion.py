@@ -107,9 +107,11 @@ def path_out_of_disc(offset: Vector, direction: Vector, touching: float, deepest
     0.0
     """
     (dx, dy), (ux, uy) = offset, direction
-    along, distance = dx * ux + dy * uy, math.sqrt(dx * dx + dy * dy)
+    along, across = dx * ux + dy * uy, abs(dx * uy - dy * ux)
+    distance = math.sqrt(dx * dx + dy * dy)
     room = (touching - distance) * (touching + distance)
-    square = room + along * along  # of half the chord
+    far = (touching - across) * (touching + across)  # keeps its digits where ``room`` is negative
+    square = room + along * along if room > 0.0 else far  # of half the chord
     if distance > deepest and (along <= 0.0 or square <= 0.0):
         return math.inf
     chord = math.sqrt(square) if square > 0.0 else 0.0

@@ -1,0 +1,112 @@
+"""How often the figure of rounding covers the true error of a run's ends, and how large it is.
+
+``python -m tests.covered 100`` plays 100 random runs of each class in forty digits, too. It prints
+how many true errors lie above ``Run.rounding``, and by how much the figure is larger than the error
+in the median and in 99 of 100 runs; a smaller error than ``LEAST`` counts as that. It names runs
+that say decimetres where the error is small. Runs without a derivative have no figure, and count
+apart. The names of classes that follow are all that it plays.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+import reference
+from hard_random import TooLongError, time_limit
+from mpmath import mpf
+from shots import KINDS, ROLLING, some_scene
+from test_rounding import CLASSES, error, rolling
+
+from pool_pymunk import Run, Scene, simulate
+
+LEAST = 1e-16  # m
+ABSURD, SMALL = 0.1, 1e-9  # m; a run that says more than the one, and errs by less than the other
+ENOUGH = 20  # s; a reference that takes longer is given up
+
+Draw = Callable[[str], Scene]  # of a random scene from its name
+
+
+def of_class(kind: str, name: str) -> Scene:
+    """Return a scene of a class of the tests of rounding."""
+    return CLASSES[kind](random.Random(name))
+
+
+def that_rolls(kind: str, name: str) -> Scene:
+    """Return a scene of such a class, whose balls roll."""
+    rng = random.Random(name)
+    return rolling(CLASSES[kind](rng), rng)
+
+
+def of_reference(draw: Callable[[str, str, random.Random], Scene], name: str) -> Scene:
+    """Return a scene that the reference draws."""
+    rng = random.Random(name)
+    return draw(rng.choice(("coulomb", "published")), rng.choice(sorted(reference.OUTLINES)), rng)
+
+
+def of_shots(kind: str, name: str) -> Scene:
+    """Return a scene of the tests of many shots."""
+    return some_scene(kind, int(name.rpartition(" ")[2]))
+
+
+DRAWS: dict[str, Draw] = {
+    **{kind: partial(of_class, kind) for kind in CLASSES},
+    **{f"{kind}, rolling": partial(that_rolls, kind)
+       for kind in CLASSES if kind != "nearly plastic"},
+    "any table": partial(of_reference, reference.random_scene),
+    "any pockets": partial(of_reference, reference.random_pocket_scene),
+    "any arcs and posts": partial(of_reference, reference.random_round_scene),
+    "any rolls": partial(of_reference, reference.random_rolling_scene),
+    **{kind: partial(of_shots, kind) for kind in (*KINDS[:6], *ROLLING[:6])},
+}  # fmt: skip
+
+
+def answered(scene: Scene) -> tuple[Run, float] | None:
+    """Play a scene; return the run and its true error (m), or None if the reference refuses it."""
+    try:
+        with time_limit(ENOUGH):
+            answer = reference.reference_run(scene)
+    except (reference.Refused, TooLongError):
+        return None
+    run = simulate(scene, solver="event-driven")
+    return run, error(run, answer.final)
+
+
+def count(kind: str, runs: int) -> None:
+    """Play this many runs of a class, and print what came of them."""
+    ratios, total, unknown, above = [], 0, 0, 0
+    for k in range(runs):
+        found = answered(DRAWS[kind](f"{kind} {k}"))
+        if found is None:
+            continue
+        (run, off), figure = found, found[0].rounding
+        if math.isnan(figure) or run.policies:
+            unknown += 1
+            continue
+        if figure > 0.0:  # Otherwise nothing moves.
+            ratios.append(figure / max(off, LEAST))
+        total += 1
+        above += off > figure
+        if off > figure or (figure > ABSURD and off < SMALL):
+            print(f"  {kind} {k}: off by {off:.1e} m, says {figure:.1e} m")
+    median, most = np.quantile(ratios, (0.5, 0.99)) if ratios else (math.nan, math.nan)
+    print(f"{kind}: {above} of {total} above; {median:.3g} times in the median, {most:.3g} "
+          f"in 99 of 100; {unknown} without a figure", flush=True)  # fmt: skip
+
+
+def main(runs: int, *kinds: str) -> None:
+    """Count for each class."""
+    reference.GENTLE = mpf(10) ** -25
+    for kind in kinds or DRAWS:
+        count(kind, runs)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100, *sys.argv[2:])
