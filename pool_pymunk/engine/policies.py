@@ -14,14 +14,13 @@ from pool_pymunk.engine.instant import Cluster
 from pool_pymunk.engine.recorder import Motions
 from pool_pymunk.engine.resolver import Resolver
 from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.errors import SURE
 from pool_pymunk.physics.laws import Slip
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
 
 if TYPE_CHECKING:
     from pool_pymunk.engine.contacts import ContactEngine
-
-SURE = 4.0  # A figure is this many times the largest change of some variants.
 
 
 class Variant(NamedTuple):

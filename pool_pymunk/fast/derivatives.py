@@ -126,11 +126,8 @@ def read(g: Any, shots: Any, starts: Any, s: int) -> None:
     for k in range(len(g.one.numbers)):
         g.one.numbers[k] = shots.coefficients[s, k]
     for i in range(len(g.ball)):
-        g.ball[i].mass, g.ball[i].radius, g.ball[i].gone = (
-            shots.mass[s, i],
-            shots.radius[i],
-            shots.is_off[s, i],
-        )
+        g.ball[i].mass, g.ball[i].radius = shots.mass[s, i], shots.radius[i]
+        g.ball[i].gone = shots.is_off[s, i]
         for k in range(len(starts[i])):
             for p in range(len(g.late)):
                 g.change[i, k, p] = starts[i, k, p]
@@ -224,13 +221,13 @@ def _with_gap(g: Any, geometry: Any, i: int, other: int, t: float) -> Any:
 
 
 TWINS = {
-    columns.is_of_errors: _no, columns.columns: _columns, columns.any_of: _any_of, columns.greater: _greater,
+    columns.columns: _columns, columns.any_of: _any_of, columns.greater: _greater,
     columns.unknown_if: _unknown_if, columns.is_unknown: rows.is_unknown,
-    columns.is_beyond: rows.is_beyond, columns.warn: _nothing, columns.keep: _nothing,
-    columns.path_of: _path_of, columns.copy: rows.copy,
-    columns.surface_at: _surface_at, columns.cleared: _cleared, columns.advance: _advance,
-    columns.multiply: _multiply,
-    columns.take_mean: _take_mean, errors.begin: _nothing, errors.misplace: _nothing,
+    columns.is_changed: rows.is_changed, columns.is_beyond: rows.is_beyond,
+    columns.warn: _nothing, columns.keep: _nothing, columns.path_of: _path_of,
+    columns.copy: rows.copy, columns.surface_at: _surface_at, columns.cleared: _cleared,
+    columns.advance: _advance, columns.multiply: _multiply, columns.take_mean: _take_mean,
+    columns.is_of_errors: _no, errors.begin: _nothing, errors.misplace: _nothing,
     errors.delay: _nothing, errors.may_miss: _no, errors.with_gap: _with_gap,
     errors.make: _nothing, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
     kinks.jumps: kinds.jumps, kinks.hit_slopes: kinds.hit_slopes,

@@ -46,8 +46,16 @@ def is_unknown(own: Any) -> bool:
 
 def is_beyond(own: Any) -> bool:
     """Tell whether a change has grown too large."""
+    found = False
     for k in range(own.shape[0]):
         for p in range(own.shape[1]):
-            if abs(own[k, p]) > MOST:
-                return True
+            found |= abs(own[k, p]) > MOST
+    return found
+
+
+def is_changed(own: Any, p: int) -> bool:
+    """Tell whether an input changes a ball's state."""
+    for k in range(own.shape[0]):  # noqa: SIM110
+        if own[k, p] != 0.0:
+            return True
     return False

@@ -23,11 +23,12 @@ MOST_SIDES = 4  # of a kink of a law
 # what that meets (physics/changes.py). `walls` and `law` are asked; so many walls are `cushions`,
 # and `own` are the walls' own restitution and friction, or -1. `cue` is the cue ball. `discs`,
 # `faces` and `corners` are what balls may touch (model/obstacles.py). Each `ball` has its last
-# breakpoint `at`, what it `met` there, whether it is `gone`, and its `mass` and `radius`. The inputs
-# change numbers of the scene, masses and radii by `of_numbers` (7, P), `of_mass` and `of_radius`
-# (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P); `ever` (N, P) tells
-# which inputs have changed it. `late` (P) tells how late the last event is. `one` has the numbers of
-# one contact, and `z`, `parts`, `bad` and `out` its changes. What only Python needs is in `python`.
+# breakpoint `at`, what it `met` there, whether it is `gone`, and its `mass` and `radius`. The
+# inputs change numbers of the scene, masses and radii by `of_numbers` (7, P), `of_mass` and
+# `of_radius` (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P);
+# `ever` (N, P) tells which inputs have changed it. `late` (P) tells how late the last event is.
+# `one` has the numbers of one contact, and `z`, `parts`, `bad` and `out` its changes. What only
+# Python needs is in `python`: paths, signs of errors, reasons that were found, and kept changes.
 Follow = namedtuple(
     "Follow",
     "rows following events walls cushions own cue law discs faces corners ball "

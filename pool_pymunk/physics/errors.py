@@ -24,7 +24,7 @@ from pool_pymunk.physics.surface import roll_rate
 UNIT = EPSILON / 2.0 / math.sqrt(3.0)
 COLUMNS = 32  # draws of random signs; their root mean square is then right to some 12 %
 SIGNS = 4096  # rows of random signs, which are used in turn
-SURE = 4.0  # An error may be this many times the root mean square of its draws.
+SURE = 4.0  # A figure is this many times a root mean square, or the largest change of some runs.
 # Contacts of one kind err alike: a ball between two cushions adds the same interval to the time
 # again and again, with the same rounding. SURE times this share of UNIT is half a spacing.
 ALIKE = 0.43

@@ -88,12 +88,12 @@ def write_slopes(law: Any, x: Any, balls: int, rows: Any) -> None:
 
 
 def law_sides(g: Any, balls: int, moves_a: bool, moves_b: bool, fastest: float) -> int:
-    """Write the law's derivatives on S sides of a contact into ``g.one.slopes`` (S, 4, 8); return S.
+    """Write the law's derivatives on S sides of a contact into ``slopes`` (S, 4, 8); return S.
 
-    The contact is ``g.one.asked``. The sides lie within rounding of it, and there is one where the law
-    has no kink. ``moves_a`` and ``moves_b`` tell whether inputs change a_t, and b_t: a law may jump
-    where a tangential velocity is zero, as that of a resting ball is. ``fastest`` (m/s) is the
-    largest speed in the contact. The answer is 0 where the law jumps.
+    The law is ``asked`` at the contact. The sides lie within rounding of it, and there is one where
+    the law has no kink. ``moves_a`` and ``moves_b`` tell whether inputs change a_t, and b_t: a law
+    may jump where a tangential velocity is zero, as that of a resting ball is. ``fastest`` (m/s) is
+    the largest speed in the contact. The answer is 0 where the law jumps.
     """
     x, law, count = g.one.asked, g.law, 2 * balls
     t_b = x[3] if balls == 2 else 0.0
