@@ -48,7 +48,7 @@ class Batch:
     ``derivatives`` (S, N, 2, P) are those of ``final`` by the inputs ``by`` (P), in SI, as
     ``run(k).derivatives`` has them: NaN where none exists, or where a shot cannot start. It is None
     if none were asked for. ``derived_in_python`` (S,) marks the shots whose derivatives come from
-    Python: those handed back, and those in which a derivative may not exist.
+    Python: those handed back, and those in which contacts come together.
 
     ``rounding`` and ``policy_shift`` (S,) tell how far (m) rounding, and what has no exact answer,
     may have moved the ends, as ``run(k)`` says. They are NaN for a shot without an end, and None if
