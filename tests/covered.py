@@ -3,8 +3,8 @@
 ``python -m tests.covered 100`` plays 100 random runs of each class in forty digits, too. It prints
 how many true errors lie above ``Run.rounding``, and by how much the figure is larger than the error
 in the median and in 99 of 100 runs; a smaller error than ``LEAST`` counts as that. It names runs
-that say decimetres where the error is small. Runs without a derivative have no figure, and count
-apart. The names of classes that follow are all that it plays.
+that say decimetres where the error is small: they are *absurd*. Runs with policies count apart,
+because what the policies decided is no rounding. Classes may be named after the number.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -32,6 +33,20 @@ ABSURD, SMALL = 0.1, 1e-9  # m; a run that says more than the one, and errs by l
 ENOUGH = 20  # s; a reference that takes longer is given up
 
 Draw = Callable[[str], Scene]  # of a random scene from its name
+
+
+class Counts(NamedTuple):
+    """These are the runs of a class: all, true errors above the figure, absurd, with policies.
+
+    ``median`` and ``most`` (of 99 of 100) are of the figures, as multiples of the true errors.
+    """
+
+    total: int
+    above: int
+    absurd: int
+    unknown: int
+    median: float
+    most: float
 
 
 def of_class(kind: str, name: str) -> Scene:
@@ -79,33 +94,34 @@ def answered(scene: Scene) -> tuple[Run, float] | None:
     return run, error(run, answer.final)
 
 
-def count(kind: str, runs: int) -> None:
-    """Play this many runs of a class, and print what came of them."""
-    ratios, total, unknown, above = [], 0, 0, 0
+def count(kind: str, runs: int) -> Counts:
+    """Play this many runs of a class, and count; name those that are not covered, or absurd."""
+    ratios, total, above, absurd, unknown = [], 0, 0, 0, 0
     for k in range(runs):
         found = answered(DRAWS[kind](f"{kind} {k}"))
         if found is None:
             continue
-        (run, off), figure = found, found[0].rounding
-        if math.isnan(figure) or run.policies:
+        run, off = found
+        if run.policies:
             unknown += 1
             continue
-        if figure > 0.0:  # Otherwise nothing moves.
-            ratios.append(figure / max(off, LEAST))
-        total += 1
-        above += off > figure
-        if off > figure or (figure > ABSURD and off < SMALL):
-            print(f"  {kind} {k}: off by {off:.1e} m, says {figure:.1e} m")
-    median, most = np.quantile(ratios, (0.5, 0.99)) if ratios else (math.nan, math.nan)
-    print(f"{kind}: {above} of {total} above; {median:.3g} times in the median, {most:.3g} "
-          f"in 99 of 100; {unknown} without a figure", flush=True)  # fmt: skip
+        says_too_much = run.rounding > ABSURD and off < SMALL
+        total, above, absurd = total + 1, above + (off > run.rounding), absurd + says_too_much
+        if off > run.rounding or says_too_much:
+            print(f"  {kind} {k}: off by {off:.1e} m, says {run.rounding:.1e} m")
+        if run.rounding > 0.0:  # Otherwise nothing moves.
+            ratios.append(run.rounding / max(off, LEAST))
+    median, most = np.quantile(ratios, (0.5, 0.99)).tolist() if ratios else (math.nan, math.nan)
+    return Counts(total, above, absurd, unknown, median, most)
 
 
 def main(runs: int, *kinds: str) -> None:
     """Count for each class."""
     reference.GENTLE = mpf(10) ** -25
     for kind in kinds or DRAWS:
-        count(kind, runs)
+        total, above, absurd, unknown, median, most = count(kind, runs)
+        print(f"{kind}: {above} of {total} above, {absurd} absurd; {median:.3g} times in the "
+              f"median, {most:.3g} in 99 of 100; {unknown} with policies", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":
