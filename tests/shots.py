@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import random
 import sys
@@ -97,9 +98,12 @@ def with_twins(follow: Callable[..., int]) -> Callable[..., int]:
     """Return a function that numba compiles, as Python plays it with the twins of numba."""
 
     def followed(*args: Any) -> int:
+        physics = [m for name, m in sys.modules.items() if name.startswith("pool_pymunk.physics")]
         with pytest.MonkeyPatch.context() as patch:
-            for function, twin in TWINS.items():
-                patch.setattr(sys.modules[function.__module__], function.__name__, twin)
+            for module in physics:
+                for name, value in list(vars(module).items()):
+                    if inspect.isfunction(value) and value in TWINS:
+                        patch.setattr(module, name, TWINS[value])
             return follow(*args)
 
     return followed

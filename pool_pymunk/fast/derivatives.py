@@ -220,7 +220,7 @@ def _with_gap(g: Any, geometry: Any, i: int, other: int, t: float) -> Any:
     return geometry
 
 
-TWINS = {
+TWINS: dict[Any, Any] = {
     columns.columns: _columns, columns.any_of: _any_of, columns.greater: _greater,
     columns.unknown_if: _unknown_if, columns.is_unknown: rows.is_unknown,
     columns.is_changed: rows.is_changed, columns.is_beyond: rows.is_beyond,
@@ -234,4 +234,4 @@ TWINS = {
     kinks.bounce_slopes: kinds.cushion_slopes,
 }  # fmt: skip
 for _function, _twin in TWINS.items():
-    _function.compiled = _twin  # type: ignore[attr-defined]
+    _function.compiled = _twin

@@ -339,7 +339,7 @@ def fall(g: Any, i: int, hole: int, t: float) -> int:
 
 def meet(g: Any, i: int, other: int, t: float) -> int:
     """Follow the changes through a hit of two balls, or of a ball on a wall."""
-    size, balls, fastest, reach = len(g.change[0]), 2 if other >= 0 else 1, 0.0, 0.0
+    size, balls, fastest, extent = len(g.change[0]), 2 if other >= 0 else 1, 0.0, 0.0
     for c in range(balls):
         n = i if c == 0 else other
         row, after = g.rows[g.ball[n].at], g.rows[g.following[g.ball[n].at]]
@@ -347,15 +347,15 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
         g.one.place[2 * c], g.one.place[2 * c + 1] = x, y
         put_rates(g.one.before, c * size, size, vx, vy, row)
         put_rates(g.one.after, c * size, size, after[4], after[5], after)
-        fastest, reach = (
+        fastest, extent = (
             max(fastest, max(abs(vx), abs(vy))),
-            reach + abs(x) + abs(y) + g.ball[n].radius,
+            extent + abs(x) + abs(y) + g.ball[n].radius,
         )
     geometry = geometry_at(g, i, other)
     if not is_of_errors(g):
         if other < 0 and is_at_corner(g.corners, g.one.place[0], g.one.place[1], g.ball[i].radius):
             return AT_CORNER
-        if geometry.closing <= GRAZE * fastest or geometry.depth <= BLUR * reach:
+        if geometry.closing <= GRAZE * fastest or geometry.depth <= BLUR * extent:
             return IS_GRAZE
     gather(g, i, other, t)
     geometry = errors.with_gap(g, geometry, i, other, t)

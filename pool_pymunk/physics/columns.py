@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -53,12 +52,6 @@ def room(size: int, count: int) -> dict[str, Any]:
     shapes = {"z": (width + MORE, count), "parts": (4, count), "bad": (count,),
               "out": (width, count)}  # fmt: skip
     return {name: np.zeros(shape) for name, shape in shapes.items()}
-
-
-def room_for_one() -> SimpleNamespace:
-    """Return room for the numbers of one contact: lists, which Python reads fast."""
-    found = {name: np.zeros(shape) for name, shape in ONE.items()}
-    return SimpleNamespace(**{k: v if k == "slopes" else v.tolist() for k, v in found.items()})
 
 
 def is_changed(own: Any, p: Any) -> Any:

@@ -118,7 +118,7 @@ def follow_of(
     anchors = [*(scene.table.outline if scene.table else ()), *(p.position for p in scene.posts)]
     discs, faces, corners = obstacles(scene)
     of_numbers, of_mass, of_radius = numbers
-    one = columns.room_for_one()
+    one = room_for_one()
     one.ends = [run.duration, is_cut, run.status == "max_events", 0.0]
     one.numbers = numbers_of(scene)
     python = SimpleNamespace(
@@ -138,14 +138,20 @@ def follow_of(
     return g
 
 
+def room_for_one() -> SimpleNamespace:
+    """Return room for the numbers of one contact: lists, which Python reads fast."""
+    found = {name: np.zeros(shape) for name, shape in columns.ONE.items()}
+    return SimpleNamespace(**{k: v if k == "slopes" else v.tolist() for k, v in found.items()})
+
+
 def rows_of(run: Run) -> tuple[list[list[float]], list[int]]:
     """Return the breakpoints of a run, the first ones first, and which one follows each."""
-    rows, following = list[list[float]](), list[int]()
-    last = [0.0] * (9 - run.knots[0].shape[1]) if run.knots else []
-    knots = [[[float(i), *row, *last] for row in own.tolist()] for i, own in enumerate(run.knots)]
-    rows += [own[0] for own in knots]
-    following += [-1] * len(rows)
-    for i, own in enumerate(knots):
+    width = run.knots[0].shape[1] if run.knots else 9
+    none = [0.0] * (9 - width)
+    found = [[[float(i), *row, *none] for row in own.tolist()] for i, own in enumerate(run.knots)]
+    rows = [own[0] for own in found]
+    following = [-1] * len(rows)
+    for i, own in enumerate(found):
         before = i
         for row in own[1:]:
             following[before] = before = len(rows)
