@@ -27,9 +27,13 @@ def numbers(contact: ContactEvent) -> list[int]:
     return [each.number for each in contact.balls]
 
 
+BODIES: list[pymunk.Body] = []  # A shape of pymunk's does not keep its body alive.
+
+
 def circle_at(x: float) -> pymunk.Circle:
     """Return the circle of a ball that is not on the table yet."""
     body = pymunk.Body(M, 1e-4)
+    BODIES.append(body)
     body.position = (x, 0.0)
     return pymunk.Circle(body, R)
 
@@ -442,6 +446,7 @@ def circle(
     offset: tuple[float, float] = (0.0, 0.0), mass: float = M, kind: int = pymunk.Body.DYNAMIC
 ) -> pymunk.Circle:
     body = pymunk.Body(mass, 1e-4, kind)
+    BODIES.append(body)
     return pymunk.Circle(body, R, offset)
 
 

@@ -39,6 +39,7 @@ from pool_pymunk.solvers import SOLVERS
 ANSWERS = json.loads((DATA / "rolling_runs.json").read_text())
 G = 9.80665
 R, MASS = 0.03, 0.2
+BODIES: list[pymunk.Body] = []  # A shape of pymunk's does not keep its body alive.
 SLIDING, ROLLING = 0.2, 0.01
 EXACT: list[tuple[str, float | None]] = [("event-driven", None)]
 EXACT += [("pymunk", 1 / 30), ("pymunk", 1 / 60), ("pymunk", 1 / 240)]
@@ -141,6 +142,7 @@ def table_of(dt: float = 1 / 60, **settings: Any) -> Billiards:
 
 def circle(x: float = 0.0, y: float = 0.0) -> pymunk.Circle:
     body = pymunk.Body(MASS, math.inf)
+    BODIES.append(body)
     body.position = x, y
     return pymunk.Circle(body, R)
 
