@@ -180,23 +180,11 @@ def _cleared(m: Any) -> Any:
 
 
 def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
-    size = len(by_pull)
-    for k in range(size):
-        rows.put(g.out[k], by_pull[k], of_pull)
-        for j in range(size):
-            rows.add(g.out[k], by_state[k][j], own[j])
-    rows.copy(g.out[:size], own)
+    rows.advance(by_state, own, by_pull, of_pull, g.out)
 
 
 def _multiply(g: Any, m: Any) -> None:
-    size = m.shape[0]
-    for k in range(size):
-        rows.put(g.out[k], m[k, 0], g.z[0])
-    for j in range(1, size + MORE):
-        if j < size or rows.is_any(g.z[j]):
-            for k in range(size):
-                rows.add(g.out[k], m[k, j], g.z[j])
-    rows.copy(g.out[:size], g.z)
+    rows.multiply(m, g.z, g.out, m.shape[0] + MORE)
 
 
 def _take_mean(g: Any, sides: int, balls: int) -> None:

@@ -7,17 +7,38 @@ from typing import Any
 from pool_pymunk.physics.saltation import MOST
 
 
-def put(row: Any, weight: float, other: Any) -> None:
-    """Write a multiple of a row into another one."""
-    for p in range(len(row)):
-        row[p] = weight * other[p]
+def advance(by_state: Any, own: Any, by_pull: Any, of_pull: Any, out: Any) -> None:
+    """Multiply a change by the derivatives of a motion."""
+    size, count = len(by_pull), len(of_pull)
+    for k in range(size):
+        for p in range(count):
+            out[k, p] = by_pull[k] * of_pull[p]
+        for j in range(size):
+            weight = by_state[k][j]
+            if weight != 0.0:
+                for p in range(count):
+                    out[k, p] += weight * own[j, p]
+    for k in range(size):
+        for p in range(count):
+            own[k, p] = out[k, p]
 
 
-def add(row: Any, weight: float, other: Any) -> None:
-    """Add a multiple of a row to another one."""
-    if weight != 0.0:
-        for p in range(len(row)):
-            row[p] += weight * other[p]
+def multiply(m: Any, z: Any, out: Any, last: int) -> None:
+    """Multiply the changes of a contact by its matrix, which has so many columns."""
+    size, count = m.shape[0], z.shape[1]
+    for k in range(size):
+        for p in range(count):
+            out[k, p] = m[k, 0] * z[0, p]
+    for j in range(1, last):
+        if j < size or is_any(z[j]):
+            for k in range(size):
+                weight = m[k, j]
+                if weight != 0.0:
+                    for p in range(count):
+                        out[k, p] += weight * z[j, p]
+    for k in range(size):
+        for p in range(count):
+            z[k, p] = out[k, p]
 
 
 def is_any(row: Any) -> bool:

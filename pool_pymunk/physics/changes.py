@@ -34,7 +34,7 @@ from pool_pymunk.physics.columns import (
 )
 from pool_pymunk.physics.contact import split
 from pool_pymunk.physics.kinks import SAME, ask, law_sides
-from pool_pymunk.physics.path import Path, motion_at, set_off, sets_off, standing
+from pool_pymunk.physics.path import Path, is_far, motion_at, set_off, sets_off, standing
 from pool_pymunk.physics.saltation import (
     AGREE,
     BLUR,
@@ -65,7 +65,6 @@ from pool_pymunk.physics.touches import (
     NEVER,
     is_at_corner,
     is_beside,
-    is_far,
     touch_of_discs,
     touch_of_face,
 )

@@ -38,6 +38,9 @@ SLIGHT = 1e-12
 BARELY = 0.9
 
 
+HAIR = 1e-9  # of coordinates; bounds have this margin, far above rounding
+
+
 class Persistent(NamedTuple):
     """A persistent contact is one of two balls that have met and that friction presses together.
 
@@ -230,6 +233,17 @@ def time_in(path: Path, center: Vector, touching: float, since: float) -> float:
     x, y, vx, vy = motion_at(path, since)
     offset, time, noise = (center[0] - x, center[1] - y), path.end - since, SLIGHT * speed_of(path)
     return since + time_of_impact(offset, (-vx, -vy), (-path.ax, -path.ay), touching, time, noise)
+
+
+def is_far(a: Path, b: Path, until: float, apart: float) -> bool:
+    """Tell by bounds whether discs stay farther apart than ``apart`` (m) until a time (s)."""
+    own, its = until - a.t, until - b.t
+    far = apart + HAIR * (abs(a.x) + abs(b.x) + abs(a.y) + abs(b.y) + apart)
+    reach_x = own * (abs(a.vx) + own * abs(a.ax)) + its * (abs(b.vx) + its * abs(b.ax))
+    if abs(a.x - b.x) > far + reach_x:
+        return True
+    reach_y = own * (abs(a.vy) + own * abs(a.ay)) + its * (abs(b.vy) + its * abs(b.ay))
+    return abs(a.y - b.y) > far + reach_y
 
 
 def pair_time(

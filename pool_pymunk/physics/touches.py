@@ -21,7 +21,6 @@ NEVER = -1.0  # s; no touch has this time
 # The last velocity is that at this share of an interval before its end, where it may be zero.
 LAST = 1e-9
 NO_TOUCH = (False, NEVER)
-HAIR = 1e-9  # of coordinates; bounds have this margin, far above rounding
 EDGE = 1e-9  # of a radius; a ball that meets a cushion this near to its end may meet the corner
 
 
@@ -77,17 +76,6 @@ def is_on_face(f: Any, x: float, y: float, radius: float, blur: float) -> bool:
     foot = dx * f[2] + dy * f[3]
     is_beside = -blur <= foot and foot <= f[6] + blur
     return bool(is_beside and abs(dx * f[4] + dy * f[5] - radius) <= blur)
-
-
-def is_far(a: Path, b: Path, until: float, apart: float) -> bool:
-    """Tell by bounds whether discs stay farther apart than ``apart`` (m) until a time (s)."""
-    own, its = until - a.t, until - b.t
-    far = apart + HAIR * (abs(a.x) + abs(b.x) + abs(a.y) + abs(b.y) + apart)
-    reach_x = own * (abs(a.vx) + own * abs(a.ax)) + its * (abs(b.vx) + its * abs(b.ax))
-    if abs(a.x - b.x) > far + reach_x:
-        return True
-    reach_y = own * (abs(a.vy) + own * abs(a.ay)) + its * (abs(b.vy) + its * abs(b.ay))
-    return abs(a.y - b.y) > far + reach_y
 
 
 def touch_of_discs(
