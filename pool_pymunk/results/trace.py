@@ -42,7 +42,7 @@ OTHERWISE = tuple(Variant(longer=longer) for longer in (1.5, 3.0, 7.0))
 SLIPS = tuple(Variant(slip=slip) for slip in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -2.0), (1.0, 2.0)))
 # Runs with nudged starts show what an unknown order of contacts changes: up to MOST_NUDGES of each
 # kind, or fewer with EVENTS events in all.
-FEWEST_NUDGES, MOST_NUDGES = 4, 12
+FEWEST_NUDGES, MOST_NUDGES = 4, 16
 EVENTS = 2_000
 
 
