@@ -1,0 +1,716 @@
+"""This is an independent reference for contacts that persist, of discs and of balls that roll.
+
+It shares nothing with the solvers except the scene's numbers, and knows the law "coulomb" only.
+Vectors are complex numbers, in floats; ends are right to some 1e-10 m times the amplification.
+One rule of order five (Dormand and Prince) plays all motion, free or pressed. Where sides touch,
+forces N >= 0 keep their gap closed, in equations for the accelerations:
+
+- Surface: a ball that slips has a = f - mu_s g u/|u| and dw/dt = c + (5/2) mu_s g u/|u|. One that
+  rolls has a = dw/dt = (5/7) f + (2/7) c - mu_r g v/|v| while (2/7) |f - c| <= mu_s g. One at rest
+  stays while |(5/7) f + (2/7) c| <= mu_r g; a disc slides, or stays while |f| <= mu_s g.
+  Here u = v - w is the slip, f the push of contacts, and c what cushions do to the roll w.
+- Contact: N >= 0, the gap's acceleration is >= 0, and one of both is 0. Friction is mu N against
+  the slip, or holds the slip at 0. A cushion slows the roll into it by (5/2) mu N / m, or holds it.
+- A contact persists when the bounces to come would move its sides apart by less than 1e-12 m.
+
+What the forces are, is decided anew at each event: a force, slip or speed falls through zero, a
+hold gives way, a side ends, or balls hit. Pockets and corners that point inwards are refused, as
+are hits of one instant that share a ball, and a resting ball that is pressed on to a cushion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from reference import Refused
+
+from pool_pymunk import Scene
+
+Contact = tuple[str, int, int]  # "ball", "face", "arc" or "post"; a ball; what it meets
+Measures = dict[tuple[str, Contact | int], float]  # what ends a step where it falls through zero
+
+REST, SLIP, ROLL = "rest", "slip", "roll"
+TOUCH = 1e-11  # m; gaps below are none
+SLOW = 1e-10  # m/s; slower closing and slip of a contact are none
+DONE = 1e-12  # m/s; slower slip of a ball is none
+KICK = 1e-11  # m/s; a ball sets off with it, so that it has a direction
+LOW = 1e-12  # m; bounces are left out that are no higher in all
+FIT = 1e-12  # m/s^2; forces and accelerations below are none
+STEP, ERROR = 0.02, 3e-14  # s; m and m/s in a step
+MOST_STEPS = 40_000
+# By what ends a step: how far it must fall, in m, m/s or m/s^2.
+BELOW = {"gap": 2e-14, "end": 1e-13, "slip": 1e-13, "into": 1e-13}
+
+# The method of Dormand and Prince: its stages, and the difference to its embedded method.
+STAGES = (
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+)
+SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+
+
+def dot(a: complex, b: complex) -> float:
+    """Return the scalar product."""
+    return a.real * b.real + a.imag * b.imag
+
+
+def unit(a: complex) -> complex:
+    """Return the direction of a vector; that of none is 0."""
+    return a / abs(a) if a else 0j
+
+
+def sign(x: float) -> int:
+    """Return the sign of a number, and 0 of one that is next to nothing."""
+    return 0 if abs(x) < SLOW else int(math.copysign(1, x))
+
+
+def root(at: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function falls through zero, by the Illinois method."""
+    at_low, at_high = at(low), at(high)
+    if at_low <= 0:
+        return low
+    is_low = None
+    for _ in range(100):
+        t = (low * at_high - high * at_low) / (at_high - at_low)
+        if not low < t < high:
+            break
+        value, was_low = at(t), is_low
+        is_low = value > 0
+        if is_low:
+            low, at_low, at_high = t, value, at_high / (1 + (was_low is True))
+        else:
+            high, at_high, at_low = t, value, at_low / (1 + (was_low is False))
+        if value == 0 or high - low < 1e-17:
+            break
+    return high
+
+
+class Wall(NamedTuple):
+    """This is a side of the outline or a post; round ones have a centre and a radius."""
+
+    start: complex
+    end: complex
+    center: complex
+    radius: float
+    restitution: float
+    friction: float
+
+
+@dataclass
+class Press:
+    """This is a contact that a force keeps closed.
+
+    ``slides`` is the sign of its slip, ``into`` that of the roll into a cushion. A sign of 0 says
+    that friction holds what would grow there.
+    """
+
+    slides: int
+    into: int
+
+
+@dataclass
+class PressRun:
+    """This holds the end of a run (m, s), its events, and the energy (J) after each step."""
+
+    final: list[complex] = field(default_factory=list)
+    duration: float = 0.0
+    events: list[tuple[float, str, Contact | int]] = field(default_factory=list)
+    energy: list[float] = field(default_factory=list)
+    strongest: dict[Contact, float] = field(default_factory=dict)  # N, the largest of each contact
+
+
+def walls_of(scene: Scene) -> list[Wall]:
+    """Return the sides of the outline, then the posts."""
+    e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
+    corners = [complex(*corner) for corner in scene.table.outline] if scene.table else []
+    bulges = (scene.table.bulge if scene.table else ()) or (0.0,) * len(corners)
+    area = sum((a.conjugate() * b).imag for a, b in zip(corners, corners[1:] + corners[:1]))
+    if any(b < 0 for b in bulges) or area < 0:
+        raise Refused("a side bulges inwards, or the outline runs clockwise")
+    found = []
+    for k, bulge in enumerate(bulges):
+        a, b = corners[k], corners[(k + 1) % len(corners)]
+        half = 2 * math.atan(bulge)
+        radius = abs(b - a) / (2 * math.sin(half)) if bulge else 0.0
+        center = (a + b) / 2 + 1j * unit(b - a) * radius * math.cos(half) if bulge else 0j
+        turn = unit(b - a) * complex(math.cos(half), math.sin(half))
+        follows = corners[(k + 2) % len(corners)] - b
+        next_half = 2 * math.atan(bulges[(k + 1) % len(bulges)])
+        heading = follows * complex(math.cos(next_half), -math.sin(next_half))
+        if (turn.conjugate() * unit(heading)).imag < -1e-9:
+            raise Refused("a corner points inwards")
+        found.append(Wall(a, b, center, radius, e, mu))
+    for post in scene.posts:
+        own_e = e if post.restitution is None else post.restitution
+        own_mu = mu if post.friction is None else post.friction
+        found.append(Wall(0j, 0j, complex(*post.position), post.radius, own_e, own_mu))
+    return found
+
+
+class PressReference:
+    """This is the scene in floats; ``run`` plays it."""
+
+    def __init__(self, scene: Scene) -> None:
+        if scene.physics.law != "coulomb" or scene.pockets:
+            raise Refused("the law is not coulomb, or there are pockets")
+        start, g = scene.start(None), scene.physics.gravity
+        self.scene, self.rolls = scene, scene.friction.rolling is not None
+        self.grip, self.drag = scene.friction.surface * g, (scene.friction.rolling or 0.0) * g
+        self.place = [complex(*p) for p in start.position]
+        self.v = [complex(*v) for v in start.velocity]
+        self.w = [complex(*w) for w in start.roll] if start.roll else [0j] * len(self.v)
+        self.radius = [ball.radius for ball in scene.balls]
+        self.mass = [ball.mass for ball in scene.balls]
+        self.everybody = range(len(self.v))
+        self.walls = walls_of(scene)
+        sides = len(self.walls) - len(scene.posts)
+        kinds = [
+            "post" if k >= sides else "arc" if wall.radius else "face"
+            for k, wall in enumerate(self.walls)
+        ]
+        self.contacts: list[Contact] = [("ball", i, j) for i, j in combinations(self.everybody, 2)]
+        self.contacts += [(kind, i, k) for i in self.everybody for k, kind in enumerate(kinds)]
+        self.phase = [self._phase_of(i) for i in self.everybody]
+        self.presses: dict[Contact, Press] = {}
+        self.now = 0.0
+        self.last = math.inf if scene.physics.max_time is None else scene.physics.max_time
+        self.out = PressRun()
+
+    def run(self) -> PressRun:
+        """Play until everything rests, or until the scene's ``max_time``."""
+        self._hit_now()
+        self._decide()
+        step, steps = STEP, 0
+        self._note()
+        while self.now < self.last and any(phase != REST for phase in self.phase):
+            step, is_event = self._go_on(min(step, self.last - self.now))
+            self._note()
+            if is_event:
+                self._hit_now()
+                self._decide()
+                self._note()
+                step = STEP
+            steps += 1
+            if steps > MOST_STEPS:
+                raise Refused("too many steps")
+        self.out.final, self.out.duration = self.place, self.now
+        return self.out
+
+    def _note(self) -> None:
+        speeds = zip(self.mass, self.v, self.w, strict=True)
+        self.out.energy.append(sum(m * (abs(v) ** 2 / 2 + abs(w) ** 2 / 5) for m, v, w in speeds))
+
+    # -- geometry ----------------------------------------------------------------------------------
+
+    def _balls(self, contact: Contact) -> tuple[int, ...]:
+        return contact[1:] if contact[0] == "ball" else contact[1:2]
+
+    def _gap(self, contact: Contact) -> float:
+        """Return the gap; that of a side goes on along its line or circle beyond its ends."""
+        kind, i, k = contact
+        if kind == "ball":
+            return abs(self.place[k] - self.place[i]) - self.radius[i] - self.radius[k]
+        wall = self.walls[k]
+        if kind == "face":
+            along = unit(wall.end - wall.start)
+            return ((self.place[i] - wall.start) * along.conjugate()).imag - self.radius[i]
+        out = abs(self.place[i] - wall.center) - wall.radius
+        return (out if kind == "post" else -out) - self.radius[i]
+
+    def _room(self, contact: Contact) -> float:
+        """Return how far (m) a ball is from the nearer end of a side; below 0 it is beyond it."""
+        kind, i, k = contact
+        if kind in ("ball", "post"):
+            return math.inf
+        wall = self.walls[k]
+        chord = wall.end - wall.start
+        if kind == "face":
+            foot = dot(self.place[i] - wall.start, unit(chord))
+            return min(foot, abs(chord) - foot)
+        ends = [(end - wall.center) / (self.place[i] - wall.center) for end in wall[:2]]
+        if abs(wall.center - (wall.start + wall.end) / 2) < 1e-12:  # a half circle
+            return dot(self.place[i] - wall.center, -1j * unit(chord))
+        back, ahead = -math.atan2(ends[0].imag, ends[0].real), math.atan2(ends[1].imag, ends[1].real)
+        return wall.radius * min(back, ahead)
+
+    def _normal(self, contact: Contact) -> complex:
+        """Return the unit vector from the ball to what it meets."""
+        kind, i, k = contact
+        if kind == "ball":
+            return unit(self.place[k] - self.place[i])
+        wall = self.walls[k]
+        if kind == "face":
+            return -1j * unit(wall.end - wall.start)
+        out = unit(self.place[i] - wall.center)
+        return -out if kind == "post" else out
+
+    def _bend(self, contact: Contact) -> float:
+        """Return how much (1/m) the normal turns with the way along the contact."""
+        kind, i, k = contact
+        if kind == "ball":
+            return -1 / (self.radius[i] + self.radius[k])
+        if kind == "post":
+            return -1 / (self.walls[k].radius + self.radius[i])
+        return 1 / (self.walls[k].radius - self.radius[i]) if kind == "arc" else 0.0
+
+    def _relative(self, contact: Contact, of: Sequence[complex]) -> complex:
+        kind, i, j = contact
+        return of[i] - of[j] if kind == "ball" else of[i]
+
+    def _closing(self, contact: Contact) -> float:
+        return dot(self._relative(contact, self.v), self._normal(contact))
+
+    def _slip(self, contact: Contact) -> float:
+        return dot(self._relative(contact, self.v), 1j * self._normal(contact))
+
+    def _into(self, contact: Contact) -> float:
+        """Return the roll into a cushion (m/s)."""
+        return dot(self.w[contact[1]], self._normal(contact))
+
+    def _known(self, contact: Contact) -> tuple[float, float]:
+        """Return restitution and friction of a contact."""
+        if contact[0] != "ball":
+            return self.walls[contact[2]][-2:]
+        given = self.scene.restitution
+        has_cue = any(self.scene.balls[i].cue for i in self._balls(contact))
+        e = given.cue_ball if has_cue and given.cue_ball is not None else given.ball_ball
+        return e or 0.0, self.scene.friction.ball_ball
+
+    def _wrings(self, contact: Contact) -> bool:
+        """Tell whether the contact's friction slows the roll."""
+        return self.rolls and contact[0] != "ball" and self._known(contact)[1] > 0
+
+    # -- hits --------------------------------------------------------------------------------------
+
+    def _phase_of(self, i: int) -> str:
+        if abs(self.v[i]) < DONE and abs(self.w[i]) < DONE:
+            return REST
+        return ROLL if self.rolls and abs(self.v[i] - self.w[i]) < DONE else SLIP
+
+    def _hit_now(self) -> None:
+        """Play the hits of this instant, one at a time."""
+        for _ in range(1000):
+            met = [
+                c
+                for c in self.contacts
+                if self._gap(c) < TOUCH and self._closing(c) > SLOW and self._room(c) >= 0
+            ]
+            if not met:
+                return
+            self._hit(self._linked(max(met, key=self._closing), met))
+        raise Refused("too many hits at one instant")
+
+    def _linked(self, first: Contact, met: Sequence[Contact]) -> list[Contact]:
+        """Return the contacts that hang together with the first one."""
+        balls, found = set(self._balls(first)), [first]
+        for _ in met:
+            found = [c for c in met if not balls.isdisjoint(self._balls(c))]
+            balls.update(i for c in found for i in self._balls(c))
+        return found
+
+    def _hit(self, contacts: Sequence[Contact]) -> None:
+        """Let contacts hit at once: each opens at e times its closing speed, or faster."""
+        self.out.events += [(self.now, "hit", c) for c in contacts]
+        restitutions = [self._restitution(c) for c in contacts]
+        if len(contacts) == 1:
+            effective = 1 / sum(1 / self.mass[i] for i in self._balls(contacts[0]))
+            push = effective * (1 + restitutions[0]) * self._closing(contacts[0])
+            self._strike(contacts[0], push)
+            return
+        if any(self._known(c)[1] and abs(self._slip(c)) > SLOW for c in contacts):
+            raise Refused(f"{contacts} slip at one instant")
+        wanted = {c: (1 + e) * self._closing(c) for c, e in zip(contacts, restitutions, strict=True)}
+        pushing = list(contacts)
+        while True:
+            matrix = [[self._response(one, other) for other in pushing] for one in pushing]
+            found, *_ = np.linalg.lstsq(matrix, [wanted[c] for c in pushing], rcond=1e-11)
+            if found.min() >= 0:
+                break
+            del pushing[int(found.argmin())]
+        for c in contacts:
+            gained = sum(self._response(c, d) * x for d, x in zip(pushing, found, strict=True))
+            if gained < wanted[c] - SLOW:
+                raise Refused(f"{contacts} have no impulses of one instant")
+        for c, push in zip(pushing, found.tolist(), strict=True):
+            self._strike(c, push)
+
+    def _response(self, one: Contact, other: Contact) -> float:
+        """Return by how much (1/kg) a unit impulse of the other contact opens the one."""
+        across = dot(self._normal(one), self._normal(other))
+        mine, its = (dict(zip(self._balls(c), (-1, 1), strict=False)) for c in (one, other))
+        return across * sum(mine[i] * its[i] / self.mass[i] for i in mine.keys() & its.keys())
+
+    def _restitution(self, contact: Contact) -> float:
+        """Return that of a hit: 0 where the contact persists from now on."""
+        e, _ = self._known(contact)
+        away = e * self._closing(contact)
+        if not 0 < away < 1e-3 or e == 1:
+            return e
+        before = self._saved()
+        effective = 1 / sum(1 / self.mass[i] for i in self._balls(contact))
+        self._strike(contact, effective * self._closing(contact))
+        self._decide(without=contact)
+        pressed = -self._opening(contact, self._moves(self._forces())[0])
+        self._restore(before)
+        return 0.0 if away**2 < 2 * pressed * (1 - e**2) * LOW else e
+
+    def _strike(self, contact: Contact, push: float) -> None:
+        """Give a contact its impulse (N s), with what friction adds."""
+        n, (_, mu), slip = self._normal(contact), self._known(contact), self._slip(contact)
+        effective = 1 / sum(1 / self.mass[i] for i in self._balls(contact))
+        rub = math.copysign(min(mu * push, effective * abs(slip)), slip)
+        impulse = push * n + rub * 1j * n
+        for i, side in zip(self._balls(contact), (-1, 1), strict=False):
+            self.v[i] += side / self.mass[i] * impulse
+        if self._wrings(contact):
+            i, into = contact[1], self._into(contact)
+            less = min(2.5 * mu * push / self.mass[i], abs(into))
+            self.w[i] -= math.copysign(less, into) * n
+        for i in self._balls(contact):
+            self.phase[i] = self._phase_of(i)
+
+    # -- forces ------------------------------------------------------------------------------------
+
+    def _pushes(self, x: Sequence[float]) -> tuple[list[complex], list[complex]]:
+        """Return f and c of all balls for the unknown forces x of the contacts."""
+        f, c = [0j for _ in self.v], [0j for _ in self.v]
+        for contact, (force, rub, wring) in zip(self.presses, self._three(x), strict=True):
+            n = self._normal(contact)
+            for i, side in zip(self._balls(contact), (-1, 1), strict=False):
+                f[i] += side / self.mass[i] * (force * n + rub * 1j * n)
+            c[contact[1]] -= wring / self.mass[contact[1]] * n
+        return f, c
+
+    def _three(self, x: Sequence[float]) -> Iterator[tuple[float, float, float]]:
+        """Yield of each contact its normal force, its friction, and what slows the roll."""
+        unknown = iter(x)
+        for contact, press in self.presses.items():
+            mu, force = self._known(contact)[1], next(unknown)
+            rub = press.slides * mu * force if press.slides or not mu else next(unknown)
+            wring = 0.0
+            if self._wrings(contact):
+                wring = press.into * 2.5 * mu * force if press.into else next(unknown)
+            yield force, rub, wring
+
+    def _moves(self, x: Sequence[float]) -> tuple[list[complex], list[complex]]:
+        """Return the rates of velocity and of roll for the contacts' forces."""
+        a, b = [0j for _ in self.v], [0j for _ in self.v]
+        for i, (f, c) in enumerate(zip(*self._pushes(x), strict=True)):
+            if self.phase[i] == SLIP:
+                against = self.grip * unit(self.v[i] - self.w[i])
+                a[i] = f - against
+                b[i] = c + 2.5 * against if self.rolls else 0j
+            elif self.phase[i] == ROLL:
+                a[i] = b[i] = (5 * f + 2 * c) / 7 - self.drag * unit(self.v[i])
+        return a, b
+
+    def _opening(self, contact: Contact, a: list[complex]) -> float:
+        """Return the second derivative of the gap."""
+        apart = -dot(self._relative(contact, a), self._normal(contact))
+        return apart - self._bend(contact) * self._slip(contact) ** 2
+
+    def _residuals(self, x: Sequence[float]) -> list[float]:
+        """Return what the forces must bring to 0."""
+        (a, b), (f, c) = self._moves(x), self._pushes(x)
+        found = []
+        for contact, press in self.presses.items():
+            n, i = self._normal(contact), contact[1]
+            found.append(self._opening(contact, a))
+            if not press.slides and self._known(contact)[1]:
+                found.append(dot(self._relative(contact, a), 1j * n))
+            if self._wrings(contact) and not press.into:
+                turning = self._bend(contact) * self._slip(contact) * dot(self.w[i], 1j * n)
+                rate = {REST: dot(c[i], n), ROLL: dot(c[i] - f[i], n)}
+                found.append(rate.get(self.phase[i], dot(b[i], n) + turning))
+        return found
+
+    def _forces(self) -> list[float]:
+        """Return the unknown forces, of least norm where there are several answers."""
+        if not self.presses:
+            return []
+        count = sum(
+            1
+            + (not press.slides and self._known(contact)[1] > 0)
+            + (self._wrings(contact) and not press.into)
+            for contact, press in self.presses.items()
+        )
+        base = np.array(self._residuals([0.0] * count))
+        # The balls' masses scale the columns, so that they have about the size of 1.
+        unit_force = min(self.mass)
+        units = unit_force * np.eye(count)
+        matrix = np.array([np.array(self._residuals(row)) - base for row in units.tolist()]).T
+        x, *_ = np.linalg.lstsq(matrix, -base, rcond=1e-11)
+        if np.abs(matrix @ x + base).max() > 1e-9:
+            raise Refused("no forces fit")
+        return (unit_force * x).tolist()  # type: ignore[no-any-return]
+
+    # -- what touches, presses, sticks and rolls ---------------------------------------------------
+
+    def _fresh(self, contact: Contact) -> Press:
+        into = sign(self._into(contact)) if self._wrings(contact) else 0
+        return Press(sign(self._slip(contact)), into)
+
+    def _decide(self, without: Contact | None = None) -> None:
+        """Find forces, holds and phases that fit, from those that hold as much as they can."""
+        closed = [
+            c
+            for c in self.contacts
+            if c != without
+            and self._gap(c) < TOUCH
+            and abs(self._closing(c)) < 10 * SLOW
+            and self._room(c) >= 0
+            and any(self.phase[i] != REST for i in self._balls(c))
+        ]
+        self.presses = {c: self._fresh(c) for c in closed}
+        for _ in range(30 + 20 * len(closed)):
+            if not self._mend(closed):
+                return
+        raise Refused("the forces of contacts are not found")
+
+    def _mend(self, closed: Sequence[Contact]) -> bool:
+        """Change one thing that does not fit; return False where all fits."""
+        x = self._forces()
+        a, b = self._moves(x)
+        three = dict(zip(self.presses, self._three(x), strict=True))
+        weakest = min(three, key=lambda c: three[c][0], default=None)
+        if weakest is not None and three[weakest][0] < -FIT:
+            del self.presses[weakest]
+            return True
+        for contact, (force, rub, wring) in three.items():
+            press, mu = self.presses[contact], self._known(contact)[1]
+            if not press.slides and abs(rub) > mu * force + FIT:
+                press.slides = 1 if rub > 0 else -1
+                return True
+            if self._wrings(contact) and not press.into and abs(wring) > 2.5 * mu * force + FIT:
+                press.into = 1 if wring > 0 else -1
+                return True
+        for contact in closed:
+            if contact not in self.presses and self._opening(contact, a) < -100 * FIT:
+                self.presses[contact] = self._fresh(contact)
+                return True
+        return self._let_go(x)
+
+    def _let_go(self, x: Sequence[float]) -> bool:
+        """Let a ball slip that cannot roll on, or move that cannot rest."""
+        f, c = self._pushes(x)
+        for i in self.everybody:
+            if self._spare(i, f[i], c[i]) >= -FIT:
+                continue
+            if self.phase[i] == ROLL:
+                self.w[i] = self.v[i] - KICK * unit(f[i] - c[i])
+                self.phase[i] = SLIP
+            else:
+                self._set_off(i, unit(5 * f[i] + 2 * c[i]))
+            return True
+        return False
+
+    def _set_off(self, i: int, heading: complex) -> None:
+        for contact in self.contacts:
+            if contact[0] != "ball" and contact[1] == i and self._gap(contact) < TOUCH:
+                n = self._normal(contact)
+                heading -= max(dot(heading, n), 0.0) * n
+        if abs(heading) < 1e-6:
+            raise Refused("a resting ball is pressed on to a cushion")
+        self.v[i] = KICK * unit(heading)
+        self.w[i] = self.v[i] if self.rolls else 0j
+        self.phase[i] = ROLL if self.rolls else SLIP
+
+    def _spare(self, i: int, f: complex, c: complex) -> float:
+        """Return how much more (m/s^2) what holds a ball could hold."""
+        if self.phase[i] == ROLL:
+            return self.grip - 2 / 7 * abs(f - c)
+        if self.phase[i] == REST:
+            return self.drag - abs(5 * f + 2 * c) / 7 if self.rolls else self.grip - abs(f)
+        return math.inf
+
+    # -- steps -------------------------------------------------------------------------------------
+
+    def _saved(self) -> tuple[list[complex], list[complex], list[complex], list[str]]:
+        return list(self.place), list(self.v), list(self.w), list(self.phase)
+
+    def _restore(
+        self, saved: tuple[list[complex], list[complex], list[complex], list[str]]
+    ) -> None:
+        self.place, self.v, self.w, self.phase = map(list, saved)  # type: ignore[assignment]
+
+    def _rates(self, state: np.ndarray) -> np.ndarray:
+        self.place, self.v, self.w = state.tolist()
+        return np.array([self.v, *self._moves(self._forces())])
+
+    def _advance(self, dt: float) -> float:
+        """Move everything on, and return the error of the step."""
+        start = np.array([self.place, self.v, self.w])
+        rates = [self._rates(start)]
+        for weights in STAGES:
+            state = start + dt * sum(k * rate for k, rate in zip(weights, rates, strict=True))
+            rates.append(self._rates(state))
+        self.place, self.v, self.w = state.tolist()
+        spread = sum(k * rate for k, rate in zip(SPREAD, rates, strict=True))
+        return float(np.abs(dt * spread).max())
+
+    def _fading(self) -> Iterator[tuple[int, float, float]]:
+        """Yield the balls whose slip or speed fades: how fast it is, and in what time it is 0."""
+        a, b = self._moves(self._forces())
+        for i, phase in enumerate(self.phase):
+            what, rate = (self.v[i], a[i])
+            if phase == SLIP:
+                what, rate = self.v[i] - self.w[i], a[i] - b[i]
+            loss = -dot(rate, unit(what))
+            if phase != REST and loss > 0:
+                yield i, abs(what), abs(what) / loss
+
+    def _measures(self) -> Measures:
+        """Return what ends a step where it falls through zero."""
+        x = self._forces()
+        f, c = self._pushes(x)
+        found: Measures = {("hold", i): self._spare(i, f[i], c[i]) for i in self.everybody}
+        for contact, (force, rub, wring) in zip(self.presses, self._three(x), strict=True):
+            press, mu = self.presses[contact], self._known(contact)[1]
+            found["force", contact] = force
+            self.out.strongest[contact] = max(force, self.out.strongest.get(contact, 0.0))
+            if mu and press.slides:
+                found["slip", contact] = press.slides * self._slip(contact)
+            elif mu:
+                found["stick", contact] = mu * force - abs(rub)
+            if self._wrings(contact) and press.into:
+                found["into", contact] = press.into * self._into(contact)
+            elif self._wrings(contact):
+                found["wring", contact] = 2.5 * mu * force - abs(wring)
+        for contact in self.contacts:
+            if any(self.phase[i] != REST for i in self._balls(contact)):
+                gap = self._gap(contact)
+                if contact not in self.presses:
+                    found["gap", contact] = gap
+                if contact[0] != "ball":
+                    found["end", contact] = self._room(contact)
+        return found
+
+    def _go_on(self, step: float) -> tuple[float, bool]:
+        """Take one step; return the next one's length, and whether something happened."""
+        before, first = self._saved(), self._measures()
+        closing = {c: self._closing(c) for kind, c in first if kind == "gap"}  # type: ignore[arg-type]
+        step = min(step, *(0.9 * t for _, _, t in self._fading()), step)
+        while True:
+            error = self._advance(step)
+            last = self._measures()
+            if error <= ERROR and not self._dips(first, last, closing, step):
+                break
+            self._restore(before)
+            step /= 2
+            if step < 1e-18:
+                raise Refused("no step is short enough")
+        after = self._saved()
+        found = [
+            (self._crossing(key, before, step), *key)
+            for key in last
+            if self._falls(key, first[key], last[key], before, after)
+        ]
+        self._restore(after)
+        for t, kind, who in sorted(found, key=lambda one: one[0]):
+            self._restore(before)
+            self._advance(t)
+            if kind == "gap" and self._room(who) < 0:
+                continue
+            self.now += t
+            self.out.events.append((self.now, kind, who))
+            return step, True
+        self._restore(after)
+        self.now += step
+        grown = step * min(2.0, 0.9 * (ERROR / max(error, 1e-20)) ** 0.2)
+        return min(max(grown, step / 2), STEP), self._settled()
+
+    def _settled(self) -> bool:
+        """Let balls roll that slip no more, and rest that hardly move."""
+        fading = list(self._fading())
+        for i, speed, _ in fading:
+            if speed > (DONE if self.phase[i] == SLIP and self.rolls else SLOW):
+                continue
+            if max(abs(self.v[i]), abs(self.w[i])) <= 10 * SLOW:
+                self.v[i] = self.w[i] = 0j
+                self.phase[i] = REST
+            else:
+                self.v[i] = self.w[i] = (5 * self.v[i] + 2 * self.w[i]) / 7
+                self.phase[i] = ROLL
+            self.out.events.append((self.now, self.phase[i], i))
+            return True
+        return False
+
+    def _dips(
+        self, first: Measures, last: Measures, closing: dict[Contact, float], step: float
+    ) -> bool:
+        """Tell whether a gap may close and open again within the step, by the cubic between."""
+        for (kind, c), start in first.items():
+            if kind != "gap" or start <= 0 or last[kind, c] <= 0 or step < 1e-7:
+                continue
+            slope, opening = closing[c], -self._closing(c)  # type: ignore[index,arg-type]
+            if slope <= 0 or opening <= 0:
+                continue
+            end, t = last[kind, c], np.linspace(0, 1, 33)
+            cubic = (
+                (1 + 2 * t) * (1 - t) ** 2 * start
+                - t * (1 - t) ** 2 * step * slope
+                + t**2 * (3 - 2 * t) * end
+                - t**2 * (1 - t) * step * opening
+            )
+            if cubic.min() < 0:
+                return True
+        return False
+
+    def _falls(
+        self,
+        key: tuple[str, Contact | int],
+        start: float,
+        end: float,
+        before: tuple[list[complex], list[complex], list[complex], list[str]],
+        after: tuple[list[complex], list[complex], list[complex], list[str]],
+    ) -> bool:
+        """Tell whether a measure has fallen through zero, and that matters."""
+        kind, who = key
+        below = BELOW.get(kind, 10 * FIT)
+        if kind == "end":
+            return (start >= 0 and end < -below) or (start < 0 and end > below)
+        if end >= -2 * below or start < (-TOUCH if kind == "gap" else -below):
+            return False
+        if kind != "gap":
+            return True
+        self._restore(after)
+        return self._closing(who) > (SLOW if end > -TOUCH else 0)  # type: ignore[arg-type]
+
+    def _crossing(
+        self,
+        key: tuple[str, Contact | int],
+        before: tuple[list[complex], list[complex], list[complex], list[str]],
+        step: float,
+    ) -> float:
+        """Return where within the step a measure falls through zero, or a side ends or begins.
+
+        A gap that is none at first is looked at from a moment on at which it is open.
+        """
+        below = BELOW.get(key[0], 10 * FIT)
+        self._restore(before)
+        turn = -1 if key[0] == "end" and self._measures()[key] < 0 else 1
+
+        def at(dt: float) -> float:
+            self._restore(before)
+            self._advance(dt)
+            return turn * self._measures()[key] + below
+
+        low = 0.0
+        if at(low) <= below and key[0] == "gap":
+            opened = (step / 2**k for k in range(1, 50))
+            low = next((dt for dt in opened if at(dt) > 2 * below), 0.0)
+        return root(at, low, step)
+
+
+def press_run(scene: Scene) -> PressRun:
+    """Play the scene from its velocities."""
+    return PressReference(scene).run()
