@@ -302,7 +302,9 @@ class PressReference:
             met = [
                 c
                 for c in self.contacts
-                if self._gap(c) < TOUCH and self._closing(c) > SLOW and self._room(c) >= 0
+                if self._gap(c) < (TOUCH if c in self.presses else 1e-13)
+                and self._closing(c) > SLOW
+                and self._room(c) >= 0
             ]
             if not met:
                 return
@@ -647,19 +649,23 @@ class PressReference:
     def _dips(
         self, first: Measures, last: Measures, closing: dict[Contact, float], step: float
     ) -> bool:
-        """Tell whether a gap may close and open again within the step, by the cubic between."""
-        for (kind, c), start in first.items():
-            if kind != "gap" or start <= 0 or last[kind, c] <= 0 or step < 1e-7:
+        """Tell whether a gap may close and open again within the step.
+
+        The cubic between is that of the squared distance, which a straight way makes a parabola.
+        """
+        t = np.linspace(0, 1, 65)
+        for c, slope in closing.items():
+            start, end, opening = first["gap", c], last["gap", c], -self._closing(c)
+            if min(start, slope, opening) <= 0 or step < 1e-9:
                 continue
-            slope, opening = closing[c], -self._closing(c)  # type: ignore[index,arg-type]
-            if slope <= 0 or opening <= 0:
-                continue
-            end, t = last[kind, c], np.linspace(0, 1, 33)
+            if end < 0:
+                return True
+            size = -1 / self._bend(c) if self._bend(c) < 0 else math.inf
             cubic = (
-                (1 + 2 * t) * (1 - t) ** 2 * start
-                - t * (1 - t) ** 2 * step * slope
-                + t**2 * (3 - 2 * t) * end
-                - t**2 * (1 - t) * step * opening
+                (1 + 2 * t) * (1 - t) ** 2 * start * (1 + start / (2 * size))
+                - t * (1 - t) ** 2 * step * slope * (1 + start / size)
+                + t**2 * (3 - 2 * t) * end * (1 + end / (2 * size))
+                - t**2 * (1 - t) * step * opening * (1 + end / size)
             )
             if cubic.min() < 0:
                 return True
