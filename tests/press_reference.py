@@ -32,7 +32,9 @@ from reference import Refused
 from pool_pymunk import Scene
 
 Contact = tuple[str, int, int]  # "ball", "face", "arc" or "post"; a ball; what it meets
-Measures = dict[tuple[str, Contact | int], float]  # what ends a step where it falls through zero
+Key = tuple[str, Contact]
+Measures = dict[Key, float]  # what ends a step where it falls through zero
+State = tuple[list[complex], list[complex], list[complex], list[str]]  # places, v, w, phases
 
 REST, SLIP, ROLL = "rest", "slip", "roll"
 TOUCH = 1e-11  # m; gaps below are none
@@ -94,6 +96,11 @@ def root(at: Callable[[float], float], low: float, high: float) -> float:
     return high
 
 
+def alone(i: int) -> Contact:
+    """Return what stands for a ball by itself where events name contacts."""
+    return "alone", i, i
+
+
 class Wall(NamedTuple):
     """This is a side of the outline or a post; round ones have a centre and a radius."""
 
@@ -123,7 +130,7 @@ class PressRun:
 
     final: list[complex] = field(default_factory=list)
     duration: float = 0.0
-    events: list[tuple[float, str, Contact | int]] = field(default_factory=list)
+    events: list[tuple[float, str, Contact]] = field(default_factory=list)
     energy: list[float] = field(default_factory=list)
     strongest: dict[Contact, float] = field(default_factory=dict)  # N, the largest of each contact
 
@@ -239,7 +246,10 @@ class PressReference:
         ends = [(end - wall.center) / (self.place[i] - wall.center) for end in wall[:2]]
         if abs(wall.center - (wall.start + wall.end) / 2) < 1e-12:  # a half circle
             return dot(self.place[i] - wall.center, -1j * unit(chord))
-        back, ahead = -math.atan2(ends[0].imag, ends[0].real), math.atan2(ends[1].imag, ends[1].real)
+        back, ahead = (
+            -math.atan2(ends[0].imag, ends[0].real),
+            math.atan2(ends[1].imag, ends[1].real),
+        )
         return wall.radius * min(back, ahead)
 
     def _normal(self, contact: Contact) -> complex:
@@ -330,7 +340,9 @@ class PressReference:
             return
         if any(self._known(c)[1] and abs(self._slip(c)) > SLOW for c in contacts):
             raise Refused(f"{contacts} slip at one instant")
-        wanted = {c: (1 + e) * self._closing(c) for c, e in zip(contacts, restitutions, strict=True)}
+        wanted = {
+            c: (1 + e) * self._closing(c) for c, e in zip(contacts, restitutions, strict=True)
+        }
         pushing = list(contacts)
         while True:
             matrix = [[self._response(one, other) for other in pushing] for one in pushing]
@@ -393,14 +405,18 @@ class PressReference:
         return f, c
 
     def _three(self, x: Sequence[float]) -> Iterator[tuple[float, float, float]]:
-        """Yield of each contact its normal force, its friction, and what slows the roll."""
+        """Yield of each contact its normal force, its friction, and what slows the roll.
+
+        Unknown forces that are left out are 0.
+        """
         unknown = iter(x)
         for contact, press in self.presses.items():
-            mu, force = self._known(contact)[1], next(unknown)
-            rub = press.slides * mu * force if press.slides or not mu else next(unknown)
-            wring = 0.0
-            if self._wrings(contact):
-                wring = press.into * 2.5 * mu * force if press.into else next(unknown)
+            mu, force = self._known(contact)[1], next(unknown, 0.0)
+            rub, wring = press.slides * mu * force, press.into * 2.5 * mu * force
+            if mu and not press.slides:
+                rub = next(unknown, 0.0)
+            if self._wrings(contact) and not press.into:
+                wring = next(unknown, 0.0)
             yield force, rub, wring
 
     def _moves(self, x: Sequence[float]) -> tuple[list[complex], list[complex]]:
@@ -439,21 +455,13 @@ class PressReference:
         """Return the unknown forces, of least norm where there are several answers."""
         if not self.presses:
             return []
-        count = sum(
-            1
-            + (not press.slides and self._known(contact)[1] > 0)
-            + (self._wrings(contact) and not press.into)
-            for contact, press in self.presses.items()
-        )
-        base = np.array(self._residuals([0.0] * count))
-        # The balls' masses scale the columns, so that they have about the size of 1.
-        unit_force = min(self.mass)
-        units = unit_force * np.eye(count)
-        matrix = np.array([np.array(self._residuals(row)) - base for row in units.tolist()]).T
+        base = np.array(self._residuals(()))
+        units = min(self.mass) * np.eye(len(base))
+        matrix = np.array([self._residuals(row) - base for row in units.tolist()]).T
         x, *_ = np.linalg.lstsq(matrix, -base, rcond=1e-11)
         if np.abs(matrix @ x + base).max() > 1e-9:
             raise Refused("no forces fit")
-        return (unit_force * x).tolist()  # type: ignore[no-any-return]
+        return [min(self.mass) * force for force in x.tolist()]
 
     # -- what touches, presses, sticks and rolls ---------------------------------------------------
 
@@ -536,13 +544,12 @@ class PressReference:
 
     # -- steps -------------------------------------------------------------------------------------
 
-    def _saved(self) -> tuple[list[complex], list[complex], list[complex], list[str]]:
+    def _saved(self) -> State:
         return list(self.place), list(self.v), list(self.w), list(self.phase)
 
-    def _restore(
-        self, saved: tuple[list[complex], list[complex], list[complex], list[str]]
-    ) -> None:
-        self.place, self.v, self.w, self.phase = map(list, saved)  # type: ignore[assignment]
+    def _restore(self, saved: State) -> None:
+        place, v, w, phase = saved
+        self.place, self.v, self.w, self.phase = list(place), list(v), list(w), list(phase)
 
     def _rates(self, state: np.ndarray) -> np.ndarray:
         self.place, self.v, self.w = state.tolist()
@@ -574,7 +581,7 @@ class PressReference:
         """Return what ends a step where it falls through zero."""
         x = self._forces()
         f, c = self._pushes(x)
-        found: Measures = {("hold", i): self._spare(i, f[i], c[i]) for i in self.everybody}
+        found: Measures = {("hold", alone(i)): self._spare(i, f[i], c[i]) for i in self.everybody}
         for contact, (force, rub, wring) in zip(self.presses, self._three(x), strict=True):
             press, mu = self.presses[contact], self._known(contact)[1]
             found["force", contact] = force
@@ -599,7 +606,7 @@ class PressReference:
     def _go_on(self, step: float) -> tuple[float, bool]:
         """Take one step; return the next one's length, and whether something happened."""
         before, first = self._saved(), self._measures()
-        closing = {c: self._closing(c) for kind, c in first if kind == "gap"}  # type: ignore[arg-type]
+        closing = {c: self._closing(c) for kind, c in first if kind == "gap"}
         step = min(step, *(0.9 * t for _, _, t in self._fading()), step)
         while True:
             error = self._advance(step)
@@ -612,9 +619,9 @@ class PressReference:
                 raise Refused("no step is short enough")
         after = self._saved()
         found = [
-            (self._crossing(key, before, step), *key)
+            (self._crossing(key, first[key], before, step), *key)
             for key in last
-            if self._falls(key, first[key], last[key], before, after)
+            if self._falls(key, first[key], last[key], after)
         ]
         self._restore(after)
         for t, kind, who in sorted(found, key=lambda one: one[0]):
@@ -642,7 +649,7 @@ class PressReference:
             else:
                 self.v[i] = self.w[i] = (5 * self.v[i] + 2 * self.w[i]) / 7
                 self.phase[i] = ROLL
-            self.out.events.append((self.now, self.phase[i], i))
+            self.out.events.append((self.now, self.phase[i], alone(i)))
             return True
         return False
 
@@ -671,39 +678,24 @@ class PressReference:
                 return True
         return False
 
-    def _falls(
-        self,
-        key: tuple[str, Contact | int],
-        start: float,
-        end: float,
-        before: tuple[list[complex], list[complex], list[complex], list[str]],
-        after: tuple[list[complex], list[complex], list[complex], list[str]],
-    ) -> bool:
+    def _falls(self, key: Key, start: float, end: float, after: State) -> bool:
         """Tell whether a measure has fallen through zero, and that matters."""
-        kind, who = key
-        below = BELOW.get(kind, 10 * FIT)
-        if kind == "end":
-            return (start >= 0 and end < -below) or (start < 0 and end > below)
-        if end >= -2 * below or start < (-TOUCH if kind == "gap" else -below):
+        below = BELOW.get(key[0], 10 * FIT)
+        if key[0] == "end":
+            return end < -below if start >= 0 else end > below
+        if end >= -2 * below or start < (-TOUCH if key[0] == "gap" else -below):
             return False
-        if kind != "gap":
-            return True
         self._restore(after)
-        return self._closing(who) > (SLOW if end > -TOUCH else 0)  # type: ignore[arg-type]
+        slow = SLOW if end > -TOUCH else 0.0
+        return key[0] != "gap" or self._closing(key[1]) > slow
 
-    def _crossing(
-        self,
-        key: tuple[str, Contact | int],
-        before: tuple[list[complex], list[complex], list[complex], list[str]],
-        step: float,
-    ) -> float:
+    def _crossing(self, key: Key, start: float, before: State, step: float) -> float:
         """Return where within the step a measure falls through zero, or a side ends or begins.
 
         A gap that is none at first is looked at from a moment on at which it is open.
         """
         below = BELOW.get(key[0], 10 * FIT)
-        self._restore(before)
-        turn = -1 if key[0] == "end" and self._measures()[key] < 0 else 1
+        turn = -1 if key[0] == "end" and start < 0 else 1
 
         def at(dt: float) -> float:
             self._restore(before)
@@ -711,7 +703,7 @@ class PressReference:
             return turn * self._measures()[key] + below
 
         low = 0.0
-        if at(low) <= below and key[0] == "gap":
+        if key[0] == "gap" and start <= 0:
             opened = (step / 2**k for k in range(1, 50))
             low = next((dt for dt in opened if at(dt) > 2 * below), 0.0)
         return root(at, low, step)
