@@ -1,0 +1,202 @@
+"""The reference for contacts that persist agrees with closed forms, and with other references."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from press_reference import PressRun, press_run
+from reference import Refused, scene_from_dict
+from scenes import DATA
+
+from pool_pymunk import Ball, Friction, Physics, Pocket, Post, Restitution, Scene, Table
+
+G, R, M = 9.80665, 0.0286, 0.17
+DEAD = Restitution(0.0, cushion=0.0)
+Vec = tuple[float, float]
+
+
+def ball(k: int, place: Vec, velocity: Vec = (0.0, 0.0), roll: float = 0.0, m: float = M) -> Ball:
+    return Ball(f"b{k}", place, R, m, velocity=velocity, roll=roll)
+
+
+def grows(run: PressRun) -> bool:
+    """Tell whether the energy ever grows by more than rounding."""
+    return any(after > before * (1 + 1e-12) + 1e-20 for before, after in pairwise(run.energy))
+
+
+# -- closed forms ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rolling", [0.02, None])
+@pytest.mark.parametrize("mu", [0.0, 0.2, 0.6])
+def test_a_ball_along_an_arc(mu: float, rolling: float | None) -> None:
+    """The arc's friction loses mu N; 5/7 of the pushes move a ball that rolls.
+
+    N / m = (7/5) v^2 / (R - r) / (1 + mu) where friction holds less of the roll than it should
+    (mu < 2/5), else v^2 / (R - r). The loss is L = k v^2 / (R - r) + drag.
+    """
+    arc, speed, way = 0.8, 0.5, 0.8 - R
+    surface = 0.2 if rolling else 0.05
+    drag = (rolling or surface) * G
+    force = 7 / 5 / (1 + min(mu, 0.4)) if rolling else 1.0
+    k = mu * force * (5 / 7 if rolling else 1)
+    scene = Scene(
+        (ball(0, (0.0, R - arc), (speed, 0.0), 1.0 if rolling else 0.0),),
+        Table(((-arc, 0.0), (arc, 0.0)), bulge=(1.0, 1.0)),
+        DEAD,
+        Friction(surface, mu, rolling=rolling),
+    )
+    run = press_run(scene)
+    length = way / (2 * k) * math.log1p(k * speed**2 / (way * drag)) if mu else speed**2 / 2 / drag
+    angle = length / way
+    assert abs(run.final[0] - way * complex(math.sin(angle), -math.cos(angle))) < 1e-10
+    assert max(run.strongest.values()) == pytest.approx(M * force * speed**2 / way, rel=1e-12)
+    assert not grows(run)
+
+
+def test_a_ball_that_rolls_into_one_that_it_touches() -> None:
+    """Both go on at V / 2; the first pushes with mu_s g until both roll, at one instant."""
+    speed, mu, rolling = 1.0, 0.2, 0.02
+    balls = (ball(0, (0.0, 0.0), (speed, 0.0), 1.0), ball(1, (2 * R, 0.0)))
+    run = press_run(Scene(balls, None, DEAD, Friction(mu, rolling=rolling)))
+    way = speed**2 / (10 * mu * G) + speed**2 / (8 * rolling * G)
+    assert max(map(abs, (run.final[0] - way, run.final[1] - 2 * R - way))) < 1e-9
+    assert run.strongest["ball", 0, 1] == pytest.approx(M * mu * G, rel=1e-9)
+    assert not grows(run)
+
+
+@pytest.mark.parametrize("along", [0.0, 0.7])
+def test_a_roll_that_presses_a_ball_on_to_a_cushion(along: float) -> None:
+    """After a dead hit the roll into the cushion fades; the ball then rolls along it."""
+    speed, mu, rolling = 0.8, 0.2, 0.02
+    balls = (ball(0, (0.5, R), (along, -speed), 1.0),)
+    run = press_run(Scene(balls, Table.rectangle(6, 2), DEAD, Friction(mu, rolling=rolling)))
+    fades = speed / (2.5 * mu * G)
+    way = along * fades + along**2 / (2 * rolling * G)
+    assert abs(run.final[0] - (0.5 + way + 1j * R)) < 1e-10
+    assert run.duration == pytest.approx(fades + along / (rolling * G), abs=1e-9)
+    assert run.strongest["face", 0, 0] == pytest.approx(M * mu * G, rel=1e-9)
+
+
+def test_cushion_friction_slows_the_roll_into_it() -> None:
+    """The hit takes (5/2) mu V off the roll, the pressed contact (5/2) mu N / m = mu_s g too."""
+    speed, surface, mu = 0.8, 0.2, 0.1
+    balls = (ball(0, (0.5, R), (0.0, -speed), 1.0),)
+    run = press_run(Scene(balls, Table.rectangle(6, 2), DEAD, Friction(surface, mu, rolling=0.02)))
+    left = speed * (1 - 2.5 * mu)
+    assert abs(run.final[0] - (0.5 + 1j * R)) < 1e-12
+    assert run.duration == pytest.approx(left / (2.5 * surface * G * (1 + mu)), abs=1e-9)
+
+
+def test_a_ball_leaves_a_post_at_once() -> None:
+    """Nothing presses a ball on to what bulges towards it: it goes straight on."""
+    scene = Scene(
+        (ball(0, (0.0, 0.1 + R), (0.5, 0.0), 1.0),),
+        None,
+        DEAD,
+        Friction(0.2, 0.2, rolling=0.02),
+        posts=(Post((0.0, 0.0), 0.1),),
+    )
+    run = press_run(scene)
+    assert abs(run.final[0] - (0.25 / (0.04 * G) + 1j * (0.1 + R))) < 1e-10
+    assert not run.strongest
+
+
+# -- scenes whose ends were found by tiny time steps and by closed forms ---------------------------
+
+ALONG_A_CUSHION = Scene(
+    (ball(0, (0.5, 0.3), (0.9571, -0.6168), 1.0), ball(1, (1.04, R))),
+    Table.rectangle(6, 2),
+    Restitution(0.1, cushion=0.0),
+    Friction(0.2, 0.1, rolling=0.03),
+)
+STADIUM = Scene(
+    (ball(0, (1.2, 0.2), (0.9701, -0.0302), 1.0),),
+    Table.stadium(2, 1),
+    DEAD,
+    Friction(0.2, 0.2, rolling=0.01),
+)
+OFF_CENTRE = Scene(
+    (
+        ball(0, (0.0, 0.0), (0.808, 0.0), 1.0),
+        ball(1, (0.0672, 0.002)),
+        ball(2, (0.1254, 0.001)),
+    ),
+    None,
+    DEAD,
+    Friction(0.2, rolling=0.08),
+)
+FROM_STEPS = [
+    (ALONG_A_CUSHION, (1.2808359987348807 + 0.0286j, 1.3380359987348807 + 0.0286j)),
+    (STADIUM, (1.7234635828264415 + 0.9150686535413005j,)),
+    (
+        OFF_CENTRE,
+        (
+            0.07427550656703723 - 0.006741678154546018j,
+            0.12923277639277964 + 0.009118286955773266j,
+            0.18561891120055501 - 0.0004964830071213603j,
+        ),
+    ),
+]
+
+
+@pytest.mark.parametrize(("scene", "ends"), FROM_STEPS, ids=["cushion", "stadium", "off centre"])
+def test_ends_of_tiny_time_steps(scene: Scene, ends: tuple[complex, ...]) -> None:
+    run = press_run(scene)
+    assert max(abs(a - b) for a, b in zip(run.final, ends, strict=True)) < 1e-6
+    assert not grows(run)
+    assert run.strongest
+
+
+# -- the other references --------------------------------------------------------------------------
+
+
+def records(file: str, *kinds: str) -> list[Any]:
+    """Return the answers on file whose names begin so."""
+    found = json.loads((DATA / f"{file}_runs.json").read_text())
+    return [pytest.param(one, id=one["name"]) for one in found if one["name"].startswith(kinds)]
+
+
+@pytest.mark.parametrize("record", records("hard", "persistent", "struck"))
+def test_discs_that_press_on_each_other(record: dict[str, Any]) -> None:
+    """These answers come from the reference in ninety digits."""
+    run = press_run(scene_from_dict(record["scene"]))
+    ends = [complex(float(x), float(y)) for x, y in record["final"]]
+    assert max(abs(a - b) for a, b in zip(run.final, ends, strict=True)) < 1e-10
+
+
+@pytest.mark.parametrize("record", records("rolling", "coulomb plane", "coulomb hexagon"))
+def test_balls_that_roll_and_never_press(record: dict[str, Any]) -> None:
+    """These answers come from the reference in forty digits."""
+    scene = scene_from_dict(record["scene"])
+    if scene.pockets:
+        with pytest.raises(Refused, match="pockets"):
+            press_run(scene)
+        return
+    run = press_run(scene)
+    ends = [complex(float(x), float(y)) for x, y in record["run"]["final"]]
+    assert max(abs(a - b) for a, b in zip(run.final, ends, strict=True)) < 1e-9
+
+
+# -- what is refused -------------------------------------------------------------------------------
+
+L_SHAPE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("table", "more", "message"),
+    [
+        (Table.rectangle(2, 1), {"pockets": (Pocket("p", (1.0, 0.5), 0.1),)}, "pockets"),
+        (Table.rectangle(2, 1), {"physics": Physics(law="published")}, "not coulomb"),
+        (Table(L_SHAPE), {}, "points inwards"),
+        (Table(L_SHAPE[:3] + ((0.0, 1.0),), bulge=(-0.1, 0.0, 0.0, 0.0)), {}, "bulges inwards"),
+    ],
+)
+def test_other_scenes_are_refused(table: Table, more: dict[str, Any], message: str) -> None:
+    scene = Scene((ball(0, (0.5, 0.5), (1.0, 0.0)),), table, DEAD, Friction(0.1), **more)
+    with pytest.raises(Refused, match=message):
+        press_run(scene)
