@@ -20,18 +20,18 @@ are hits of one instant that share a ball, and a resting ball that is pressed on
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
-from reference import Refused
+from mpmath import mpc
+from reference import Contact, Curve, Flight, Refused, Side, balls_of
 
 from pool_pymunk import Scene
 
-Contact = tuple[str, int, int]  # "ball", "face", "arc" or "post"; a ball; what it meets
 Key = tuple[str, Contact]
 Measures = dict[Key, float]  # what ends a step where it falls through zero
 State = tuple[list[complex], list[complex], list[complex], list[str]]  # places, v, w, phases
@@ -101,17 +101,6 @@ def alone(i: int) -> Contact:
     return "alone", i, i
 
 
-class Wall(NamedTuple):
-    """This is a side of the outline or a post; round ones have a centre and a radius."""
-
-    start: complex
-    end: complex
-    center: complex
-    radius: float
-    restitution: float
-    friction: float
-
-
 @dataclass
 class Press:
     """This is a contact that a force keeps closed.
@@ -135,61 +124,36 @@ class PressRun:
     strongest: dict[Contact, float] = field(default_factory=dict)  # N, the largest of each contact
 
 
-def walls_of(scene: Scene) -> list[Wall]:
-    """Return the sides of the outline, then the posts."""
-    e, mu = scene.restitution.cushion or 0.0, scene.friction.cushion
-    corners = [complex(*corner) for corner in scene.table.outline] if scene.table else []
-    bulges = (scene.table.bulge if scene.table else ()) or (0.0,) * len(corners)
-    area = sum((a.conjugate() * b).imag for a, b in zip(corners, corners[1:] + corners[:1]))
-    if any(b < 0 for b in bulges) or area < 0:
-        raise Refused("a side bulges inwards, or the outline runs clockwise")
-    found = []
-    for k, bulge in enumerate(bulges):
-        a, b = corners[k], corners[(k + 1) % len(corners)]
-        half = 2 * math.atan(bulge)
-        radius = abs(b - a) / (2 * math.sin(half)) if bulge else 0.0
-        center = (a + b) / 2 + 1j * unit(b - a) * radius * math.cos(half) if bulge else 0j
-        turn = unit(b - a) * complex(math.cos(half), math.sin(half))
-        follows = corners[(k + 2) % len(corners)] - b
-        next_half = 2 * math.atan(bulges[(k + 1) % len(bulges)])
-        heading = follows * complex(math.cos(next_half), -math.sin(next_half))
-        if (turn.conjugate() * unit(heading)).imag < -1e-9:
-            raise Refused("a corner points inwards")
-        found.append(Wall(a, b, center, radius, e, mu))
-    for post in scene.posts:
-        own_e = e if post.restitution is None else post.restitution
-        own_mu = mu if post.friction is None else post.friction
-        found.append(Wall(0j, 0j, complex(*post.position), post.radius, own_e, own_mu))
-    return found
+def in_floats(shape: Side | Curve) -> list[Any]:
+    """Return the numbers of a side or a curve as floats, and its vectors as complex numbers."""
+    return [x if x is None else complex(x) if isinstance(x, mpc) else float(x) for x in shape]
 
 
 class PressReference:
     """This is the scene in floats; ``run`` plays it."""
 
     def __init__(self, scene: Scene) -> None:
+        flight, start = Flight(scene, scene.start(None), 0, 0), scene.start(None)
+        self.contacts = flight.contacts
         if scene.physics.law != "coulomb" or scene.pockets:
             raise Refused("the law is not coulomb, or there are pockets")
-        start, g = scene.start(None), scene.physics.gravity
-        self.scene, self.rolls = scene, scene.friction.rolling is not None
-        self.grip, self.drag = scene.friction.surface * g, (scene.friction.rolling or 0.0) * g
+        if any(c[0] == "corner" for c in self.contacts):
+            raise Refused("a corner points inwards")
+        if any(curve.bulge < 0 and curve.start is not None for curve in flight.curves.values()):
+            raise Refused("a side bulges inwards")
+        self.sides = [Side(*in_floats(side)) for side in flight.sides]
+        self.curves = {k: Curve(*in_floats(curve)) for k, curve in flight.curves.items()}
+        self.known = {c: [float(x) for x in known] for c, known in flight.known.items()}
+        self.rolls, self.grip, self.drag = flight.rolls, float(flight.loss), float(flight.drag)
+        self.radius = [ball.radius for ball in scene.balls]
+        self.mass = [ball.mass for ball in scene.balls]
         self.place = [complex(*p) for p in start.position]
         self.v = [complex(*v) for v in start.velocity]
         self.w = [complex(*w) for w in start.roll] if start.roll else [0j] * len(self.v)
-        self.radius = [ball.radius for ball in scene.balls]
-        self.mass = [ball.mass for ball in scene.balls]
         self.everybody = range(len(self.v))
-        self.walls = walls_of(scene)
-        sides = len(self.walls) - len(scene.posts)
-        kinds = [
-            "post" if k >= sides else "arc" if wall.radius else "face"
-            for k, wall in enumerate(self.walls)
-        ]
-        self.contacts: list[Contact] = [("ball", i, j) for i, j in combinations(self.everybody, 2)]
-        self.contacts += [(kind, i, k) for i in self.everybody for k, kind in enumerate(kinds)]
         self.phase = [self._phase_of(i) for i in self.everybody]
         self.presses: dict[Contact, Press] = {}
-        self.now = 0.0
-        self.last = math.inf if scene.physics.max_time is None else scene.physics.max_time
+        self.now, self.last = 0.0, float(flight.last)
         self.out = PressRun()
 
     def run(self) -> PressRun:
@@ -218,59 +182,50 @@ class PressReference:
 
     # -- geometry ----------------------------------------------------------------------------------
 
-    def _balls(self, contact: Contact) -> tuple[int, ...]:
-        return contact[1:] if contact[0] == "ball" else contact[1:2]
-
     def _gap(self, contact: Contact) -> float:
         """Return the gap; that of a side goes on along its line or circle beyond its ends."""
         kind, i, k = contact
         if kind == "ball":
             return abs(self.place[k] - self.place[i]) - self.radius[i] - self.radius[k]
-        wall = self.walls[k]
         if kind == "face":
-            along = unit(wall.end - wall.start)
-            return ((self.place[i] - wall.start) * along.conjugate()).imag - self.radius[i]
-        out = abs(self.place[i] - wall.center) - wall.radius
-        return (out if kind == "post" else -out) - self.radius[i]
+            side = self.sides[k]
+            return ((self.place[i] - side.start) * side.along.conjugate()).imag - self.radius[i]
+        curve = self.curves[k]
+        out = abs(self.place[i] - curve.center) - curve.radius
+        return math.copysign(out, -curve.bulge * out) - self.radius[i]
 
     def _room(self, contact: Contact) -> float:
         """Return how far (m) a ball is from the nearer end of a side; below 0 it is beyond it."""
         kind, i, k = contact
-        if kind in ("ball", "post"):
-            return math.inf
-        wall = self.walls[k]
-        chord = wall.end - wall.start
         if kind == "face":
-            foot = dot(self.place[i] - wall.start, unit(chord))
-            return min(foot, abs(chord) - foot)
-        ends = [(end - wall.center) / (self.place[i] - wall.center) for end in wall[:2]]
-        if abs(wall.center - (wall.start + wall.end) / 2) < 1e-12:  # a half circle
-            return dot(self.place[i] - wall.center, -1j * unit(chord))
-        back, ahead = (
-            -math.atan2(ends[0].imag, ends[0].real),
-            math.atan2(ends[1].imag, ends[1].real),
-        )
-        return wall.radius * min(back, ahead)
+            foot = dot(self.place[i] - self.sides[k].start, self.sides[k].along)
+            return min(foot, self.sides[k].length - foot)
+        if kind == "ball" or self.curves[k].start is None:
+            return math.inf
+        curve = self.curves[k]
+        top = -1j * (curve.end - curve.start)  # from the chord to the arc
+        angle = cmath.phase((self.place[i] - curve.center) / top)
+        return curve.radius * (2 * math.atan(curve.bulge) - abs(angle))
 
     def _normal(self, contact: Contact) -> complex:
         """Return the unit vector from the ball to what it meets."""
         kind, i, k = contact
         if kind == "ball":
             return unit(self.place[k] - self.place[i])
-        wall = self.walls[k]
         if kind == "face":
-            return -1j * unit(wall.end - wall.start)
-        out = unit(self.place[i] - wall.center)
-        return -out if kind == "post" else out
+            return -1j * self.sides[k].along
+        out = unit(self.place[i] - self.curves[k].center)
+        return out if self.curves[k].bulge > 0 else -out
 
     def _bend(self, contact: Contact) -> float:
         """Return how much (1/m) the normal turns with the way along the contact."""
         kind, i, k = contact
+        if kind == "face":
+            return 0.0
         if kind == "ball":
             return -1 / (self.radius[i] + self.radius[k])
-        if kind == "post":
-            return -1 / (self.walls[k].radius + self.radius[i])
-        return 1 / (self.walls[k].radius - self.radius[i]) if kind == "arc" else 0.0
+        hollow = self.curves[k].bulge > 0
+        return 1 / (self.curves[k].radius * (1 if hollow else -1) - self.radius[i])
 
     def _relative(self, contact: Contact, of: Sequence[complex]) -> complex:
         kind, i, j = contact
@@ -286,18 +241,9 @@ class PressReference:
         """Return the roll into a cushion (m/s)."""
         return dot(self.w[contact[1]], self._normal(contact))
 
-    def _known(self, contact: Contact) -> tuple[float, float]:
-        """Return restitution and friction of a contact."""
-        if contact[0] != "ball":
-            return self.walls[contact[2]][-2:]
-        given = self.scene.restitution
-        has_cue = any(self.scene.balls[i].cue for i in self._balls(contact))
-        e = given.cue_ball if has_cue and given.cue_ball is not None else given.ball_ball
-        return e or 0.0, self.scene.friction.ball_ball
-
     def _wrings(self, contact: Contact) -> bool:
         """Tell whether the contact's friction slows the roll."""
-        return self.rolls and contact[0] != "ball" and self._known(contact)[1] > 0
+        return self.rolls and contact[0] != "ball" and self.known[contact][1] > 0
 
     # -- hits --------------------------------------------------------------------------------------
 
@@ -323,10 +269,10 @@ class PressReference:
 
     def _linked(self, first: Contact, met: Sequence[Contact]) -> list[Contact]:
         """Return the contacts that hang together with the first one."""
-        balls, found = set(self._balls(first)), [first]
+        balls, found = set(balls_of(first)), [first]
         for _ in met:
-            found = [c for c in met if not balls.isdisjoint(self._balls(c))]
-            balls.update(i for c in found for i in self._balls(c))
+            found = [c for c in met if not balls.isdisjoint(balls_of(c))]
+            balls.update(i for c in found for i in balls_of(c))
         return found
 
     def _hit(self, contacts: Sequence[Contact]) -> None:
@@ -334,11 +280,11 @@ class PressReference:
         self.out.events += [(self.now, "hit", c) for c in contacts]
         restitutions = [self._restitution(c) for c in contacts]
         if len(contacts) == 1:
-            effective = 1 / sum(1 / self.mass[i] for i in self._balls(contacts[0]))
+            effective = self.known[contacts[0]][2]
             push = effective * (1 + restitutions[0]) * self._closing(contacts[0])
             self._strike(contacts[0], push)
             return
-        if any(self._known(c)[1] and abs(self._slip(c)) > SLOW for c in contacts):
+        if any(self.known[c][1] and abs(self._slip(c)) > SLOW for c in contacts):
             raise Refused(f"{contacts} slip at one instant")
         wanted = {
             c: (1 + e) * self._closing(c) for c, e in zip(contacts, restitutions, strict=True)
@@ -360,17 +306,16 @@ class PressReference:
     def _response(self, one: Contact, other: Contact) -> float:
         """Return by how much (1/kg) a unit impulse of the other contact opens the one."""
         across = dot(self._normal(one), self._normal(other))
-        mine, its = (dict(zip(self._balls(c), (-1, 1), strict=False)) for c in (one, other))
+        mine, its = (dict(zip(balls_of(c), (-1, 1), strict=False)) for c in (one, other))
         return across * sum(mine[i] * its[i] / self.mass[i] for i in mine.keys() & its.keys())
 
     def _restitution(self, contact: Contact) -> float:
         """Return that of a hit: 0 where the contact persists from now on."""
-        e, _ = self._known(contact)
+        e, _, effective = self.known[contact]
         away = e * self._closing(contact)
         if not 0 < away < 1e-3 or e == 1:
             return e
         before = self._saved()
-        effective = 1 / sum(1 / self.mass[i] for i in self._balls(contact))
         self._strike(contact, effective * self._closing(contact))
         self._decide(without=contact)
         pressed = -self._opening(contact, self._moves(self._forces())[0])
@@ -379,17 +324,17 @@ class PressReference:
 
     def _strike(self, contact: Contact, push: float) -> None:
         """Give a contact its impulse (N s), with what friction adds."""
-        n, (_, mu), slip = self._normal(contact), self._known(contact), self._slip(contact)
-        effective = 1 / sum(1 / self.mass[i] for i in self._balls(contact))
+        n, (_, mu, effective) = self._normal(contact), self.known[contact]
+        slip = self._slip(contact)
         rub = math.copysign(min(mu * push, effective * abs(slip)), slip)
         impulse = push * n + rub * 1j * n
-        for i, side in zip(self._balls(contact), (-1, 1), strict=False):
+        for i, side in zip(balls_of(contact), (-1, 1), strict=False):
             self.v[i] += side / self.mass[i] * impulse
         if self._wrings(contact):
             i, into = contact[1], self._into(contact)
             less = min(2.5 * mu * push / self.mass[i], abs(into))
             self.w[i] -= math.copysign(less, into) * n
-        for i in self._balls(contact):
+        for i in balls_of(contact):
             self.phase[i] = self._phase_of(i)
 
     # -- forces ------------------------------------------------------------------------------------
@@ -399,7 +344,7 @@ class PressReference:
         f, c = [0j for _ in self.v], [0j for _ in self.v]
         for contact, (force, rub, wring) in zip(self.presses, self._three(x), strict=True):
             n = self._normal(contact)
-            for i, side in zip(self._balls(contact), (-1, 1), strict=False):
+            for i, side in zip(balls_of(contact), (-1, 1), strict=False):
                 f[i] += side / self.mass[i] * (force * n + rub * 1j * n)
             c[contact[1]] -= wring / self.mass[contact[1]] * n
         return f, c
@@ -411,7 +356,7 @@ class PressReference:
         """
         unknown = iter(x)
         for contact, press in self.presses.items():
-            mu, force = self._known(contact)[1], next(unknown, 0.0)
+            mu, force = self.known[contact][1], next(unknown, 0.0)
             rub, wring = press.slides * mu * force, press.into * 2.5 * mu * force
             if mu and not press.slides:
                 rub = next(unknown, 0.0)
@@ -443,7 +388,7 @@ class PressReference:
         for contact, press in self.presses.items():
             n, i = self._normal(contact), contact[1]
             found.append(self._opening(contact, a))
-            if not press.slides and self._known(contact)[1]:
+            if not press.slides and self.known[contact][1]:
                 found.append(dot(self._relative(contact, a), 1j * n))
             if self._wrings(contact) and not press.into:
                 turning = self._bend(contact) * self._slip(contact) * dot(self.w[i], 1j * n)
@@ -478,7 +423,7 @@ class PressReference:
             and self._gap(c) < TOUCH
             and abs(self._closing(c)) < 10 * SLOW
             and self._room(c) >= 0
-            and any(self.phase[i] != REST for i in self._balls(c))
+            and any(self.phase[i] != REST for i in balls_of(c))
         ]
         self.presses = {c: self._fresh(c) for c in closed}
         for _ in range(30 + 20 * len(closed)):
@@ -489,14 +434,14 @@ class PressReference:
     def _mend(self, closed: Sequence[Contact]) -> bool:
         """Change one thing that does not fit; return False where all fits."""
         x = self._forces()
-        a, b = self._moves(x)
+        a, _ = self._moves(x)
         three = dict(zip(self.presses, self._three(x), strict=True))
         weakest = min(three, key=lambda c: three[c][0], default=None)
         if weakest is not None and three[weakest][0] < -FIT:
             del self.presses[weakest]
             return True
         for contact, (force, rub, wring) in three.items():
-            press, mu = self.presses[contact], self._known(contact)[1]
+            press, mu = self.presses[contact], self.known[contact][1]
             if not press.slides and abs(rub) > mu * force + FIT:
                 press.slides = 1 if rub > 0 else -1
                 return True
@@ -583,7 +528,7 @@ class PressReference:
         f, c = self._pushes(x)
         found: Measures = {("hold", alone(i)): self._spare(i, f[i], c[i]) for i in self.everybody}
         for contact, (force, rub, wring) in zip(self.presses, self._three(x), strict=True):
-            press, mu = self.presses[contact], self._known(contact)[1]
+            press, mu = self.presses[contact], self.known[contact][1]
             found["force", contact] = force
             self.out.strongest[contact] = max(force, self.out.strongest.get(contact, 0.0))
             if mu and press.slides:
@@ -595,7 +540,7 @@ class PressReference:
             elif self._wrings(contact):
                 found["wring", contact] = 2.5 * mu * force - abs(wring)
         for contact in self.contacts:
-            if any(self.phase[i] != REST for i in self._balls(contact)):
+            if any(self.phase[i] != REST for i in balls_of(contact)):
                 gap = self._gap(contact)
                 if contact not in self.presses:
                     found["gap", contact] = gap

@@ -193,7 +193,7 @@ L_SHAPE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0
         (Table.rectangle(2, 1), {"pockets": (Pocket("p", (1.0, 0.5), 0.1),)}, "pockets"),
         (Table.rectangle(2, 1), {"physics": Physics(law="published")}, "not coulomb"),
         (Table(L_SHAPE), {}, "points inwards"),
-        (Table(L_SHAPE[:3] + ((0.0, 1.0),), bulge=(-0.1, 0.0, 0.0, 0.0)), {}, "bulges inwards"),
+        (Table((*L_SHAPE[:3], (0.0, 1.0)), bulge=(-0.1, 0.0, 0.0, 0.0)), {}, "bulges inwards"),
     ],
 )
 def test_other_scenes_are_refused(table: Table, more: dict[str, Any], message: str) -> None:
