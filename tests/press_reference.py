@@ -22,13 +22,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from mpmath import mpc
-from reference import Contact, Curve, Flight, Refused, Side, balls_of
+from mpmath import mp, mpc
+from reference import Contact, Curve, Flight, Number, Refused, Side, balls_of
 
 from pool_pymunk import Scene
 
@@ -37,14 +37,15 @@ Measures = dict[Key, float]  # what ends a step where it falls through zero
 State = tuple[list[complex], list[complex], list[complex], list[str]]  # places, v, w, phases
 
 REST, SLIP, ROLL = "rest", "slip", "roll"
-TOUCH = 1e-11  # m; gaps below are none
+TOUCH = 1e-11  # m; gaps below are none where a force presses
+HERE = 1e-13  # m; gaps below are none where balls hit
 SLOW = 1e-10  # m/s; slower closing and slip of a contact are none
 DONE = 1e-12  # m/s; slower slip of a ball is none
 KICK = 1e-11  # m/s; a ball sets off with it, so that it has a direction
 LOW = 1e-12  # m; bounces are left out that are no higher in all
 FIT = 1e-12  # m/s^2; forces and accelerations below are none
 STEP, ERROR = 0.02, 3e-14  # s; m and m/s in a step
-MOST_STEPS = 40_000
+MOST_STEPS, MOST_EVENTS = 40_000, 1_000
 # By what ends a step: how far it must fall, in m, m/s or m/s^2.
 BELOW = {"gap": 2e-14, "end": 1e-13, "slip": 1e-13, "into": 1e-13}
 
@@ -73,27 +74,6 @@ def unit(a: complex) -> complex:
 def sign(x: float) -> int:
     """Return the sign of a number, and 0 of one that is next to nothing."""
     return 0 if abs(x) < SLOW else int(math.copysign(1, x))
-
-
-def root(at: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function falls through zero, by the Illinois method."""
-    at_low, at_high = at(low), at(high)
-    if at_low <= 0:
-        return low
-    is_low = None
-    for _ in range(100):
-        t = (low * at_high - high * at_low) / (at_high - at_low)
-        if not low < t < high:
-            break
-        value, was_low = at(t), is_low
-        is_low = value > 0
-        if is_low:
-            low, at_low, at_high = t, value, at_high / (1 + (was_low is True))
-        else:
-            high, at_high, at_low = t, value, at_low / (1 + (was_low is False))
-        if value == 0 or high - low < 1e-17:
-            break
-    return high
 
 
 def alone(i: int) -> Contact:
@@ -160,21 +140,19 @@ class PressReference:
         """Play until everything rests, or until the scene's ``max_time``."""
         self._hit_now()
         self._decide()
-        step, steps = STEP, 0
-        self._note()
-        while self.now < self.last and any(phase != REST for phase in self.phase):
-            step, is_event = self._go_on(min(step, self.last - self.now))
+        step = STEP
+        for _ in range(MOST_STEPS):
             self._note()
+            if self.now >= self.last or all(phase == REST for phase in self.phase):
+                self.out.final, self.out.duration = self.place, self.now
+                return self.out
+            step, is_event = self._go_on(min(step, self.last - self.now))
             if is_event:
+                self._note()
                 self._hit_now()
                 self._decide()
-                self._note()
                 step = STEP
-            steps += 1
-            if steps > MOST_STEPS:
-                raise Refused("too many steps")
-        self.out.final, self.out.duration = self.place, self.now
-        return self.out
+        raise Refused("too many steps")
 
     def _note(self) -> None:
         speeds = zip(self.mass, self.v, self.w, strict=True)
@@ -189,23 +167,23 @@ class PressReference:
             return abs(self.place[k] - self.place[i]) - self.radius[i] - self.radius[k]
         if kind == "face":
             side = self.sides[k]
-            return ((self.place[i] - side.start) * side.along.conjugate()).imag - self.radius[i]
+            return dot(self.place[i] - side.start, 1j * side.along) - self.radius[i]
         curve = self.curves[k]
         out = abs(self.place[i] - curve.center) - curve.radius
-        return math.copysign(out, -curve.bulge * out) - self.radius[i]
+        return float(-out if curve.bulge > 0 else out) - self.radius[i]
 
     def _room(self, contact: Contact) -> float:
         """Return how far (m) a ball is from the nearer end of a side; below 0 it is beyond it."""
         kind, i, k = contact
         if kind == "face":
             foot = dot(self.place[i] - self.sides[k].start, self.sides[k].along)
-            return min(foot, self.sides[k].length - foot)
+            return min(foot, float(self.sides[k].length) - foot)
         if kind == "ball" or self.curves[k].start is None:
             return math.inf
         curve = self.curves[k]
         top = -1j * (curve.end - curve.start)  # from the chord to the arc
         angle = cmath.phase((self.place[i] - curve.center) / top)
-        return curve.radius * (2 * math.atan(curve.bulge) - abs(angle))
+        return float(curve.radius) * (2 * math.atan(curve.bulge) - abs(angle))
 
     def _normal(self, contact: Contact) -> complex:
         """Return the unit vector from the ball to what it meets."""
@@ -213,7 +191,7 @@ class PressReference:
         if kind == "ball":
             return unit(self.place[k] - self.place[i])
         if kind == "face":
-            return -1j * self.sides[k].along
+            return -1j * complex(self.sides[k].along)
         out = unit(self.place[i] - self.curves[k].center)
         return out if self.curves[k].bulge > 0 else -out
 
@@ -224,8 +202,8 @@ class PressReference:
             return 0.0
         if kind == "ball":
             return -1 / (self.radius[i] + self.radius[k])
-        hollow = self.curves[k].bulge > 0
-        return 1 / (self.curves[k].radius * (1 if hollow else -1) - self.radius[i])
+        curve = self.curves[k]
+        return 1 / (math.copysign(curve.radius, curve.bulge) - self.radius[i])
 
     def _relative(self, contact: Contact, of: Sequence[complex]) -> complex:
         kind, i, j = contact
@@ -253,42 +231,26 @@ class PressReference:
         return ROLL if self.rolls and abs(self.v[i] - self.w[i]) < DONE else SLIP
 
     def _hit_now(self) -> None:
-        """Play the hits of this instant, one at a time."""
-        for _ in range(1000):
-            met = [
-                c
-                for c in self.contacts
-                if self._gap(c) < (TOUCH if c in self.presses else 1e-13)
-                and self._closing(c) > SLOW
-                and self._room(c) >= 0
-            ]
-            if not met:
-                return
-            self._hit(self._linked(max(met, key=self._closing), met))
-        raise Refused("too many hits at one instant")
-
-    def _linked(self, first: Contact, met: Sequence[Contact]) -> list[Contact]:
-        """Return the contacts that hang together with the first one."""
-        balls, found = set(balls_of(first)), [first]
-        for _ in met:
-            found = [c for c in met if not balls.isdisjoint(balls_of(c))]
-            balls.update(i for c in found for i in balls_of(c))
-        return found
+        """Play the hits of this instant; what closes then is the next one."""
+        while met := [
+            c
+            for c in self.contacts
+            if self._gap(c) < (TOUCH if c in self.presses else HERE)
+            and self._closing(c) > SLOW
+            and self._room(c) >= 0
+        ]:
+            if len(self.out.events) > MOST_EVENTS:
+                raise Refused("too many hits")
+            self._hit(met)
 
     def _hit(self, contacts: Sequence[Contact]) -> None:
         """Let contacts hit at once: each opens at e times its closing speed, or faster."""
         self.out.events += [(self.now, "hit", c) for c in contacts]
-        restitutions = [self._restitution(c) for c in contacts]
-        if len(contacts) == 1:
-            effective = self.known[contacts[0]][2]
-            push = effective * (1 + restitutions[0]) * self._closing(contacts[0])
-            self._strike(contacts[0], push)
-            return
-        if any(self.known[c][1] and abs(self._slip(c)) > SLOW for c in contacts):
+        balls = [i for c in contacts for i in balls_of(c)]
+        slips = any(self.known[c][1] and abs(self._slip(c)) > SLOW for c in contacts)
+        if slips and len(balls) > len(set(balls)):
             raise Refused(f"{contacts} slip at one instant")
-        wanted = {
-            c: (1 + e) * self._closing(c) for c, e in zip(contacts, restitutions, strict=True)
-        }
+        wanted = {c: (1 + self._restitution(c)) * self._closing(c) for c in contacts}
         pushing = list(contacts)
         while True:
             matrix = [[self._response(one, other) for other in pushing] for one in pushing]
@@ -541,9 +503,8 @@ class PressReference:
                 found["wring", contact] = 2.5 * mu * force - abs(wring)
         for contact in self.contacts:
             if any(self.phase[i] != REST for i in balls_of(contact)):
-                gap = self._gap(contact)
                 if contact not in self.presses:
-                    found["gap", contact] = gap
+                    found["gap", contact] = self._gap(contact)
                 if contact[0] != "ball":
                     found["end", contact] = self._room(contact)
         return found
@@ -552,11 +513,11 @@ class PressReference:
         """Take one step; return the next one's length, and whether something happened."""
         before, first = self._saved(), self._measures()
         closing = {c: self._closing(c) for kind, c in first if kind == "gap"}
-        step = min(step, *(0.9 * t for _, _, t in self._fading()), step)
+        step = min([step, *(0.9 * t for _, _, t in self._fading())])
         while True:
             error = self._advance(step)
             last = self._measures()
-            if error <= ERROR and not self._dips(first, last, closing, step):
+            if error <= ERROR and not self._may_dip(first, closing, step):
                 break
             self._restore(before)
             step /= 2
@@ -584,8 +545,7 @@ class PressReference:
 
     def _settled(self) -> bool:
         """Let balls roll that slip no more, and rest that hardly move."""
-        fading = list(self._fading())
-        for i, speed, _ in fading:
+        for i, speed, _ in self._fading():
             if speed > (DONE if self.phase[i] == SLIP and self.rolls else SLOW):
                 continue
             if max(abs(self.v[i]), abs(self.w[i])) <= 10 * SLOW:
@@ -598,30 +558,12 @@ class PressReference:
             return True
         return False
 
-    def _dips(
-        self, first: Measures, last: Measures, closing: dict[Contact, float], step: float
-    ) -> bool:
-        """Tell whether a gap may close and open again within the step.
-
-        The cubic between is that of the squared distance, which a straight way makes a parabola.
-        """
-        t = np.linspace(0, 1, 65)
-        for c, slope in closing.items():
-            start, end, opening = first["gap", c], last["gap", c], -self._closing(c)
-            if min(start, slope, opening) <= 0 or step < 1e-9:
-                continue
-            if end < 0:
-                return True
-            size = -1 / self._bend(c) if self._bend(c) < 0 else math.inf
-            cubic = (
-                (1 + 2 * t) * (1 - t) ** 2 * start * (1 + start / (2 * size))
-                - t * (1 - t) ** 2 * step * slope * (1 + start / size)
-                + t**2 * (3 - 2 * t) * end * (1 + end / (2 * size))
-                - t**2 * (1 - t) * step * opening * (1 + end / size)
-            )
-            if cubic.min() < 0:
-                return True
-        return False
+    def _may_dip(self, first: Measures, closing: dict[Contact, float], step: float) -> bool:
+        """Tell whether a gap that closes at first and opens at last may close within the step."""
+        return step > 1e-9 and any(
+            speed > 0 > self._closing(c) and first["gap", c] < (speed + self.grip * step) * step
+            for c, speed in closing.items()
+        )
 
     def _falls(self, key: Key, start: float, end: float, after: State) -> bool:
         """Tell whether a measure has fallen through zero, and that matters."""
@@ -642,16 +584,17 @@ class PressReference:
         below = BELOW.get(key[0], 10 * FIT)
         turn = -1 if key[0] == "end" and start < 0 else 1
 
-        def at(dt: float) -> float:
+        def at(dt: Number) -> float:
             self._restore(before)
-            self._advance(dt)
+            self._advance(float(dt))
             return turn * self._measures()[key] + below
 
         low = 0.0
         if key[0] == "gap" and start <= 0:
             opened = (step / 2**k for k in range(1, 50))
             low = next((dt for dt in opened if at(dt) > 2 * below), 0.0)
-        return root(at, low, step)
+        ends = (low, step)
+        return float(mp.findroot(at, ends, solver="illinois", tol=1e-17, maxsteps=40, verify=False))
 
 
 def press_run(scene: Scene) -> PressRun:
