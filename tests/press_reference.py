@@ -30,11 +30,11 @@ import numpy as np
 from mpmath import mp, mpc
 from reference import Contact, Curve, Flight, Number, Refused, Side, balls_of
 
-from pool_pymunk import Scene
+from pool_pymunk import Scene, State
 
 Key = tuple[str, Contact]
 Measures = dict[Key, float]  # what ends a step where it falls through zero
-State = tuple[list[complex], list[complex], list[complex], list[str]]  # places, v, w, phases
+Saved = tuple[list[complex], list[complex], list[complex], list[str]]  # places, v, w, phases
 
 REST, SLIP, ROLL = "rest", "slip", "roll"
 TOUCH = 1e-11  # m; gaps below are none where a force presses
@@ -112,8 +112,8 @@ def in_floats(shape: Side | Curve) -> list[Any]:
 class PressReference:
     """This is the scene in floats; ``run`` plays it."""
 
-    def __init__(self, scene: Scene) -> None:
-        flight, start = Flight(scene, scene.start(None), 0, 0), scene.start(None)
+    def __init__(self, scene: Scene, start: State) -> None:
+        flight = Flight(scene, start, 0, 0)
         self.contacts = flight.contacts
         if scene.physics.law != "coulomb" or scene.pockets:
             raise Refused("the law is not coulomb, or there are pockets")
@@ -358,17 +358,23 @@ class PressReference:
                 found.append(rate.get(self.phase[i], dot(b[i], n) + turning))
         return found
 
-    def _forces(self) -> list[float]:
-        """Return the unknown forces, of least norm where there are several answers."""
+    def _solved(self) -> tuple[list[float], float]:
+        """Return the unknown forces, of least norm, and how badly (m/s^2) they fit."""
         if not self.presses:
-            return []
+            return [], 0.0
         base = np.array(self._residuals(()))
         units = min(self.mass) * np.eye(len(base))
         matrix = np.array([self._residuals(row) - base for row in units.tolist()]).T
         x, *_ = np.linalg.lstsq(matrix, -base, rcond=1e-11)
-        if np.abs(matrix @ x + base).max() > 1e-9:
+        misfit = float(np.abs(matrix @ x + base).max())
+        return [min(self.mass) * force for force in x.tolist()], misfit
+
+    def _forces(self) -> list[float]:
+        """Return the unknown forces."""
+        x, misfit = self._solved()
+        if misfit > 1e-9:
             raise Refused("no forces fit")
-        return [min(self.mass) * force for force in x.tolist()]
+        return x
 
     # -- what touches, presses, sticks and rolls ---------------------------------------------------
 
@@ -395,8 +401,11 @@ class PressReference:
 
     def _mend(self, closed: Sequence[Contact]) -> bool:
         """Change one thing that does not fit; return False where all fits."""
-        x = self._forces()
+        x, misfit = self._solved()
         a, _ = self._moves(x)
+        if misfit > 1e-9:  # Two sides whose joint is met ask for two motions: one of them opens.
+            del self.presses[max(self.presses, key=lambda c: self._opening(c, a))]
+            return True
         three = dict(zip(self.presses, self._three(x), strict=True))
         weakest = min(three, key=lambda c: three[c][0], default=None)
         if weakest is not None and three[weakest][0] < -FIT:
@@ -451,10 +460,10 @@ class PressReference:
 
     # -- steps -------------------------------------------------------------------------------------
 
-    def _saved(self) -> State:
+    def _saved(self) -> Saved:
         return list(self.place), list(self.v), list(self.w), list(self.phase)
 
-    def _restore(self, saved: State) -> None:
+    def _restore(self, saved: Saved) -> None:
         place, v, w, phase = saved
         self.place, self.v, self.w, self.phase = list(place), list(v), list(w), list(phase)
 
@@ -565,7 +574,7 @@ class PressReference:
             for c, speed in closing.items()
         )
 
-    def _falls(self, key: Key, start: float, end: float, after: State) -> bool:
+    def _falls(self, key: Key, start: float, end: float, after: Saved) -> bool:
         """Tell whether a measure has fallen through zero, and that matters."""
         below = BELOW.get(key[0], 10 * FIT)
         if key[0] == "end":
@@ -576,7 +585,7 @@ class PressReference:
         slow = SLOW if end > -TOUCH else 0.0
         return key[0] != "gap" or self._closing(key[1]) > slow
 
-    def _crossing(self, key: Key, start: float, before: State, step: float) -> float:
+    def _crossing(self, key: Key, start: float, before: Saved, step: float) -> float:
         """Return where within the step a measure falls through zero, or a side ends or begins.
 
         A gap that is none at first is looked at from a moment on at which it is open.
@@ -597,6 +606,6 @@ class PressReference:
         return float(mp.findroot(at, ends, solver="illinois", tol=1e-17, maxsteps=40, verify=False))
 
 
-def press_run(scene: Scene) -> PressRun:
-    """Play the scene from its velocities."""
-    return PressReference(scene).run()
+def press_run(scene: Scene, start: State | None = None) -> PressRun:
+    """Play the scene from a state, by default with the velocities of its balls."""
+    return PressReference(scene, start or scene.start(None)).run()

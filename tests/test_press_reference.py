@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import json
 import math
 from itertools import pairwise
@@ -12,7 +13,7 @@ from press_reference import PressRun, press_run
 from reference import Refused, scene_from_dict
 from scenes import DATA
 
-from pool_pymunk import Ball, Friction, Physics, Pocket, Post, Restitution, Scene, Table
+from pool_pymunk import Ball, Friction, Physics, Pocket, Post, Restitution, Scene, State, Table
 
 G, R, M = 9.80665, 0.0286, 0.17
 DEAD = Restitution(0.0, cushion=0.0)
@@ -31,31 +32,108 @@ def grows(run: PressRun) -> bool:
 # -- closed forms ----------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("straight", [0.0, 0.3])
 @pytest.mark.parametrize("rolling", [0.02, None])
 @pytest.mark.parametrize("mu", [0.0, 0.2, 0.6])
-def test_a_ball_along_an_arc(mu: float, rolling: float | None) -> None:
+def test_a_ball_along_an_arc(mu: float, rolling: float | None, straight: float) -> None:
     """The arc's friction loses mu N; 5/7 of the pushes move a ball that rolls.
 
     N / m = (7/5) v^2 / (R - r) / (1 + mu) where friction holds less of the roll than it should
-    (mu < 2/5), else v^2 / (R - r). The loss is L = k v^2 / (R - r) + drag.
+    (mu < 2/5), else v^2 / (R - r). The loss is k v^2 / (R - r) + drag. Along a straight side
+    before the arc, nothing presses.
     """
-    arc, speed, way = 0.8, 0.5, 0.8 - R
+    speed, way = 0.6, 0.5 - R
     surface = 0.2 if rolling else 0.05
     drag = (rolling or surface) * G
     force = 7 / 5 / (1 + min(mu, 0.4)) if rolling else 1.0
     k = mu * force * (5 / 7 if rolling else 1)
-    scene = Scene(
-        (ball(0, (0.0, R - arc), (speed, 0.0), 1.0 if rolling else 0.0),),
-        Table(((-arc, 0.0), (arc, 0.0)), bulge=(1.0, 1.0)),
-        DEAD,
-        Friction(surface, mu, rolling=rolling),
-    )
-    run = press_run(scene)
-    length = way / (2 * k) * math.log1p(k * speed**2 / (way * drag)) if mu else speed**2 / 2 / drag
-    angle = length / way
-    assert abs(run.final[0] - way * complex(math.sin(angle), -math.cos(angle))) < 1e-10
-    assert max(run.strongest.values()) == pytest.approx(M * force * speed**2 / way, rel=1e-12)
+    balls = (ball(0, (1.5 - straight, R), (speed, 0.0), 1.0 if rolling else 0.0),)
+    run = press_run(Scene(balls, Table.stadium(2, 1), DEAD, Friction(surface, mu, rolling=rolling)))
+    left = speed**2 - 2 * drag * straight
+    if left < 0:
+        assert abs(run.final[0] - (1.5 - straight + speed**2 / 2 / drag + 1j * R)) < 1e-9
+        return
+    length = way / (2 * k) * math.log1p(k * left / (way * drag)) if mu else left / 2 / drag
+    assert abs(run.final[0] - (1.5 + 0.5j - 1j * way * cmath.exp(1j * length / way))) < 1e-9
+    assert max(run.strongest.values()) == pytest.approx(M * force * left / way, rel=1e-9)
     assert not grows(run)
+
+
+def along_a_wall(
+    v: float, w: complex, bend: float, surface: float, mu: float
+) -> tuple[float, float, complex]:
+    """Return the way, velocity and roll of a ball that slips along a wall and rolls on to it.
+
+    It goes by tiny steps until its roll on to the wall is gone. All directions are the wall's own:
+    the imaginary one is towards it, and turns with the way by ``bend``.
+    """
+
+    def rates(v: float, w: complex) -> tuple[float, complex]:
+        against = surface * G * (v - w) / abs(v - w)
+        force = bend * v**2 - against.imag
+        return -against.real - mu * force, 2.5 * against - 2.5j * mu * force + 1j * bend * v * w
+
+    way, h = 0.0, 1e-4
+    while h > 1e-10:
+        a, b = rates(v, w)
+        if (w + b * h).imag <= 0:
+            h /= 2
+            continue
+        a, b = rates(v + a * h / 2, w + b * h / 2)
+        way, v, w = way + v * h + a * h * h / 2, v + a * h, w + b * h
+    return way, v, w
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.3])
+def test_a_roll_aslant_to_a_cushion_with_friction(mu: float) -> None:
+    """The ball slips along the cushion until its roll into it is gone, then freely."""
+    surface, rolling = 0.2, 0.02
+    way, v, w = along_a_wall(1.0, 1 + 0.8j, 0.0, surface, mu)
+    scene = Scene(
+        (ball(0, (0.5, R)),), Table.rectangle(6, 2), DEAD, Friction(surface, mu, rolling=rolling)
+    )
+    run = press_run(scene, State(((0.5, R),), ((1.0, 0.0),), frozenset(), ((1.0, -0.8),)))
+    slips, rolls = 2 * (w.real - v) / (7 * surface * G), (5 * v + 2 * w.real) / 7
+    way += (v + rolls) / 2 * slips + rolls**2 / (2 * rolling * G)
+    assert abs(run.final[0] - (0.5 + way + 1j * R)) < 1e-6
+    assert not grows(run)
+
+
+@pytest.mark.parametrize("mass", [0.6, 1.0])
+def test_a_roll_that_presses_a_ball_on_to_one_at_rest(mass: float) -> None:
+    """A heavy ball at rest stays; a light one rolls on with the ball that pushes it."""
+    surface, rolling, roll = 0.2, 0.05, 0.8
+    light, heavy = M, mass * M * surface / rolling
+    scene = Scene(
+        (ball(0, (0.0, 0.0)), ball(1, (2 * R, 0.0), m=heavy)),
+        None,
+        DEAD,
+        Friction(surface, rolling=rolling),
+    )
+    still, start = ((0.0, 0.0),) * 2, ((0.0, 0.0), (2 * R, 0.0))
+    run = press_run(scene, State(start, still, frozenset(), ((roll, 0.0), (0.0, 0.0))))
+    force = min((surface + rolling) * G / (5 / 7 / heavy + 1 / light), light * surface * G)
+    a = max(surface * G - force / light, 0.0)
+    way = (a * (roll / (a + 2.5 * surface * G)) ** 2 / 2) * (1 + a / (rolling * G))
+    assert max(map(abs, (run.final[0] - way, run.final[1] - 2 * R - way))) < 1e-9
+    assert (way > 1e-3) == (mass < 5 / 7)
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.9, False), (1.1, True)])
+def test_friction_of_balls_holds_up_to_its_bound(share: float, moves: bool) -> None:
+    """A roll aslant to a heavy ball: its surface force may be aslant by the angle of friction."""
+    mu, heading = 0.3, cmath.exp(1j * math.atan(share * 0.3))
+    scene = Scene(
+        (ball(0, (0.0, 0.0)), ball(1, (2 * R, 0.0), m=100.0)),
+        None,
+        DEAD,
+        Friction(0.2, ball_ball=mu, rolling=0.05),
+    )
+    still, start = ((0.0, 0.0),) * 2, ((0.0, 0.0), (2 * R, 0.0))
+    roll = ((heading.real, heading.imag), (0.0, 0.0))
+    run = press_run(scene, State(start, still, frozenset(), roll))
+    assert (abs(run.final[0]) > 1e-3) == moves
+    assert moves or abs(run.final[0]) < 1e-9
 
 
 def test_a_ball_that_rolls_into_one_that_it_touches() -> None:
