@@ -60,12 +60,12 @@ def test_a_ball_along_an_arc(mu: float, rolling: float | None, straight: float) 
 
 
 def along_a_wall(
-    v: float, w: complex, bend: float, surface: float, mu: float
+    v: float, w: complex, bend: float, surface: float, mu: float, time: float = math.inf
 ) -> tuple[float, float, complex]:
     """Return the way, velocity and roll of a ball that slips along a wall and rolls on to it.
 
-    It goes by tiny steps until its roll on to the wall is gone. All directions are the wall's own:
-    the imaginary one is towards it, and turns with the way by ``bend``.
+    It goes by tiny steps until its roll on to the wall is gone, or for a time. All directions are
+    the wall's own: the imaginary one is towards it, and turns with the way by ``bend``.
     """
 
     def rates(v: float, w: complex) -> tuple[float, complex]:
@@ -74,13 +74,14 @@ def along_a_wall(
         return -against.real - mu * force, 2.5 * against - 2.5j * mu * force + 1j * bend * v * w
 
     way, h = 0.0, 1e-4
-    while h > 1e-10:
+    while min(h, time) > 1e-10:
+        h = min(h, time)
         a, b = rates(v, w)
         if (w + b * h).imag <= 0:
             h /= 2
             continue
         a, b = rates(v + a * h / 2, w + b * h / 2)
-        way, v, w = way + v * h + a * h * h / 2, v + a * h, w + b * h
+        way, v, w, time = way + v * h + a * h * h / 2, v + a * h, w + b * h, time - h
     return way, v, w
 
 
@@ -97,6 +98,49 @@ def test_a_roll_aslant_to_a_cushion_with_friction(mu: float) -> None:
     way += (v + rolls) / 2 * slips + rolls**2 / (2 * rolling * G)
     assert abs(run.final[0] - (0.5 + way + 1j * R)) < 1e-6
     assert not grows(run)
+
+
+def test_a_ball_too_fast_for_an_arc_slips_along_it() -> None:
+    """Beyond v^2 = (5/2) mu_s g (R - r), static friction cannot turn the roll with the arc."""
+    speed, surface, bend = 2.0, 0.1, 1 / (0.8 - R)
+    way, v, w = along_a_wall(speed, speed + 1e-6j, bend, surface, 0.0, time=0.5)
+    scene = Scene(
+        (ball(0, (0.0, R - 0.8), (speed, 0.0), 1.0),),
+        Table(((-0.8, 0.0), (0.8, 0.0)), bulge=(1.0, 1.0)),
+        DEAD,
+        Friction(surface, rolling=0.01),
+        Physics(max_time=0.5),
+    )
+    run = press_run(scene)
+    assert abs(run.final[0] + 1j / bend * cmath.exp(1j * way * bend)) < 1e-6
+    assert abs(way - speed * 0.5) > 1e-3
+    assert run.energy[-1] == pytest.approx(M * (v**2 / 2 + abs(w) ** 2 / 5), abs=1e-6)
+
+
+def test_a_roll_draws_a_ball_off_an_arc() -> None:
+    """The force falls through zero, for the roll pulls inwards; the ball goes on freely."""
+    surface, way, v0, w0, end = 0.05, 0.8 - R, 0.8, complex(-3.0, 1.0), 0.9
+    scene = Scene(
+        (ball(0, (0.0, -way)),),
+        Table(((-0.8, 0.0), (0.8, 0.0)), bulge=(1.0, 1.0)),
+        DEAD,
+        Friction(surface, rolling=0.01),
+        Physics(max_time=end),
+    )
+    run = press_run(scene, State(((0.0, -way),), ((v0, 0.0),), frozenset(), ((-3.0, 1.0),)))
+    place, v, w, h = complex(0, -way), complex(v0), w0, 1e-4
+    for _ in range(round(end / h)):
+        a = -surface * G * (v - w) / abs(v - w)
+        inwards = -place / abs(place)
+        force = abs(v) ** 2 / way - (a * inwards.conjugate()).real
+        touches = abs(place) > way - 1e-12 and force > 0
+        w -= 2.5 * a * h
+        place, v = place + v * h + a * h * h / 2, v + a * h
+        if touches:
+            place *= way / abs(place)
+            v -= (v * inwards.conjugate()).real * inwards
+    assert abs(run.final[0] - place) < 1e-4
+    assert abs(run.final[0]) < way - 1e-3
 
 
 @pytest.mark.parametrize("mass", [0.6, 1.0])
