@@ -2,7 +2,7 @@
 
 It shares nothing with the solvers except the scene's numbers, and knows the law "coulomb" only.
 Vectors are complex numbers, in floats; ends are right to some 1e-10 m times the amplification.
-One rule of order five (Dormand and Prince) plays all motion, free or pressed. Where sides touch,
+One rule of order five (Dormand and Prince) plays all motion, free or in contact. Where sides touch,
 forces N >= 0 keep their gap closed, in equations for the accelerations:
 
 - Surface: a ball that slips has a = f - mu_s g u/|u| and dw/dt = c + (5/2) mu_s g u/|u|. One that
@@ -14,7 +14,7 @@ forces N >= 0 keep their gap closed, in equations for the accelerations:
 - A contact persists when the bounces to come would move its sides apart by less than 1e-12 m.
 
 What the forces are, is decided anew at each event: a force, slip or speed falls through zero, a
-hold gives way, a side ends, or balls hit. Pockets and corners that point inwards are refused, as
+hold fails, a side ends, or balls hit. Pockets and corners that point inwards are refused, as
 are hits of one instant that share a ball, and a resting ball that is pressed on to a cushion.
 """
 
@@ -196,7 +196,7 @@ class PressReference:
         return out if self.curves[k].bulge > 0 else -out
 
     def _bend(self, contact: Contact) -> float:
-        """Return how much (1/m) the normal turns with the way along the contact."""
+        """Return how much (1/m) the normal turns with the length along the contact."""
         kind, i, k = contact
         if kind == "face":
             return 0.0
@@ -280,9 +280,9 @@ class PressReference:
         before = self._saved()
         self._strike(contact, effective * self._closing(contact))
         self._decide(without=contact)
-        pressed = -self._opening(contact, self._moves(self._forces())[0])
+        pressing = -self._opening(contact, self._moves(self._forces())[0])
         self._restore(before)
-        return 0.0 if away**2 < 2 * pressed * (1 - e**2) * LOW else e
+        return 0.0 if away**2 < 2 * pressing * (1 - e**2) * LOW else e
 
     def _strike(self, contact: Contact, push: float) -> None:
         """Give a contact its impulse (N s), with what friction adds."""

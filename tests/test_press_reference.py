@@ -42,7 +42,7 @@ def test_a_ball_along_an_arc(mu: float, rolling: float | None, straight: float) 
     (mu < 2/5), else v^2 / (R - r). The loss is k v^2 / (R - r) + drag. Along a straight side
     before the arc, nothing presses.
     """
-    speed, way = 0.6, 0.5 - R
+    speed, inner = 0.6, 0.5 - R
     surface = 0.2 if rolling else 0.05
     drag = (rolling or surface) * G
     force = 7 / 5 / (1 + min(mu, 0.4)) if rolling else 1.0
@@ -53,19 +53,19 @@ def test_a_ball_along_an_arc(mu: float, rolling: float | None, straight: float) 
     if left < 0:
         assert abs(run.final[0] - (1.5 - straight + speed**2 / 2 / drag + 1j * R)) < 1e-9
         return
-    length = way / (2 * k) * math.log1p(k * left / (way * drag)) if mu else left / 2 / drag
-    assert abs(run.final[0] - (1.5 + 0.5j - 1j * way * cmath.exp(1j * length / way))) < 1e-9
-    assert max(run.strongest.values()) == pytest.approx(M * force * left / way, rel=1e-9)
+    length = inner / (2 * k) * math.log1p(k * left / (inner * drag)) if mu else left / 2 / drag
+    assert abs(run.final[0] - (1.5 + 0.5j - 1j * inner * cmath.exp(1j * length / inner))) < 1e-9
+    assert max(run.strongest.values()) == pytest.approx(M * force * left / inner, rel=1e-9)
     assert not grows(run)
 
 
 def along_a_wall(
     v: float, w: complex, bend: float, surface: float, mu: float, time: float = math.inf
 ) -> tuple[float, float, complex]:
-    """Return the way, velocity and roll of a ball that slips along a wall and rolls on to it.
+    """Return the length, velocity and roll of a ball that slips along a wall and rolls on to it.
 
     It goes by tiny steps until its roll on to the wall is gone, or for a time. All directions are
-    the wall's own: the imaginary one is towards it, and turns with the way by ``bend``.
+    the wall's own: the imaginary one is towards it, and turns with the length by ``bend``.
     """
 
     def rates(v: float, w: complex) -> tuple[float, complex]:
@@ -75,7 +75,7 @@ def along_a_wall(
         a = -loss if v > 0 else max(-loss, 0.0)
         return a, 2.5 * against - 2.5j * mu * force + 1j * bend * v * w
 
-    way, h = 0.0, 5e-5
+    length, h = 0.0, 5e-5
     while min(h, time) > 1e-10:
         h = min(h, time)
         a, b = rates(v, w)
@@ -83,8 +83,13 @@ def along_a_wall(
             h /= 2
             continue
         a, b = rates(v + a * h / 2, w + b * h / 2)
-        way, v, w, time = way + v * h + a * h * h / 2, max(v + a * h, 0.0), w + b * h, time - h
-    return way, v, w
+        length, v, w, time = (
+            length + v * h + a * h * h / 2,
+            max(v + a * h, 0.0),
+            w + b * h,
+            time - h,
+        )
+    return length, v, w
 
 
 @pytest.mark.parametrize(
@@ -97,21 +102,21 @@ def test_a_roll_aslant_to_a_cushion_with_friction(mu: float, speed: float, along
     the last one at first, for a shorter time.
     """
     surface, rolling = 0.2, 0.02
-    way, v, w = along_a_wall(speed, along + 0.8j, 0.0, surface, mu)
+    length, v, w = along_a_wall(speed, along + 0.8j, 0.0, surface, mu)
     scene = Scene(
         (ball(0, (0.5, R)),), Table.rectangle(6, 2), DEAD, Friction(surface, mu, rolling=rolling)
     )
     run = press_run(scene, State(((0.5, R),), ((speed, 0.0),), frozenset(), ((along, -0.8),)))
     slips, rolls = 2 * (w.real - v) / (7 * surface * G), (5 * v + 2 * w.real) / 7
-    way += (v + rolls) / 2 * slips + rolls**2 / (2 * rolling * G)
-    assert abs(run.final[0] - (0.5 + way + 1j * R)) < 1e-6
+    length += (v + rolls) / 2 * slips + rolls**2 / (2 * rolling * G)
+    assert abs(run.final[0] - (0.5 + length + 1j * R)) < 1e-6
     assert not grows(run)
 
 
 def test_a_ball_too_fast_for_an_arc_slips_along_it() -> None:
     """Beyond v^2 = (5/2) mu_s g (R - r), static friction cannot turn the roll with the arc."""
     speed, surface, bend = 2.0, 0.1, 1 / (0.8 - R)
-    way, v, w = along_a_wall(speed, speed + 1e-6j, bend, surface, 0.0, time=0.5)
+    length, v, w = along_a_wall(speed, speed + 1e-6j, bend, surface, 0.0, time=0.5)
     scene = Scene(
         (ball(0, (0.0, R - 0.8), (speed, 0.0), 1.0),),
         Table(((-0.8, 0.0), (0.8, 0.0)), bulge=(1.0, 1.0)),
@@ -120,35 +125,35 @@ def test_a_ball_too_fast_for_an_arc_slips_along_it() -> None:
         Physics(max_time=0.5),
     )
     run = press_run(scene)
-    assert abs(run.final[0] + 1j / bend * cmath.exp(1j * way * bend)) < 1e-6
-    assert abs(way - speed * 0.5) > 1e-3
+    assert abs(run.final[0] + 1j / bend * cmath.exp(1j * length * bend)) < 1e-6
+    assert abs(length - speed * 0.5) > 1e-3
     assert run.energy[-1] == pytest.approx(M * (v**2 / 2 + abs(w) ** 2 / 5), abs=1e-6)
 
 
 def test_a_roll_draws_a_ball_off_an_arc() -> None:
     """The force falls through zero, for the roll pulls inwards; the ball goes on freely."""
-    surface, way, v0, w0, end = 0.05, 0.8 - R, 0.8, complex(-3.0, 1.0), 0.9
+    surface, inner, v0, w0, end = 0.05, 0.8 - R, 0.8, complex(-3.0, 1.0), 0.9
     scene = Scene(
-        (ball(0, (0.0, -way)),),
+        (ball(0, (0.0, -inner)),),
         Table(((-0.8, 0.0), (0.8, 0.0)), bulge=(1.0, 1.0)),
         DEAD,
         Friction(surface, rolling=0.01),
         Physics(max_time=end),
     )
-    run = press_run(scene, State(((0.0, -way),), ((v0, 0.0),), frozenset(), ((-3.0, 1.0),)))
-    place, v, w, h = complex(0, -way), complex(v0), w0, 1e-4
+    run = press_run(scene, State(((0.0, -inner),), ((v0, 0.0),), frozenset(), ((-3.0, 1.0),)))
+    place, v, w, h = complex(0, -inner), complex(v0), w0, 1e-4
     for _ in range(round(end / h)):
         a = -surface * G * (v - w) / abs(v - w)
         inwards = -place / abs(place)
-        force = abs(v) ** 2 / way - (a * inwards.conjugate()).real
-        touches = abs(place) > way - 1e-12 and force > 0
+        force = abs(v) ** 2 / inner - (a * inwards.conjugate()).real
+        touches = abs(place) > inner - 1e-12 and force > 0
         w -= 2.5 * a * h
         place, v = place + v * h + a * h * h / 2, v + a * h
         if touches:
-            place *= way / abs(place)
+            place *= inner / abs(place)
             v -= (v * inwards.conjugate()).real * inwards
     assert abs(run.final[0] - place) < 1e-4
-    assert abs(run.final[0]) < way - 1e-3
+    assert abs(run.final[0]) < inner - 1e-3
 
 
 @pytest.mark.parametrize("mass", [0.6, 1.0])
@@ -166,9 +171,9 @@ def test_a_roll_that_presses_a_ball_on_to_one_at_rest(mass: float) -> None:
     run = press_run(scene, State(start, still, frozenset(), ((roll, 0.0), (0.0, 0.0))))
     force = min((surface + rolling) * G / (5 / 7 / heavy + 1 / light), light * surface * G)
     a = max(surface * G - force / light, 0.0)
-    way = (a * (roll / (a + 2.5 * surface * G)) ** 2 / 2) * (1 + a / (rolling * G))
-    assert max(map(abs, (run.final[0] - way, run.final[1] - 2 * R - way))) < 1e-9
-    assert (way > 1e-3) == (mass < 5 / 7)
+    length = (a * (roll / (a + 2.5 * surface * G)) ** 2 / 2) * (1 + a / (rolling * G))
+    assert max(map(abs, (run.final[0] - length, run.final[1] - 2 * R - length))) < 1e-9
+    assert (length > 1e-3) == (mass < 5 / 7)
 
 
 @pytest.mark.parametrize(("share", "moves"), [(0.9, False), (1.1, True)])
@@ -193,8 +198,8 @@ def test_a_ball_that_rolls_into_one_that_it_touches() -> None:
     speed, mu, rolling = 1.0, 0.2, 0.02
     balls = (ball(0, (0.0, 0.0), (speed, 0.0), 1.0), ball(1, (2 * R, 0.0)))
     run = press_run(Scene(balls, None, DEAD, Friction(mu, rolling=rolling)))
-    way = speed**2 / (10 * mu * G) + speed**2 / (8 * rolling * G)
-    assert max(map(abs, (run.final[0] - way, run.final[1] - 2 * R - way))) < 1e-9
+    length = speed**2 / (10 * mu * G) + speed**2 / (8 * rolling * G)
+    assert max(map(abs, (run.final[0] - length, run.final[1] - 2 * R - length))) < 1e-9
     assert run.strongest["ball", 0, 1] == pytest.approx(M * mu * G, rel=1e-9)
     assert not grows(run)
 
@@ -206,14 +211,14 @@ def test_a_roll_that_presses_a_ball_on_to_a_cushion(along: float) -> None:
     balls = (ball(0, (0.5, R), (along, -speed), 1.0),)
     run = press_run(Scene(balls, Table.rectangle(6, 2), DEAD, Friction(mu, rolling=rolling)))
     fades = speed / (2.5 * mu * G)
-    way = along * fades + along**2 / (2 * rolling * G)
-    assert abs(run.final[0] - (0.5 + way + 1j * R)) < 1e-10
+    length = along * fades + along**2 / (2 * rolling * G)
+    assert abs(run.final[0] - (0.5 + length + 1j * R)) < 1e-10
     assert run.duration == pytest.approx(fades + along / (rolling * G), abs=1e-9)
     assert run.strongest["face", 0, 0] == pytest.approx(M * mu * G, rel=1e-9)
 
 
 def test_cushion_friction_slows_the_roll_into_it() -> None:
-    """The hit takes (5/2) mu V off the roll, the pressed contact (5/2) mu N / m = mu_s g too."""
+    """The hit takes (5/2) mu V off the roll, and what presses on (5/2) mu N / m."""
     speed, surface, mu = 0.8, 0.2, 0.1
     balls = (ball(0, (0.5, R), (0.0, -speed), 1.0),)
     run = press_run(Scene(balls, Table.rectangle(6, 2), DEAD, Friction(surface, mu, rolling=0.02)))
