@@ -560,14 +560,20 @@ class PressReference:
             if speed > (DONE if self.phase[i] == SLIP and self.rolls else SLOW):
                 continue
             if max(abs(self.v[i]), abs(self.w[i])) <= 10 * SLOW:
-                self.v[i] = self.w[i] = 0j
-                self.phase[i] = REST
+                self._rest()
             else:
                 self.v[i] = self.w[i] = (5 * self.v[i] + 2 * self.w[i]) / 7
                 self.phase[i] = ROLL
             self.out.events.append((self.now, self.phase[i], alone(i)))
             return True
         return False
+
+    def _rest(self) -> None:
+        """Let all balls rest that hardly move: those that touch stop together."""
+        for i in self.everybody:
+            if max(abs(self.v[i]), abs(self.w[i])) <= 10 * SLOW:
+                self.v[i] = self.w[i] = 0j
+                self.phase[i] = REST
 
     def _may_dip(self, first: Measures, closing: dict[Contact, float], step: float) -> bool:
         """Tell whether a gap that closes at first and opens at last may close within the step."""
@@ -590,7 +596,8 @@ class PressReference:
     def _crossing(self, key: Key, start: float, before: Saved, step: float) -> float:
         """Return where within the step a measure falls through zero, or a side ends or begins.
 
-        A gap that is none at first is looked at from a moment on at which it is open.
+        A gap that is none at first is looked at from a moment on at which it is open. One that
+        never opens has closed at the end of the step.
         """
         below = BELOW.get(key[0], 10 * FIT)
         turn = -1 if key[0] == "end" and start < 0 else 1
@@ -603,7 +610,9 @@ class PressReference:
         low = 0.0
         if key[0] == "gap" and start <= 0:
             opened = (step / 2**k for k in range(1, 50))
-            low = next((dt for dt in opened if at(dt) > 2 * below), 0.0)
+            low = next((dt for dt in opened if at(dt) > 2 * below), step)
+            if low == step:
+                return step
         ends = (low, step)
         return float(mp.findroot(at, ends, solver="illinois", tol=1e-17, maxsteps=40, verify=False))
 

@@ -5,15 +5,28 @@ from __future__ import annotations
 import cmath
 import json
 import math
-from itertools import pairwise
+import random
+from itertools import accumulate, combinations, pairwise
 from typing import Any
 
+import press_reference
 import pytest
 from press_reference import PressRun, press_run
 from reference import Refused, scene_from_dict
-from scenes import DATA
+from scenes import DATA, seeds
 
-from pool_pymunk import Ball, Friction, Physics, Pocket, Post, Restitution, Scene, State, Table
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Pocket,
+    Post,
+    Restitution,
+    Scene,
+    SceneError,
+    State,
+    Table,
+)
 
 G, R, M = 9.80665, 0.0286, 0.17
 DEAD = Restitution(0.0, cushion=0.0)
@@ -285,6 +298,49 @@ def test_ends_of_tiny_time_steps(scene: Scene, ends: tuple[complex, ...]) -> Non
     assert max(abs(a - b) for a, b in zip(run.final, ends, strict=True)) < 1e-6
     assert not grows(run)
     assert run.strongest
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", [scene for scene, _ in FROM_STEPS])
+def test_shorter_steps_leave_ends_where_they_are(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = press_run(scene)
+    monkeypatch.setattr(press_reference, "STEP", 0.005)
+    monkeypatch.setattr(press_reference, "ERROR", 3e-15)
+    finer = press_run(scene)
+    assert max(abs(a - b) for a, b in zip(run.final, finer.final, strict=True)) < 1e-11
+
+
+@pytest.mark.slow
+@pytest.mark.seeded
+def test_energy_never_grows_in_random_scenes_and_no_balls_overlap() -> None:
+    tables = (None, Table.rectangle(1.2, 0.8), Table.stadium(1.6, 0.8), Table.circle(0.5))
+    played = 0
+    for seed in seeds(30):
+        rng = random.Random(f"press {seed}")
+        angles = [rng.uniform(0, 2 * math.pi) for _ in range(3)]
+        places = accumulate((cmath.rect(2 * R + 1e-4, a) for a in angles), initial=0.5 + 0.4j)
+        velocity = (rng.uniform(-1, 1), rng.uniform(-1, 1))
+        moving = [velocity, (0.0, 0.0), (0.0, 0.0)]
+        try:
+            scene = Scene(
+                tuple(
+                    ball(k, (p.real, p.imag), v, rng.choice((1.0, 0.0, -1.0)) if v[0] else 0.0)
+                    for k, (p, v) in enumerate(zip(places, moving, strict=False))
+                ),
+                rng.choice(tables),
+                Restitution(rng.choice((0.0, 0.5, 0.9)), cushion=rng.choice((0.0, 0.5))),
+                Friction(0.2, rng.choice((0.0, 0.1)), rng.choice((0.0, 0.1)), rolling=0.02),
+            )
+            run = press_run(scene)
+        except (Refused, SceneError):
+            continue
+        played += 1
+        assert not grows(run), seed
+        apart = [abs(p - q) - 2 * R for p, q in combinations(run.final, 2)]
+        assert min(apart) > -1e-10, seed
+    assert played > 15
 
 
 # -- the other references --------------------------------------------------------------------------
