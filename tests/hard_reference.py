@@ -13,6 +13,7 @@ moving on take turns:
   The motion is integrated by extrapolation of the midpoint rule, with steps of any order needed.
 
 A scene is refused if two closing contacts that share a ball coincide.
+``press_reference`` has balls that roll, and contacts with cushions and arcs that persist.
 """
 
 from __future__ import annotations
