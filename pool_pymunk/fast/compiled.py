@@ -24,7 +24,7 @@ from typing import Any, cast
 
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.walls import stage_of_past
-from pool_pymunk.physics import changes
+from pool_pymunk.physics import changes, touches
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc
 
@@ -48,11 +48,10 @@ APART = (
     "pool_pymunk.fast.together",
     "pool_pymunk.fast.rows",
     "pool_pymunk.physics.together",
-    "pool_pymunk.physics.touches",
 )
 RARE = (
     bent_to_arc, time_in, time_out, stage_of_past, changes.touch, changes.is_bent, changes.lose,
-    changes.lose_velocity, changes.fall, changes.begin_to_roll,
+    changes.lose_velocity, changes.fall, changes.begin_to_roll, touches.touch_of_discs,
 )  # fmt: skip
 
 

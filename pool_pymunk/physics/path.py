@@ -240,10 +240,9 @@ def is_far(a: Path, b: Path, until: float, apart: float) -> bool:
     own, its = until - a.t, until - b.t
     far = apart + HAIR * (abs(a.x) + abs(b.x) + abs(a.y) + abs(b.y) + apart)
     reach_x = own * (abs(a.vx) + own * abs(a.ax)) + its * (abs(b.vx) + its * abs(b.ax))
-    if abs(a.x - b.x) > far + reach_x:
-        return True
     reach_y = own * (abs(a.vy) + own * abs(a.ay)) + its * (abs(b.vy) + its * abs(b.ay))
-    return abs(a.y - b.y) > far + reach_y
+    # One branch for both is faster, because nobody can predict it.
+    return (abs(a.x - b.x) > far + reach_x) | (abs(a.y - b.y) > far + reach_y)
 
 
 def pair_time(
