@@ -91,8 +91,11 @@ def saltate(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
     (nx, ny), curvature, closing, slip, _ = geometry
     for k in range(rows):
         delay, turned = -g.one.after[k], m[k][rows + TURN]
-        for j in range(rows):
-            delay += m[k][j] * g.one.before[j]
+        if k % size < 2:  # R leaves places alone.
+            delay += g.one.before[k]
+        else:
+            for j in range(rows):
+                delay += m[k][j] * g.one.before[j]
         delay += turned * curvature * slip  # G f_before is -closing.
         for c in range(balls):
             sign = 1.0 if c == balls - 1 else -1.0
