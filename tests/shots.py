@@ -25,7 +25,7 @@ HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
 KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard"]
 ROLLS = " that rolls"
-SAME = 1e-11  # of a shot's largest derivative; numba sums in another order than BLAS
+SAME = 1e-10  # of a shot's largest derivative; numba sums in another order, and crowds amplify that
 ROLLING = [kind + ROLLS for kind in KINDS]
 
 
