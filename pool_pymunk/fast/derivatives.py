@@ -55,9 +55,8 @@ class Follower:
         starts, work = self._starts(part), self.source.work(keeps=True)
         g = _follow(scene, work.scene, tracks, numbers, starts.shape[2])
         pass_ = compiled.follow_shots(follow_shots)
-        ends = np.stack((duration, is_cut), axis=1)
-        found, known = self.found[part], self.known[part]
-        pass_(g, self.source.shots(part), tracks.ends, starts, ends, found, known)
+        ends = np.column_stack((tracks.ends, duration, is_cut))
+        pass_(g, self.source.shots(part), starts, ends, self.found[part], self.known[part])
 
     def _starts(self, part: slice) -> Floats:
         """Return what the inputs change of the starts of some shots (S, N, K, P)."""
@@ -98,26 +97,27 @@ def _follow(scene: Any, law: Any, tracks: Tracks, numbers: Any, size: int) -> An
     )  # fmt: skip
 
 
-def follow_shots(
-    g: Any, shots: Any, last: Any, starts: Any, ends: Any, found: Any, known: Any
-) -> int:
-    """Follow changes through some shots; mark the ``known`` ones, and return their number."""
+def follow_shots(g: Any, shots: Any, starts: Any, ends: Any, found: Any, known: Any) -> int:
+    """Follow changes through some shots; mark the ``known`` ones, and return their number.
+
+    ``ends`` (S, 4) tell where the breakpoints and the events of a shot end, how long (s) it takes,
+    and whether it was cut there.
+    """
     count = row = event = 0
     for s in range(len(known)):
-        if last[s, 0] > row:
+        last, last_event = int(ends[s, 0]), int(ends[s, 1])
+        if last > row:
             read(g, shots, starts[s], s)
-            g.one.ends[0], g.one.ends[1] = ends[s, 0], ends[s, 1]
-            note_following(g, row, last[s, 0])
+            g.one.ends[0], g.one.ends[1] = ends[s, 2], ends[s, 3]
+            note_following(g, row, last)
             changes.start(g, row)
-            changes.follow(g, event, last[s, 1])
+            changes.follow(g, event, last_event)
             changes.finish(g)
             for i in range(len(g.ball)):
-                for k in range(2):
-                    for p in range(len(g.late)):
-                        found[s, i, k, p] = g.change[i, k, p]
+                rows.copy(g.change[i, :2], found[s, i])
             known[s] = True
             count += 1
-        row, event = last[s, 0], last[s, 1]
+        row, event = last, last_event
     return count
 
 

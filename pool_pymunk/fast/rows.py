@@ -18,9 +18,7 @@ def advance(by_state: Any, own: Any, by_pull: Any, of_pull: Any, out: Any) -> No
             if weight != 0.0:
                 for p in range(count):
                     out[k, p] += weight * own[j, p]
-    for k in range(size):
-        for p in range(count):
-            own[k, p] = out[k, p]
+    copy(out[:size], own)
 
 
 def multiply(m: Any, z: Any, out: Any, last: int) -> None:
@@ -36,9 +34,7 @@ def multiply(m: Any, z: Any, out: Any, last: int) -> None:
                 if weight != 0.0:
                     for p in range(count):
                         out[k, p] += weight * z[j, p]
-    for k in range(size):
-        for p in range(count):
-            z[k, p] = out[k, p]
+    copy(out[:size], z)
 
 
 def is_any(row: Any) -> bool:

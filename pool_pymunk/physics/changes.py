@@ -2,7 +2,7 @@
 
 Between events a change evolves with the motion, and at a contact the saltation matrix multiplies
 it. Python plays these functions with lists and with arrays of P inputs at once, and numba with
-arrays and one input after the other. What the two must do differently stands at the end.
+arrays and one input after the other. What the two must do differently is in physics/columns.py.
 """
 
 from __future__ import annotations
