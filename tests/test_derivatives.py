@@ -33,6 +33,7 @@ from pool_pymunk import (
     Pair,
     Physics,
     Pocket,
+    Post,
     Restitution,
     Run,
     Scene,
@@ -43,6 +44,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.engine.policies import Variant
+from pool_pymunk.model.inputs import input_value, with_inputs
 from pool_pymunk.physics.dual import Dual
 from pool_pymunk.studies.rounding import rounding
 
@@ -619,3 +621,28 @@ def test_derivatives_that_outgrow_the_numbers_are_lost_and_it_is_said() -> None:
     known = found.times[np.isfinite(found.times)]
     assert 1e100 < np.abs(known).max() < 1e300
     assert np.isnan(found.amplification()["0"])
+
+
+@pytest.mark.parametrize("roll", [1.0, -0.6, 0.3])
+@pytest.mark.parametrize("friction", [0.05, 0.4])
+def test_a_roll_that_a_post_and_an_arc_slow_down(friction: float, roll: float) -> None:
+    """Their normals turn with the place of the hit, and what they take off the roll turns, too."""
+    scene = Scene(
+        (Ball("a", (0.5, 0.52), 0.03, 0.2, velocity=(2.0, 0.3), roll=roll),),
+        Table(((0, 0), (2, 0), (2, 1), (0, 1)), (0, 0.4, 0, 0.4)), Restitution(cushion=0.7),
+        Friction(0.2, friction, 0.0, rolling=0.02), Physics(max_time=3.0),
+        posts=(Post((1.0, 0.62), 0.08),),
+    )  # fmt: skip
+    names, step = ["x.a", "y.a", "vx.a", "vy.a", "friction.cushion", "restitution.cushion"], 1e-6
+    run = simulate(scene, solver="event-driven")
+    found = run.derivatives(names)
+    assert sum(event.kind == "ball-cushion" for event in run.events) > 1
+    for k, name in enumerate(names):
+        low, high = (
+            simulate(
+                with_inputs(scene, {name: input_value(scene, name) + off}), solver="event-driven"
+            ).end.position
+            for off in (-step, step)
+        )
+        slope = np.subtract(high, low) / (2.0 * step)
+        assert np.abs(slope - found.final[..., k]).max() < 1e-7 * max(1.0, np.abs(slope).max())
