@@ -1,0 +1,48 @@
+"""Contacts that persist are a mode of motion: a normal force N >= 0 keeps their gaps closed.
+
+Surface friction, a roll or an arc may press two sides together. The law's hits would then come ever
+more often; what they tend to is a contact that persists.
+"""
+
+from __future__ import annotations
+
+
+from pool_pymunk.physics.motion import Vector, closing_acceleration
+from pool_pymunk.physics.path import Path, motion_at, pull_of
+
+# radii; a contact persists once its bounces to come would move the two sides apart by less in all.
+UNSEEN = 1e-7
+# This share of the accelerations may be rounding: what presses less does not press.
+PRESSES = 1e-12
+
+
+def persists(parting: float, pressing: float, restitution: float, radius: float) -> bool:
+    """Tell whether two sides that part at a speed (m/s) stay in contact, to the eye.
+
+    They are pressed together (m/s^2), so each bounce is ``restitution`` squared times as high as
+    the one before. Sides that do not part are in contact whatever their restitution is.
+
+    >>> persists(1e-5, 1.0, 0.5, 0.03), persists(1e-4, 1.0, 0.5, 0.03), persists(0.0, 1.0, 1.0, 0.03)
+    (True, False, True)
+    """
+    if pressing <= 0.0:
+        return False
+    lost = 1.0 - restitution * restitution
+    return parting <= 0.0 or parting * parting < 2.0 * pressing * lost * UNSEEN * radius
+
+
+def pressing_of_balls(a: Path, b: Path, t: float) -> float:
+    """Return how strongly (m/s^2) two touching balls are pressed together; 0 if it is rounding."""
+    (ax, ay, au, av), (bx, by, bu, bv) = motion_at(a, t), motion_at(b, t)
+    pull = closing_acceleration(
+        (bx - ax, by - ay), (bu - au, bv - av), (b.ax - a.ax, b.ay - a.ay)
+    )  # fmt: skip
+    return pull if pull > PRESSES * (pull_of(a) + pull_of(b)) else 0.0
+
+
+def pressing_of_wall(path: Path, normal: Vector, curvature: float, t: float) -> float:
+    """Return how strongly (m/s^2) a ball is pressed on to a wall that it touches, or 0."""
+    (_, _, vx, vy), (nx, ny) = motion_at(path, t), normal
+    along = vy * nx - vx * ny
+    pull = -(path.ax * nx + path.ay * ny) - curvature * along * along
+    return pull if pull > PRESSES * (pull_of(path) + abs(curvature) * along * along) else 0.0
