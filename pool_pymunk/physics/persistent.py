@@ -6,7 +6,6 @@ more often; what they tend to is a contact that persists.
 
 from __future__ import annotations
 
-
 from pool_pymunk.physics.motion import Vector, closing_acceleration
 from pool_pymunk.physics.path import Path, motion_at, pull_of
 
@@ -22,8 +21,8 @@ def persists(parting: float, pressing: float, restitution: float, radius: float)
     They are pressed together (m/s^2), so each bounce is ``restitution`` squared times as high as
     the one before. Sides that do not part are in contact whatever their restitution is.
 
-    >>> persists(1e-5, 1.0, 0.5, 0.03), persists(1e-4, 1.0, 0.5, 0.03), persists(0.0, 1.0, 1.0, 0.03)
-    (True, False, True)
+    >>> [persists(parting, 1.0, 0.5, 0.03) for parting in (0.0, 1e-5, 1e-4)]
+    [True, True, False]
     """
     if pressing <= 0.0:
         return False
