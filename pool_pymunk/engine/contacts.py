@@ -21,15 +21,13 @@ from heapq import heappop, heappush
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.due import Due, Hit, Queue, What, hit_of
-from pool_pymunk.engine.instant import Instant, velocities
+from pool_pymunk.engine.instant import Cluster, Instant, velocities
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.persistent import PersistentContacts
+from pool_pymunk.engine.groups import Groups
 from pool_pymunk.engine.policies import PLAIN, Variant
-from pool_pymunk.engine.recorder import Motions, Recorder
+from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.engine.resolver import (
-    COLLAPSED,
     HIT,
-    MICRO,
     Answer,
     Resolution,
     Resolver,
@@ -86,11 +84,8 @@ class ContactEngine:
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
         self.ends: list[float] = []  # the time (s) up to which each path's hits are found
-        persistent = PersistentContacts(self.paths, self.radii, surface)
-        self.resolver = Resolver(law, persistent, self.noises)
-        self.history = persistent.history
-        # These balls roll again soon after a micro-collision; that roll is no event.
-        self.nudged: set[int] = set()
+        self.resolver = Resolver(law, self.noises)
+        self.groups = Groups(self)
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
@@ -118,28 +113,34 @@ class ContactEngine:
 
     def vary(self, variant: Variant) -> None:
         """Play this variant of the run."""
-        self.policy = variant.policy(self.resolver)
+        self.policy = variant.policy
         self.resolver.slip = variant.slip
 
     def remove(self, i: int, at: Vector | None = None) -> None:
         """Take ball ``i`` off the table, and let it lie where it is, or ``at`` a place (m)."""
+        self.groups.release([i])
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
         self.paths[i], self.speeds[i] = self.surface.path(self.now, at or (x, y), (0.0, 0.0)), 0.0
         self.rested[i] = self.now
         self.near.remove(i)
-        self.resolver.persistent.forget(i)
+        self.groups.loose.pop(i, None)
 
     def turn_back(self, t: float) -> None:
         """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
         self.now, self.instant = t, Instant()
+        self.groups.of.clear()
         self.queue.clear()
 
     def set_off(self, i: int, path: Path) -> None:
         """Put ball ``i`` on a new path that somebody else gave it."""
+        self.groups.release([i])
+        self.lead(i, path)
+
+    def lead(self, i: int, path: Path) -> None:
+        """Put ball ``i`` on a new path, whatever it was doing."""
         if path.moves:
             self.rested[i] = math.inf
-        self.nudged.discard(i)
         self._begin(i, path)
         self.recorder.path(i, path)
 
@@ -147,19 +148,20 @@ class ContactEngine:
 
     def predict(self, balls: Collection[int]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
-        walls, now, push = self.walls, self.now, self.push
+        groups, push = self.groups, self.push
+        if groups.loose:
+            balls = dict.fromkeys((*balls, *groups.loose))
+            groups.loose.clear()
         for i in balls:
-            path, end, radius = self.paths[i], math.inf, self.radii[i]
+            path, end = self.paths[i], math.inf
             if self.speeds[i] > 0.0 or path.moves:
                 for wall in self.near.walls(i):
-                    t = walls[wall].time_of_contact(path, radius, now)
-                    if t < math.inf:
-                        push(t, What("wall", i, wall))
-                        if t < end:
-                            end = t
+                    t = self.meet_wall(i, wall)
+                    if t < end:
+                        end = t
                 if end < math.inf:
-                    end += decisions.nearly_now(radius, self.speeds[i])
-                elif path.end < math.inf:
+                    end += decisions.nearly_now(self.radii[i], self.speeds[i])
+                elif path.end < math.inf and i not in groups.of:
                     push(path.end, What("stop", i))
             self.path_ends[i] = end
         self._look_ahead(balls)
@@ -183,10 +185,13 @@ class ContactEngine:
                     meet(i, j)
             done.add(i)
 
-    def meet(self, i: int, j: int, just_missed: bool = False) -> None:
-        """Predict when two balls meet; ``just_missed`` or faint hits come a contact time later."""
+    def meet(self, i: int, j: int) -> None:
+        """Predict when two balls meet."""
         if i > j:
             i, j = j, i
+        groups, hit = self.groups, What("pair", i, j)
+        if groups.of and (i in groups.of or j in groups.of) and groups.skips(hit):
+            return
         a, b, radii, since = self.paths[i], self.paths[j], self.radii, self.now
         if a.t > since or b.t > since:
             since = max(a.t, b.t)
@@ -194,34 +199,19 @@ class ContactEngine:
         until = until if until < other else other
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
-        history, persistent = self.history, NOT_MET
-        if (i, j) in history:
-            persistent = self.resolver.persistent.between(i, j, since)
-        t = pair_time(a, b, radii[i] + radii[j], since, until, persistent, noise)
-        if t == math.inf:
-            return
-        hit, waits = What("pair", i, j), just_missed
-        if t <= since and persistent.time > 0.0:
-            if persistent.faint > 0.0 and not just_missed:
-                motions, [contact] = self.contacts([hit])
-                waits = closing_speed(contact, velocities(motions)) < persistent.faint
-            t = since + persistent.time if waits else t
-            if waits and t > min(until, max(a.end, b.end)):
-                return
-        self.push(t, hit)
+        t = pair_time(a, b, radii[i] + radii[j], since, until, NOT_MET, noise)
+        if t < math.inf and not groups.look_at(hit):
+            self.push(t, hit)
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
+        groups, hit = self.groups, What("wall", i, wall)
+        if i in groups.of and groups.skips(hit):
+            return math.inf
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
-        if t < math.inf:
-            self.push(t, What("wall", i, wall))
+        if t < math.inf and not groups.look_at(hit):
+            self.push(t, hit)
         return t
-
-    def _meet_later(self, missed: Iterable[Contact]) -> None:
-        """Predict the hits of balls that touch, but close too slowly now."""
-        for contact in missed:
-            if all(self.paths[i].end > self.now for i in contact.balls):
-                self.meet(contact.a, contact.b, just_missed=True)
 
     # -- what happens ----------------------------------------------------------------------------
 
@@ -248,6 +238,12 @@ class ContactEngine:
         if what.kind == "stop":
             self._end(what.i, path)
             return
+        if what.kind == "piece":
+            self.groups.go_on(what.i)
+            return
+        if what.kind == "press":
+            self.groups.begin(what.i)
+            return
         latest = self._latest(what)
         is_alone = not self.queue or self.queue[0][0] > latest
         hits = [what] if is_alone else sorted([what, *self._at_this_instant(what, latest)])
@@ -260,14 +256,13 @@ class ContactEngine:
         """Let ball ``i`` rest at the end of its path, or go on as the surface says."""
         then = self.surface.then(path)
         if then is not None and then.moves:
-            if i not in self.nudged:
-                self.tally.listed += 1
-                self.recorder.roll(i, then.t)
-            self.set_off(i, then)
+            self.tally.listed += 1
+            self.recorder.roll(i, then.t)
+            self.lead(i, then)
             self.predict([i])
         elif self.rested[i] == math.inf:  # A path's end may be due twice.
             x, y, _, _ = motion_at(path, path.end)
-            self._stop(i, path.end, (x, y))
+            self.stop(i, path.end, (x, y))
             if then is not None:
                 self._begin(i, then, 0.0)
                 self.predict([i])
@@ -285,7 +280,7 @@ class ContactEngine:
         later: list[Due] = []
         for due in self.queue.take_until(latest):
             t, _, what, _, _ = due
-            if what.kind == "stop" or what.kind == "look":
+            if what.kind != "pair" and what.kind != "wall":
                 later.append(due)
             elif t <= self._latest(what) and self.is_closed(what, self.motions([what])):
                 same[what] = None
@@ -319,6 +314,10 @@ class ContactEngine:
         """Return how the balls of these hits move now."""
         paths, now = self.paths, self.now
         return {i: motion_at(paths[i], now) for hit in hits for i in hit.balls}
+
+    def motion(self, i: int) -> Motion:
+        """Return how a ball moves now."""
+        return motion_at(self.paths[i], self.now)
 
     def contact(self, hit: Hit, motions: Motions) -> Contact:
         """Return the contact of two balls, or of a ball and a wall."""
@@ -359,13 +358,13 @@ class ContactEngine:
         self, hits: Collection[Hit], with_gaps: bool = False
     ) -> tuple[Motions, list[Contact]]:
         """Return how the balls move now, and their contacts, each of them once."""
-        motions = self.policy.errors.places(self.motions(hits), self.now)
+        motions = self.policy.places(self.motions(hits), self.now)
         found = [self.contact(hit, motions) for hit in hits]
         if with_gaps:
             for k, hit in enumerate(hits):
                 x, y, _, _ = motions[hit.i]
                 gap = decisions.known_gap(self.gap(hit, motions), x, y, self.radii[hit.i])
-                found[k] = found[k]._replace(gap=0.0 if self.policy.closes(hit, self.now) else gap)
+                found[k] = found[k]._replace(gap=gap)
         return motions, distinct(found) if len(found) > 1 else found
 
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:
@@ -383,26 +382,26 @@ class ContactEngine:
                 for k in hit.balls:
                     if k not in motions:
                         motions[k] = motion_at(self.paths[k], self.now)
-                is_closed = self.is_closed(hit, motions, decisions.NEARLY_CLOSED)
-                if is_closed or self.policy.closes(hit, self.now):
+                if self.is_closed(hit, motions, decisions.NEARLY_CLOSED):
                     found[hit] = None
                     balls += [k for k in hit.balls if k not in balls]
         return sorted(found)
 
     def _answer(self, hits: Collection[Hit]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
+        self.groups.release([i for hit in hits for i in hit.balls])
         motions, contacts = self.contacts(hits)
         before = velocities(motions)
         instant = self._add_round(hits, before)
         if len(contacts) > 1 or len(instant.met) > 2:  # Two contacts alone may take turns.
             self.recorder.order_unknown(self.now)
-        if instant.rounds > decisions.FEW_ROUNDS or self.policy.takes_over(self, hits):
+        if instant.rounds > decisions.FEW_ROUNDS:
             self.answer_cluster(contacts)
             return
-        resolution = self.resolver.resolve(contacts, before, self.now)
+        resolution = self.resolver.resolve(contacts, before)
         self._carry_out(resolution, motions)
         self.predict(resolution.velocity)
-        self._meet_later(resolution.missed)
+        self.groups.look(hits)
 
     def _add_round(self, hits: Iterable[Hit], before: Mapping[int, Vector]) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""
@@ -421,7 +420,7 @@ class ContactEngine:
     def answer_cluster(self, closing: Collection[Contact]) -> None:
         """Answer round after round of all that touches here, until nothing closes."""
         hits = self.touching(self.instant.met)
-        cluster = self.policy.cluster(self, hits)
+        cluster = Cluster(*self.contacts(hits, with_gaps=True))
         velocity, order, is_played_out = cluster.velocity, cluster.order, False
         while closing and not is_played_out and not self.is_over and self.is_finite:
             has_many_hits = cluster.hits > decisions.LISTED  # The hits may have no end.
@@ -431,45 +430,37 @@ class ContactEngine:
                 self.recorder.no_end(cluster.contacts, collapse, self.now)
             else:
                 moving = {i: velocity[i] for contact in closing for i in contact.balls}
-                resolution = self.resolver.resolve(list(closing), moving, self.now)
+                resolution = self.resolver.resolve(list(closing), moving)
             self._carry_out(resolution, cluster.motions)
             cluster.take(resolution, self.paths)
             closing = order.next(velocity, self.noise(velocity)) if resolution.velocity else []
         self.instant.rounds = 0
         self.instant.met.clear()
         self.predict(cluster.changed)
-        unmoved = [c for c in cluster.missed if cluster.changed.keys().isdisjoint(c.balls)]
-        self._meet_later(unmoved)
+        self.groups.look(hits)
 
     # -- what follows ----------------------------------------------------------------------------
 
     def _carry_out(self, resolution: Resolution, motions: Motions) -> None:
         """Tell the recorder about the contacts, and give the balls their new paths."""
         self._report(resolution)
-        rounded, noise = self.policy.errors.velocity, resolution.noise
-        surface, now, roll = self.surface, self.now, NO_ROLL
+        rounded, noise = self.policy.velocity, resolution.noise
+        surface, now = self.surface, self.now
         rolls = self._rolls(resolution) if surface.rolls else None
         for i, found in resolution.velocity.items():
             x, y, _, _ = motions[i]
             velocity = rounded(found, noise)
-            if rolls is not None:
-                roll = velocity if i in resolution.rolling else rolls[i]
+            roll = rolls[i] if rolls is not None else NO_ROLL
             path = surface.path(now, (x, y), velocity, roll)
             if sets_off(path):
                 self.rested[i] = math.inf
                 self.recorder.path(i, path)
             elif self.rested[i] == math.inf:
-                self._stop(i, self.now, (x, y))
+                self.stop(i, self.now, (x, y))
             self._begin(i, path, noise)
 
     def _rolls(self, resolution: Resolution) -> dict[int, Vector]:
-        """Return the rolls (m/s) after pushes of cushions, and note which balls are nudged."""
-        for answer in resolution.answers:
-            if answer.kind == MICRO:
-                self.nudged.update(i for i in answer.contact.balls if self.paths[i].slows)
-        for answer in resolution.answers:
-            if answer.kind in (HIT, COLLAPSED):
-                self.nudged.difference_update(answer.contact.balls)
+        """Return the rolls (m/s) after pushes of cushions."""
         pushes, roll = cushion_pushes(resolution), self.surface.roll
         return {i: roll(self.paths[i], self.now, pushes.get(i, ())) for i in resolution.velocity}
 
@@ -491,15 +482,11 @@ class ContactEngine:
                 self.recorder.contact(answer.contact, self.now)
         tally.unlisted += tally.listed == listed
         for answer in resolution.answers:
-            for i in answer.contact.balls if answer.kind == MICRO else ():
-                if answer.last <= self.rested[i] < math.inf:  # It stopped between two of these.
-                    tally.listed -= 1
-                    self.recorder.stop_revoked(i, self.rested[i])
-                    self.rested[i] = math.inf
             for note in answer.notes:
                 getattr(self.recorder, note)(answer.contact, self.now)
 
-    def _stop(self, i: int, t: float, position: Vector) -> None:
+    def stop(self, i: int, t: float, position: Vector) -> None:
+        """Note that a ball comes to rest at a place (m)."""
         self.tally.listed += 1
         self.rested[i] = t
         self.recorder.stop(i, t, position)

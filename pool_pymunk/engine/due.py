@@ -20,10 +20,12 @@ SHORT = 1000  # A shorter queue is not searched for void predictions: that takes
 class What(NamedTuple):
     """A prediction has a kind and a ball ``i``; ``j`` > ``i`` is a hit's other ball, or the wall.
 
-    At a "stop" the ball comes to its path's end, at a "look" to the horizon.
+    At a "stop" the ball comes to its path's end, at a "look" to the horizon, at a "piece" to the end
+    of a half of one (:mod:`pool_pymunk.engine.groups`). At a "press" its contacts persist from now
+    on, if nothing else comes at this instant.
     """
 
-    kind: Literal["pair", "wall", "stop", "look"]
+    kind: Literal["pair", "wall", "stop", "look", "piece", "press"]
     i: int
     j: int = -1
 
@@ -59,8 +61,10 @@ class Queue(list[Due]):
         order = self.pushed
         if kind == "pair":
             other = self.paths[j]
-        elif kind == "stop":
+        elif kind == "stop" or kind == "piece":
             order -= ENDS_FIRST
+        elif kind == "press":
+            order += ENDS_FIRST
         heappush(self, (t, order, what, path, other))
         if len(self) > self.full:
             self._leave_out_void()

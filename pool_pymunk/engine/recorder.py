@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
@@ -10,6 +11,19 @@ from pool_pymunk.physics.path import Path
 
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 Motions = dict[int, Motion]  # by ball number
+
+
+class Lasting(NamedTuple):
+    """A lasting contact has persisted from ``since`` until ``until`` (s).
+
+    (``x``, ``y``) is the impulse (N s) that it has given its ball, or the second of two.
+    """
+
+    contact: Contact
+    since: float
+    until: float
+    x: float = 0.0
+    y: float = 0.0
 
 
 class Recorder:
@@ -30,14 +44,11 @@ class Recorder:
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         """Take note that a pocket took in ball ``i``, which came with this ``motion``."""
 
-    def stop_revoked(self, i: int, t: float) -> None:
-        """Take note that ball ``i`` was not at rest at ``t``: a persistent contact drives it on."""
-
     def zero_slip(self, contact: Contact, t: float) -> None:
         """Take note that the law jumps at zero slip, and that the slip was rounding alone."""
 
-    def persistent(self, contact: Contact, t: float) -> None:
-        """Take note that friction presses two balls together: they hit once in a contact time."""
+    def persistent(self, lasting: Lasting) -> None:
+        """Take note of a contact that has persisted, and is over."""
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Take note of an inelastic collapse, whose hits are not listed one by one."""

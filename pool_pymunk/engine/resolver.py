@@ -14,7 +14,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.persistent import MEETS, PersistentContacts
 from pool_pymunk.physics.collapse import MOST_HITS, Collapse, play_out
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -44,25 +43,18 @@ SAME_NORMAL = 1e-12  # 1 - cosine of two normals; half or twice it moves no ball
 
 # Kinds of answers:
 HIT = "hit"  # The law answered, and this is an event.
-MICRO = "micro"  # The law answered a micro-collision of a persistent contact, which is no event.
 COLLAPSED = "collapsed"  # The law answered many hits of an inelastic collapse.
 LED = "led"  # A cushion leads a ball along itself.
 MISSED = "missed"  # Two balls touch, but do not close.
 
 # A recorder gets these notes on answers beside the hits:
 ZERO_SLIP = "zero_slip"  # The slip was rounding alone, and the law jumps there.
-PERSISTENT = "persistent"  # The balls part at their least bounce, or have hit very often.
 
 
 class Answer:
     """An answer tells what became of one contact of an instant, by its ``kind`` and ``notes``."""
 
     notes: tuple[str, ...] = ()
-    last = 0.0  # s; the time of the hit before a micro-collision
-    time = 0.0  # s; the contact time
-    parting = 0.0  # m/s; the least bounce of a persistent contact
-    taken = 0.0  # m/s; this part of the roll into a cushion feeds the least bounce
-    pushed = rubbed = 0.0  # N s; along n and t, beside those of ``changed`` or ``shared``
     # m/s; of the balls, before and after a hit that came alone
     changed: tuple[Sequence[Vector], Sequence[Vector]] | None = None
     shared: Shared | None = None
@@ -74,13 +66,8 @@ class Answer:
     def impulse(self) -> Impulse:
         """Return the impulse that drives the two sides apart, and that of friction."""
         if self.changed is not None:
-            found = impulse_of(self.contact, *self.changed)
-        else:
-            found = self.shared.impulse(self.contact) if self.shared else Impulse(0.0, 0.0)
-        if self.pushed == self.rubbed == 0.0:
-            return found
-        normal, tangential, first = found
-        return Impulse(self.pushed + normal, self.rubbed + tangential, first)
+            return impulse_of(self.contact, *self.changed)
+        return self.shared.impulse(self.contact) if self.shared else Impulse(0.0, 0.0)
 
 
 class Resolution:
@@ -90,35 +77,30 @@ class Resolution:
         self.answers = answers
         self.missed: list[Contact] = []  # balls that touch, but do not close
         self.velocity: dict[int, Vector] = {}  # m/s; of balls that begin a new path, or stop
-        self.rolling: tuple[int, ...] = ()  # These balls roll on through a micro-collision.
         self.noise = 0.0  # m/s; how much of a velocity may be rounding
 
 
 class Resolver:
     """The resolver answers contacts by a law; ``slip`` stands for slips that are rounding."""
 
-    def __init__(self, law: Law, persistent: PersistentContacts, noises: Sequence[float]) -> None:
+    def __init__(self, law: Law, noises: Sequence[float]) -> None:
         self.law = law
         self.noises = noises
-        self.persistent = persistent
-        self.history = persistent.history
         self.slip: Slip | None = None  # Friction is left out where the law jumps.
         self.collapses = 0  # of more than two contacts, so far
 
     def resolve(
-        self, contacts: Sequence[Contact], before: Mapping[int, Vector], now: float
+        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
     ) -> Resolution:
         """Answer the contacts of this instant; ``before`` (m/s) is the velocity of their balls."""
         velocity = dict(before)
-        answers = [self._look_at(contact, velocity, now) for contact in contacts]
+        answers = [self._look_at(contact, velocity) for contact in contacts]
         hits = [answer for answer in answers if answer.kind != MISSED]
         resolution = Resolution(answers)
         if len(hits) == 1:
-            resolution.rolling = self._answer_alone(hits[0], velocity, now)
+            self._answer_alone(hits[0], velocity)
         elif hits:
             self._answer_together(hits, velocity)
-            for hit in hits:
-                self._push(hit, velocity, now)
         if len(hits) < len(answers):
             self._leave_out(resolution, hits, velocity)
         self._conclude(before, velocity, hits, resolution)
@@ -155,47 +137,14 @@ class Resolver:
         """Answer one contact by the law; return whether the law jumps there."""
         return respond(self.law, contact, velocity, self.slip)
 
-    def _answer_alone(self, hit: Answer, velocity: Velocities, now: float) -> tuple[int, ...]:
-        """Answer a hit that comes alone, and return which balls roll on through it."""
-        if hit.kind == MICRO and hit.parting > 0.0 and self.persistent.rolls:
-            rolling = self._roll_through(hit, velocity, now)
-            if rolling:
-                return rolling
+    def _answer_alone(self, hit: Answer, velocity: Velocities) -> None:
+        """Answer a hit that comes alone."""
         contact = hit.contact
         i, j = contact[:2] if contact.b != NO_BALL else (contact.a, contact.a)
         before = velocity[i], velocity[j]
-        if hit.kind != MICRO or closing_speed(contact, velocity) > 0.0:
-            if self.respond(contact, velocity):
-                hit.notes += (ZERO_SLIP,)
-            hit.changed = before, (velocity[i], velocity[j])
-        self._push(hit, velocity, now)
-        return ()
-
-    def _roll_through(self, hit: Answer, velocity: Velocities, now: float) -> tuple[int, ...]:
-        """Answer a least bounce, and return which balls roll on through it.
-
-        Static friction keeps a ball rolling if it can turn the roll in a contact time.
-        The ball then moves as if it were heavier.
-        """
-        contact, paths = hit.contact, self.persistent.paths
-        rolling = tuple([i for i in contact.balls if paths[i].slows])
-        if not rolling:
-            return ()
-        pair, after = contact.pair, dict(velocity)
-        m_a, m_b = (as_rolling(m, i in rolling) for i, m in zip(contact[:2], pair, strict=False))
-        heavier = contact._replace(pair=pair._replace(m_a=m_a, m_b=m_b))
-        if closing_speed(heavier, after) > 0.0:
-            self.respond(heavier, after)
-        push = Answer(heavier, MICRO)
-        push.parting = hit.parting
-        self._push(push, after, now)
-        for i in rolling:
-            if not turns_in_time(velocity[i], after[i], hit.time, self.persistent.pull):
-                return ()
-        if push.taken > 0.0:
-            return ()
-        velocity.update(after)
-        return rolling
+        if self.respond(contact, velocity):
+            hit.notes += (ZERO_SLIP,)
+        hit.changed = before, (velocity[i], velocity[j])
 
     def _answer_together(self, hits: Sequence[Answer], velocity: Velocities) -> None:
         """Answer several hits of an instant, and keep the data from which impulses follow."""
@@ -218,57 +167,12 @@ class Resolver:
 
         return one
 
-    def _look_at(self, contact: Contact, velocity: Velocities, now: float) -> Answer:
-        """Decide whether a contact is a hit, and of which kind."""
-        persistent, noise, other = self.persistent, self.noises[contact.a], contact.b
-        closing, e = closing_speed(contact, velocity), contact.pair.restitution
+    def _look_at(self, contact: Contact, velocity: Velocities) -> Answer:
+        """Decide whether a contact is a hit."""
+        noise, other = self.noises[contact.a], contact.b
         if other != NO_BALL and self.noises[other] > noise:
             noise = self.noises[other]
-        # Only a roll presses a ball on to a straight wall.
-        is_noted = other != NO_BALL or persistent.rolls or contact.curvature < 0.0
-        stage = persistent.stage(contact, closing, now) if is_noted and self.history else MEETS
-        least, faint, past, is_micro, time = stage
-        if e == 1.0 and contact.curvature < 0.0:  # Hits along an arc do not converge then.
-            least, faint, is_micro = 0.0, 0.0, False
-        if closing < faint or not decisions.is_hit(closing, noise, least):
-            touches_wall = is_noted and other == NO_BALL and closing >= -max(noise, least)
-            return self._at_wall(contact, now) if touches_wall else Answer(contact, MISSED)
-        is_least = e * closing < least
-        is_micro = is_micro and (other != NO_BALL or is_least)
-        answer = Answer(contact, MICRO if is_micro else HIT)
-        answer.time = time
-        if past is not None:
-            answer.last = past.last
-        if is_least:
-            e = max(e, min(least / closing, 1.0))
-            answer.contact = contact._replace(pair=contact.pair._replace(restitution=e))
-            answer.parting = e * closing
-            answer.notes += (PERSISTENT,)
-        if is_noted and persistent.note(contact, stage, now) > decisions.MANY_TIMES:
-            answer.notes += (PERSISTENT,)
-        return answer
-
-    def _push(self, hit: Answer, velocity: Velocities, now: float) -> None:
-        """Make two sides part at their least bounce, if they are much slower."""
-        contact, parting = hit.contact, hit.parting
-        if parting == 0.0:
-            return
-        if contact.b != NO_BALL:
-            hit.pushed += push_apart(contact, parting, velocity)
-            return
-        into, before = self.persistent.roll_into(contact, now), velocity[contact.a]
-        pushed, hit.taken = push_off(contact, parting, velocity, into)
-        hit.pushed += pushed
-        across, m_a, after = tangent(contact.normal), contact.pair.m_a, velocity[contact.a]
-        hit.rubbed += pushed_along(across, m_a, before, after)
-
-    def _at_wall(self, contact: Contact, now: float) -> Answer:
-        """Answer the contact of a ball that lies at a wall; its roll may press it there."""
-        answer = Answer(contact, MISSED)
-        answer.parting, answer.time = self.persistent.begin(contact, now)
-        if answer.parting > 0.0:
-            answer.kind, answer.notes, answer.last = MICRO, (PERSISTENT,), now
-        return answer
+        return Answer(contact, HIT if closing_speed(contact, velocity) > noise else MISSED)
 
     def _leave_out(self, resolution: Resolution, hits: list[Answer], velocity: Velocities) -> None:
         """Leave out missed contacts of balls that were hit; lead others along cushions."""
@@ -304,16 +208,11 @@ class Resolver:
                 noise = self.noises[i]
         to.noise = noise = decisions.noise_after(fastest, noise)
         moved = {*to.velocity}
-        persistent: set[int] = set()
         for hit in hits:
-            balls = hit.contact.balls
-            moved.update(balls)
-            if hit.kind == MICRO:
-                persistent.update(balls)
+            moved.update(hit.contact.balls)
         for i in sorted(moved):
             vx, vy = after = velocity[i]
-            least = max(noise, self.persistent.too_slow_to_move(i)) if i in persistent else noise
-            rests = vx * vx + vy * vy <= least * least
+            rests = vx * vx + vy * vy <= noise * noise
             to.velocity[i] = (0.0, 0.0) if rests else after
 
     def loses_speed(self, contacts: Iterable[Contact]) -> bool:
@@ -350,6 +249,5 @@ def cushion_pushes(resolution: Resolution) -> dict[int, list[Push]]:
         contact = answer.contact
         if contact.b == NO_BALL and answer.kind != MISSED:
             slows = slowing(contact.pair.friction, answer.impulse().normal, contact.pair.m_a)
-            slows += GYRATION * answer.taken
             pushes.setdefault(contact.a, []).append((contact.normal, slows))
     return pushes

@@ -12,7 +12,7 @@ from pool_pymunk.physics.path import Path, motion_at, pull_of
 # radii; a contact persists once its bounces to come would move the two sides apart by less in all.
 UNSEEN = 1e-7
 # This share of the accelerations may be rounding: what presses less does not press.
-PRESSES = 1e-12
+PRESSES = 1e-10
 
 
 def persists(parting: float, pressing: float, restitution: float, radius: float) -> bool:

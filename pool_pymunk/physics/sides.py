@@ -28,6 +28,7 @@ from pool_pymunk.physics.path import (
     time_in,
     time_out,
 )
+from pool_pymunk.physics.pressed import FLAT, ROUND
 
 # radii; a ball that overlaps a face by no more than this touches it. Scenes allow this overlap at a
 # start (TOUCHING in model/places.py), because coordinates may be rounded.
@@ -455,6 +456,32 @@ def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:
     dx, dy = end[0] - start[0], end[1] - start[1]
     tx, ty = unit(dx, dy)
     return Face(start, (tx, ty), (-ty, tx), math.sqrt(dx * dx + dy * dy), radius)
+
+
+def shape_of(side: Any, x: float, y: float, r: float) -> tuple[int, list[float]]:
+    """Return what a ball touches, and the numbers of its shape, as a press takes them.
+
+    The ball has its centre at (x, y), and the radius r (m). A side of a user's own is taken as the
+    line or the circle that its normal and its curvature describe there, without ends.
+    """
+    (nx, ny), bends = side.normal(x, y), side.curvature(x, y)
+    if isinstance(side, Arc):
+        (ux, uy), (wx, wy) = side.first, side.last
+        half = math.atan2(ux * wy - uy * wx, ux * wx + uy * wy) / 2.0
+        half = half if half > 0.0 else half + math.pi
+        c, s = math.cos(half), math.sin(half)
+        middle = [ux * c - uy * s, uy * c + ux * s, half]
+        return ROUND, [*side.center, side.facing, side.radius + side.facing * r, *middle]
+    if isinstance(side, RoundSide):
+        return ROUND, [*side.center, 1.0, side.radius + r, 1.0, 0.0, math.inf]
+    if bends != 0.0:
+        center = x - nx / bends, y - ny / bends
+        return ROUND, [*center, math.copysign(1.0, bends), 1.0 / abs(bends), 1.0, 0.0, math.inf]
+    first, last, height = -math.inf, math.inf, x * nx + y * ny - side.gap(x, y, r)
+    if isinstance(side, Face):
+        last = side.start[1] * nx - side.start[0] * ny
+        first = last - side.length
+    return FLAT, [nx, ny, height, first, last]
 
 
 def unit(x: float, y: float) -> Vector:

@@ -35,8 +35,7 @@ PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
 FROZEN = "frozen balls"
 
-# These variants of a run show what policies decide; their contact times are longer by a factor.
-OTHERWISE = tuple(Variant(longer=longer) for longer in (1.5, 3.0, 7.0))
+# TODO
 # These variants have both signs of a slip that is rounding: of balls that move against each other
 # along the tangent, and of balls that both move to one side. So `published` gives all its answers.
 SLIPS = tuple(Variant(slip=slip) for slip in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -2.0), (1.0, 2.0)))
@@ -71,8 +70,7 @@ class Trace:
         """The variants of the run that show what its policies decide."""
         nudges = (*self.nudges(0), *self.nudges(1)) if self.policies & {ONE_INSTANT, FROZEN} else ()
         slips = SLIPS if ZERO_SLIP in self.policies else ()
-        longer = len(OTHERWISE) if PERSISTENT in self.policies else int(COLLAPSE in self.policies)
-        return (*OTHERWISE[:longer], *nudges, *slips)
+        return (*nudges, *slips)
 
     def nudges(self, kind: int) -> list[Variant]:
         """Return variants with nudged starts: narrow ones are of kind 0, wide ones of kind 1."""
@@ -134,11 +132,6 @@ class Trace:
         self.breakpoint(i, t, center, NONE, NONE)
         self.events.append((t, POCKET, (i,), pocket, None))
         self.duration = max(self.duration, t)
-
-    def stop_revoked(self, i: int, t: float) -> None:
-        """Ball ``i`` had not come to rest at ``t`` after all."""
-        stop = (t, "stop", (i,), None, None)
-        del self.events[len(self.events) - 1 - self.events[::-1].index(stop)]
 
     def cut(self, most: int) -> None:
         """Sort the events; if there are more than ``most``, end the run at the last one kept."""

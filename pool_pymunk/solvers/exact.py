@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
-from pool_pymunk.engine.decisions import CONTACT_TIME, LISTED, NEVER_SETTLES
-from pool_pymunk.engine.recorder import Recorder
+from pool_pymunk.engine.decisions import LISTED, NEVER_SETTLES
+from pool_pymunk.engine.recorder import Lasting, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Wall, pocket
-from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
 from pool_pymunk.solvers.record import Settings
 
 
@@ -32,6 +32,7 @@ def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine)
 
 def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
     """Write down where the balls are that still move when the run ends at ``t`` (s)."""
+    engine.groups.tell_all()
     if trace.status == "settled":
         return
     trace.duration = t
@@ -53,6 +54,7 @@ class EngineTrace(Trace, Recorder):
 
     def __init__(self, scene: Scene, start: State, engine: ContactEngine) -> None:
         super().__init__(start, engine.paths)
+        self.lasting: list[Lasting] = []
         self.scene, self.reported, self.law = scene, engine.reported, engine.resolver.law
 
     def contact(self, contact: Contact, t: float) -> None:
@@ -70,17 +72,8 @@ class EngineTrace(Trace, Recorder):
         )
         self.warn(text, t, ZERO_SLIP)
 
-    def persistent(self, contact: Contact, t: float) -> None:
-        balls = self._balls([contact])
-        presses = f"surface friction presses balls {balls} together"
-        if contact.cushion is not None:
-            what = "an arc" if contact.curvature < 0.0 else "its roll"
-            presses = f"{what} presses ball {balls} to a cushion"
-        text = (
-            f"{presses}. They hit once in each contact time, which is at most {CONTACT_TIME:g} of "
-            "the time since the first hit or until rest"
-        )
-        self.warn(text, t, PERSISTENT)
+    def persistent(self, lasting: Lasting) -> None:
+        self.lasting.append(lasting)
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         text = (

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import pymunk
 
-from pool_pymunk.engine.persistent import History
 from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.model.plain import argument, between, size
 from pool_pymunk.physics.contact import Pair, Vector
@@ -144,5 +143,4 @@ class TableState(NamedTuple):
 
     time: float
     motions: dict[int, Motion]
-    history: dict[tuple[int, int], History]
     rolls: dict[int, Vector] | None = None

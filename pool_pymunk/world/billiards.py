@@ -358,7 +358,7 @@ class Billiards:
         numbers = [ball.number for ball in self.on_table()]
         motions = {i: motion_at(paths[i], state.now) for i in numbers}
         rolls = {i: state.roll_of(i) for i in numbers} if state.surface.rolls else None
-        return TableState(state.now, motions, dict(self.engine.resolver.history), rolls)
+        return TableState(state.now, motions, rolls)
 
     def restore_state(self, state: TableState) -> None:
         """Put the balls and the clock back to a saved state.

@@ -303,8 +303,6 @@ class LiveState:
             if not ball.is_on_table:
                 self.join(ball.body, *ball.shapes)
                 self._enter(ball)
-        self.engine.resolver.history.clear()
-        self.engine.resolver.history.update(saved.history)
         self.predict_anew(saved.motions, saved.rolls)
 
     # -- bodies on their paths -------------------------------------------------------------------

@@ -1,0 +1,354 @@
+"""Groups of balls in persistent contact move in pieces, by the forces that keep their gaps closed.
+
+The engine gives each ball of a group two short paths for a piece. What ends the piece is due like
+the end of any path: a force, a slip or a speed falls to zero, or a side ends. A hit on a ball of a
+group takes the group apart; what presses after it is a group again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from copy import copy
+from typing import TYPE_CHECKING
+
+from pool_pymunk.engine.due import Hit, What
+from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.physics import pressed
+from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, closing_speed
+from pool_pymunk.physics.path import Path, motion_at, standing
+from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
+from pool_pymunk.physics.pressed import BALL, DEVIATION, REST, Piece
+from pool_pymunk.physics.sides import shape_of
+
+if TYPE_CHECKING:
+    from pool_pymunk.engine.contacts import ContactEngine
+
+FIRST = 1e-3  # s; the first piece of a group is no longer, and the next ones as long as they may be
+# After this many changes of the mode at one instant a group is given up, and its hits are played.
+MOST_CHANGES = 100
+
+
+class Group:
+    """A group is the balls that contacts in persistent contact join, and plays them in pieces."""
+
+    def __init__(self, engine: ContactEngine, hits: Sequence[Hit], balls: Sequence[int]) -> None:
+        self.hits, self.balls = list(hits), list(balls)
+        self.number = {i: k for k, i in enumerate(balls)}
+        self.state: list[float] = []
+        for i in balls:
+            self.state += engine.groups.state_of(i)
+        motions = {i: tuple(self.of(i)[:4]) for i in balls}
+        self.contacts = [engine.contact(hit, motions) for hit in hits]
+        rows = [self._row(engine, *pair) for pair in zip(hits, self.contacts, strict=True)]
+        masses, radii = ([of[i] for i in self.balls] for of in (engine.masses, engine.radii))
+        self.press = pressed.press_of(engine.surface, masses, radii, rows)
+        self.total = [[0.0] * 3 for _ in hits]
+        self.began, self.changes, self.longest = engine.now, 0, FIRST
+        self.piece = Piece(self.state, 0.0, 0.0, FIRST, -1, False)
+
+    def of(self, i: int) -> list[float]:
+        """Return x, y (m), vx, vy, wx, wy (m/s) of a ball at the beginning of the piece."""
+        p = 6 * self.number[i]
+        return self.state[p : p + 6]
+
+    def _row(self, engine: ContactEngine, hit: Hit, contact: Contact) -> tuple[object, ...]:
+        """Return what a press takes of a contact."""
+        i, mu = self.number[contact.a], contact.pair.friction
+        if contact.b != NO_BALL:
+            touching = engine.radii[contact.a] + engine.radii[contact.b]
+            return i, self.number[contact.b], BALL, mu, [touching]
+        (x, y), r = self.of(contact.a)[:2], engine.radii[contact.a]
+        what, shape = shape_of(engine.walls[hit.j].nearest(x, y, r), x, y, r)
+        return i, -1, what, mu, shape
+
+    @property
+    def end(self) -> float:
+        """The time (s) at which the present piece ends."""
+        return self.began + self.piece.time
+
+    def is_on(self, hit: Hit) -> bool:
+        """Tell whether a contact presses."""
+        return hit in self.hits and bool(self.press.on[self.hits.index(hit)])
+
+    def state_at(self, t: float) -> list[float]:
+        """Return the state at a time (s) within the piece; the impulses are those until then."""
+        if t >= self.end:
+            return self.piece.end
+        if t <= self.began:
+            self.total = [[0.0] * 3 for _ in self.hits]
+            return self.state
+        pressed.find_forces(self.press, self.state)
+        return pressed.step(self.press, self.state, t - self.began, self.total)[0]
+
+    def path(self, i: int, is_second: bool) -> Path | None:
+        """Return the path of a ball in a half of the piece; None for one that rests."""
+        k, s, end, h = self.number[i], self.state, self.piece.end, self.piece.time
+        if self.press.phase[k] == REST:
+            return None
+        p, middle = 6 * k, h / 2.0
+        x, y, vx, vy, wx, wy = s[p : p + 6]
+        ax, bx, ay, by = pressed.halves(s, end, h, k)
+        if not is_second:
+            return Path(self.began, x, y, vx, vy, ax, ay, self.began + middle, False, wx, wy)
+        x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
+        vx, vy = vx + middle * ax, vy + middle * ay
+        if self.press.phase[k] == pressed.ROLL:
+            wx, wy = vx, vy
+        else:
+            wx, wy = (wx + end[p + 4]) / 2.0, (wy + end[p + 5]) / 2.0
+        return Path(self.began + middle, x, y, vx, vy, bx, by, self.end, False, wx, wy)
+
+
+class Groups:
+    """These are the groups of an engine."""
+
+    def __init__(self, engine: ContactEngine) -> None:
+        self.engine = engine
+        self.of: dict[int, Group] = {}
+        self.lasting: dict[tuple[int, int, int], Lasting] = {}
+        self.loose: dict[int, None] = {}  # balls of groups that were taken apart
+
+    # -- what the engine asks ----------------------------------------------------------------------
+
+    def state_of(self, i: int) -> list[float]:
+        """Return x, y (m), vx, vy, wx, wy (m/s) of a ball now."""
+        engine, group = self.engine, self.of.get(i)
+        if group is not None:
+            p = 6 * group.number[i]
+            return group.state_at(engine.now)[p : p + 6]
+        path = engine.paths[i]
+        return [*motion_at(path, engine.now), *engine.surface.roll(path, engine.now)]
+
+    def skips(self, hit: Hit) -> bool:
+        """Tell whether a contact needs no prediction in the present piece.
+
+        It presses, or its gap is too small to be told from what a piece deviates.
+        """
+        groups = [self.of[i] for i in hit.balls if i in self.of]
+        if any(group.is_on(hit) for group in groups):
+            return True
+        engine = self.engine
+        motions, h = engine.motions([hit]), min(group.piece.time for group in groups)
+        radius = min(engine.radii[i] for i in hit.balls)
+        if abs(engine.gap(hit, motions)) > 2.0 * DEVIATION * radius:
+            return False
+        velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
+        closing = closing_speed(engine.contact(hit, motions), velocity)
+        return closing * h <= 5.0 * DEVIATION * radius
+
+    def is_pressed(self, hit: Hit, contact: Contact) -> bool:
+        """Tell whether two sides are in persistent contact from now on, by their present paths."""
+        engine, pair = self.engine, contact.pair
+        parting = -closing_speed(contact, self._velocities(contact))
+        noise = engine.noise(contact.balls)
+        if parting < -noise:
+            return False
+        parting = parting if parting > noise else 0.0
+        paths, now = [engine.paths[i] for i in contact.balls], engine.now
+        if contact.b != NO_BALL:
+            pressing = pressing_of_balls(*paths, now)
+        else:
+            pressing = pressing_of_wall(paths[0], contact.normal, contact.curvature, now)
+        radius = min(engine.radii[i] for i in contact.balls)
+        return persists(parting, pressing, pair.restitution, radius)
+
+    def _velocities(self, contact: Contact) -> dict[int, Vector]:
+        motions = {i: self.engine.motion(i) for i in contact.balls}
+        return {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
+
+    def look_at(self, hit: Hit) -> bool:
+        """Look whether two sides touch that persist from now on: a group begins at this instant."""
+        engine = self.engine
+        if hit.kind == "wall" and engine.walls[hit.j].is_pocket:
+            return False
+        motions = engine.motions([hit])
+        if engine.is_closed(hit, motions) and self.is_pressed(hit, engine.contact(hit, motions)):
+            engine.push(engine.now, What("press", hit.i))
+            return True
+        return False
+
+    def look(self, hits: Iterable[Hit]) -> None:
+        """Look at contacts that were answered at this instant."""
+        for hit in hits:
+            self.look_at(hit)
+
+    # -- groups begin and end ------------------------------------------------------------------
+
+    def begin(self, i: int) -> None:
+        """Let the contacts around ball ``i`` press that persist from now on."""
+        engine = self.engine
+        hits = [hit for hit in engine.touching((), (i,)) if self._stays(hit)]
+        balls = sorted({i for hit in hits for i in hit.balls})
+        if not hits or any(i in self.of for i in balls):
+            return
+        group = Group(engine, hits, balls)
+        press, s = group.press, group.state
+        pressed.look(press, s)
+        noise = engine.noise(balls)
+        if any(abs(pressed.opening(press, s, k)) > noise for k in range(len(hits))):
+            pressed.join(press, s, group.total)
+        pressed.begin(press, s)
+        if pressed.decide(press, s):
+            self._note(group)
+            self._go_on_in_parts(group)
+
+    def _stays(self, hit: Hit) -> bool:
+        """Tell whether two sides that touch neither part nor close, to the eye."""
+        engine = self.engine
+        contact = engine.contact(hit, engine.motions([hit]))
+        parting = -closing_speed(contact, self._velocities(contact))
+        return abs(parting) <= engine.noise(contact.balls) or self.is_pressed(hit, contact)
+
+    def _go_on_in_parts(self, group: Group) -> None:
+        """Go on with the balls of a group that contacts press together, and let go of the others."""
+        parts = parts_of(group)
+        joined = {i for part in parts for i in part.balls}
+        for i in group.balls:
+            if i in self.of and i not in joined:
+                self._let_go(i, group)
+        for part in parts:
+            self._play(part)
+        if self.loose:
+            self.engine.predict(())
+
+    def _let_go(self, i: int, group: Group) -> None:
+        """Let a ball of a group go on by itself."""
+        engine = self.engine
+        del self.of[i]
+        x, y, vx, vy, wx, wy = group.of(i)
+        path = engine.surface.path(engine.now, (x, y), (vx, vy), (wx, wy))
+        if path.moves or engine.paths[i].end != engine.paths[i].t:
+            engine.lead(i, path)
+            self.loose[i] = None
+
+    def release(self, balls: Iterable[int]) -> None:
+        """Take the groups of some balls apart, at the present time."""
+        engine = self.engine
+        for group in {id(g): g for i in balls if (g := self.of.get(i)) is not None}.values():
+            end = group.state_at(engine.now)
+            self._note(group)
+            group.state[:] = end
+            for i in group.balls:
+                self._let_go(i, group)
+
+    def _note(self, group: Group) -> None:
+        """Note the impulses of a group's contacts up to now."""
+        now = self.engine.now
+        for k, (hit, contact) in enumerate(zip(group.hits, group.contacts, strict=True)):
+            normal, along, _ = group.total[k]
+            if not group.press.on[k] and normal == 0.0:
+                continue
+            old = self.lasting.get(hit)
+            if old is None or old.until < group.began:
+                self.tell(hit)
+                old = Lasting(contact, group.began, group.began)
+            nx, ny = group.press.normal[k]
+            x, y = old.x + normal * nx - along * ny, old.y + normal * ny + along * nx
+            self.lasting[hit] = old._replace(until=now, x=x, y=y)
+            group.total[k] = [0.0] * 3
+
+    def tell(self, hit: Hit) -> None:
+        """Tell the recorder about a lasting contact that is over."""
+        if hit in self.lasting:
+            self.engine.recorder.persistent(self.lasting.pop(hit))
+
+    def tell_all(self) -> None:
+        """Tell the recorder about all lasting contacts that are over."""
+        for hit in list(self.lasting):
+            self.tell(hit)
+
+    # -- pieces --------------------------------------------------------------------------------
+
+    def go_on(self, i: int) -> None:
+        """Go on at the end of a half of a piece, or of the piece."""
+        group, engine = self.of[i], self.engine
+        if engine.now < group.end:
+            self._set_out(group, is_second=True)
+            return
+        self._note(group)
+        group.state[:], group.began = group.piece.end, group.end
+        group.longest = group.piece.next
+        if group.piece.fell < 0 and not group.piece.faded:
+            self._play(group)
+        else:
+            self._turn(group)
+
+    def _turn(self, group: Group) -> None:
+        """Change the mode of a group at the end of a piece."""
+        press, s, piece = group.press, group.state, group.piece
+        if piece.faded:
+            for k in pressed.settle(press, s):
+                self._has_settled(group.balls[k], group)
+        if piece.fell >= 0:
+            pressed.change(press, s, piece.fell)
+        if not pressed.decide(press, s):
+            raise NotImplementedError("no mode")
+        self._go_on_in_parts(group)
+
+    def _has_settled(self, i: int, group: Group) -> None:
+        """Tell that a ball rolls or rests now."""
+        engine, (x, y, *_) = self.engine, group.of(i)
+        if group.press.phase[group.number[i]] == REST:
+            engine.paths[i] = standing(engine.now, x, y)
+            engine.speeds[i] = 0.0
+            engine.near.begin(i, engine.paths[i], engine.radii[i], engine.now, engine.now)
+            engine.stop(i, engine.now, (x, y))
+        else:
+            engine.tally.listed += 1
+            engine.recorder.roll(i, engine.now)
+
+    def _play(self, group: Group) -> None:
+        """Play the next piece of a group, whose mode is known."""
+        press = group.press
+        group.piece = pressed.piece_of(press, group.state, group.longest, group.total)
+        for i in group.balls:
+            self.of[i] = group
+        if group.piece.time == 0.0:
+            group.changes += 1
+            if group.changes > MOST_CHANGES:
+                raise NotImplementedError("too many changes")
+            self._turn(group)
+            return
+        group.changes = 0
+        self._set_out(group, is_second=False)
+
+    def _set_out(self, group: Group, is_second: bool) -> None:
+        """Put the balls of a group on the paths of a half of its piece."""
+        engine, moving = self.engine, []
+        for i in group.balls:
+            path = group.path(i, is_second)
+            if path is not None:
+                engine.lead(i, path)
+                moving.append(i)
+        engine.tally.unlisted += 1
+        engine.predict(moving)
+        engine.push(engine.paths[moving[0]].end, What("piece", moving[0]))
+
+
+def parts_of(group: Group) -> list[Group]:
+    """Return the parts of a group that contacts press together; it may be all of it."""
+    first = {i: i for i in group.balls}
+    pressing = [hit for hit, on in zip(group.hits, group.press.on, strict=True) if on]
+    for hit in pressing * len(pressing):
+        low = min(first[i] for i in hit.balls)
+        for i in hit.balls:
+            first[i] = low
+    parts: dict[int, list[int]] = {}
+    for i in sorted({i for hit in pressing for i in hit.balls}):
+        parts.setdefault(first[i], []).append(i)
+    if len(parts) == 1 and len(next(iter(parts.values()))) == len(group.balls):
+        return [group]
+    return [part_of(group, balls) for balls in parts.values()]
+
+
+def part_of(group: Group, balls: Sequence[int]) -> Group:
+    """Return the part of a group that has some of its balls."""
+    part, numbers = copy(group), [group.number[i] for i in balls]
+    part.balls, part.number = list(balls), {i: k for k, i in enumerate(balls)}
+    kept = [k for k, hit in enumerate(group.hits) if part.number.keys() >= set(hit.balls)]
+    part.hits, part.contacts = [group.hits[k] for k in kept], [group.contacts[k] for k in kept]
+    part.total, part.state = [group.total[k] for k in kept], []
+    for i in balls:
+        part.state += group.of(i)
+    part.press = pressed.part_of(group.press, numbers, kept)
+    return part
