@@ -200,7 +200,7 @@ class ContactEngine:
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], since, until, NOT_MET, noise)
-        if t < math.inf and not groups.look_at(hit):
+        if t < math.inf and not (groups.look_at(hit) or groups.cuts(hit, t)):
             self.push(t, hit)
 
     def meet_wall(self, i: int, wall: int) -> float:
@@ -209,7 +209,7 @@ class ContactEngine:
         if i in groups.of and groups.skips(hit):
             return math.inf
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
-        if t < math.inf and not groups.look_at(hit):
+        if t < math.inf and not (groups.look_at(hit) or groups.cuts(hit, t)):
             self.push(t, hit)
         return t
 

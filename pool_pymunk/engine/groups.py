@@ -28,6 +28,9 @@ FIRST = 1e-3  # s; the first piece of a group is no longer, and the next ones as
 MOST_CHANGES = 100
 
 
+SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
+
+
 class Group:
     """A group is the balls that contacts in persistent contact join, and plays them in pieces."""
 
@@ -167,6 +170,20 @@ class Groups:
             return True
         return False
 
+    def cuts(self, hit: Hit, t: float) -> bool:
+        """Cut the pieces of balls that are to hit at ``t`` (s) shortly before that.
+
+        Within a piece places are off by its deviation; at the beginning of the next one they are
+        not.
+        """
+        engine, is_cut = self.engine, False
+        for i in hit.balls:
+            wait = t - engine.now
+            if i in self.of and wait > 2.0 * SHORTLY * self.of[i].piece.time:
+                engine.push(t - SHORTLY * wait, What("piece", i))
+                is_cut = True
+        return is_cut
+
     def look(self, hits: Iterable[Hit]) -> None:
         """Look at contacts that were answered at this instant."""
         for hit in hits:
@@ -186,7 +203,7 @@ class Groups:
         pressed.look(press, s)
         noise = engine.noise(balls)
         if any(abs(pressed.opening(press, s, k)) > noise for k in range(len(hits))):
-            pressed.join(press, s, group.total)
+            pressed.join(press, s, noise, group.total)
         pressed.begin(press, s)
         if pressed.decide(press, s):
             self._note(group)
@@ -262,6 +279,12 @@ class Groups:
     def go_on(self, i: int) -> None:
         """Go on at the end of a half of a piece, or of the piece."""
         group, engine = self.of[i], self.engine
+        if engine.now < engine.paths[i].end:
+            end = group.state_at(engine.now)
+            self._note(group)
+            group.state[:], group.began = end, engine.now
+            self._play(group)
+            return
         if engine.now < group.end:
             self._set_out(group, is_second=True)
             return

@@ -30,7 +30,7 @@ FLAT, ROUND, BALL = 0, 1, 2  # what a ball touches
 NORMAL, ALONG, INTO = 0, 1, 2  # kinds of unknown forces: N, that holds a slip, that holds a roll
 
 # of the largest speed and acceleration of a group: smaller ones are none
-SLOW, WEAK = 1e-11, 1e-12
+SLOW, WEAK = 1e-13, 1e-12
 NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
 # the method of Dormand and Prince, of order five, and its difference to that of order four (J. Comp.
@@ -638,14 +638,35 @@ def close(g: Any, s: Any) -> None:
                 g.matrix[p][q] = unit_of(g, chosen[q]) * shared(g, k, chosen[q])
         solve(g.matrix, count)
         for p in range(count):
-            shift(g, s, chosen[p], unit_of(g, chosen[p]) * g.matrix[p][count], first)
+            shift(g, s, chosen[p], unit_of(g, chosen[p]) * g.matrix[p][count], (first, 0))
 
 
-def join(g: Any, s: Any, total: Any) -> None:
-    """Let all sides move together, as a plastic hit does; ``total`` becomes the impulses (N s)."""
+def join(g: Any, s: Any, least: float, total: Any) -> None:
+    """Let all sides move together that part or close; ``total`` becomes the impulses (N s).
+
+    With the hit before, this is a hit of restitution 0: it gives the friction back, too, of what
+    the hit has pushed too much. Slips are none that are not larger than ``least`` (m/s).
+    """
     for i in range(len(g.mass)):
         g.phase[i] = SLIP
     look(g, s)
+    push_together(g, s, total)
+    for k in range(len(g.one)):
+        i, much = g.one[k], g.mu[k] * total[k][0]
+        if abs(g.slip[k]) > least:
+            rub = -math.copysign(much, g.slip[k])
+            total[k][1] += rub
+            shift(g, s, k, rub, (2, 1))
+        if wrings(g, k):
+            into = roll_into(g, s, k)
+            part = -math.copysign(min(much / (GYRATION * g.mass[i]), abs(into)), into)
+            s[6 * i + 4] += part * g.normal[k][0]
+            s[6 * i + 5] += part * g.normal[k][1]
+    push_together(g, s, total)
+
+
+def push_together(g: Any, s: Any, total: Any) -> None:
+    """Take away the speeds at which sides part, by impulses along the normals."""
     count = len(g.one)
     for p in range(count):
         g.matrix[p][count] = -opening(g, s, p)
@@ -653,8 +674,9 @@ def join(g: Any, s: Any, total: Any) -> None:
             g.matrix[p][q] = unit_of(g, q) * shared(g, p, q)
     solve(g.matrix, count)
     for p in range(count):
-        total[p][0] += unit_of(g, p) * g.matrix[p][count]
-        shift(g, s, p, unit_of(g, p) * g.matrix[p][count], 2)
+        much = unit_of(g, p) * g.matrix[p][count]
+        total[p][0] += much
+        shift(g, s, p, much, (2, 0))
 
 
 def moves(g: Any, k: int) -> bool:
@@ -684,9 +706,15 @@ def shared(g: Any, k: int, m: int) -> float:
     return float(part * (g.normal[k][0] * g.normal[m][0] + g.normal[k][1] * g.normal[m][1]))
 
 
-def shift(g: Any, s: Any, k: int, much: float, first: int) -> None:
-    """Move the balls of a contact apart, or their velocities: ``first`` is 0 or 2."""
+def shift(g: Any, s: Any, k: int, much: float, how: tuple[int, int]) -> None:
+    """Move the balls of a contact apart, or change their velocities.
+
+    ``how`` is 0 or 2 for places or velocities, and 0 or 1 for the normal or the tangent.
+    """
+    first, is_along = how
     nx, ny = g.normal[k]
+    if is_along:
+        nx, ny = -ny, nx
     for i in (g.one[k], g.other[k]):
         if i >= 0:
             part, p = sign_in(g, k, i) * much / g.mass[i], 6 * i + first
