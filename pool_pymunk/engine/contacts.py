@@ -189,9 +189,7 @@ class ContactEngine:
         """Predict when two balls meet."""
         if i > j:
             i, j = j, i
-        groups, hit = self.groups, What("pair", i, j)
-        if groups.of and (i in groups.of or j in groups.of) and groups.skips(hit):
-            return
+        hit = What("pair", i, j)
         a, b, radii, since = self.paths[i], self.paths[j], self.radii, self.now
         if a.t > since or b.t > since:
             since = max(a.t, b.t)
@@ -200,16 +198,16 @@ class ContactEngine:
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], since, until, NOT_MET, noise)
-        if t < math.inf and not (groups.look_at(hit) or groups.cuts(hit, t)):
+        if t < math.inf and not self.groups.takes(hit, t):
             self.push(t, hit)
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
-        groups, hit = self.groups, What("wall", i, wall)
-        if i in groups.of and groups.skips(hit):
-            return math.inf
+        hit = What("wall", i, wall)
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
-        if t < math.inf and not (groups.look_at(hit) or groups.cuts(hit, t)):
+        if t < math.inf and self.groups.takes(hit, t):
+            return math.inf
+        if t < math.inf:
             self.push(t, hit)
         return t
 
@@ -249,7 +247,7 @@ class ContactEngine:
         hits = [what] if is_alone else sorted([what, *self._at_this_instant(what, latest)])
         if not is_alone or what.kind == "wall":
             hits = self._pocket(hits)
-        if hits:
+        if hits and not self.groups.absorb(hits):
             self._answer(hits)
 
     def _end(self, i: int, path: Path) -> None:

@@ -7,6 +7,7 @@ group takes the group apart; what presses after it is a group again.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING
@@ -17,17 +18,20 @@ from pool_pymunk.physics import pressed
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
-from pool_pymunk.physics.pressed import BALL, DEVIATION, REST, Piece
+from pool_pymunk.physics.pressed import BALL, REST, Piece
 from pool_pymunk.physics.sides import shape_of
 
 if TYPE_CHECKING:
     from pool_pymunk.engine.contacts import ContactEngine
 
-FIRST = 1e-3  # s; the first piece of a group is no longer, and the next ones as long as they may be
+# s; the first piece of a group is no longer, and the next ones are up to three times as long. Where
+# a contact has just opened it is shorter, because the gap is still narrower than pieces deviate.
+FIRST, OPENED = 5e-5, 1e-6
 # After this many changes of the mode at one instant a group is given up, and its hits are played.
 MOST_CHANGES = 100
 
 
+STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
 
 
@@ -90,7 +94,7 @@ class Group:
             return None
         p, middle = 6 * k, h / 2.0
         x, y, vx, vy, wx, wy = s[p : p + 6]
-        ax, bx, ay, by = pressed.halves(s, end, h, k)
+        ax, ay, bx, by = pressed.halves(self.press, s, end, h, k)
         if not is_second:
             return Path(self.began, x, y, vx, vy, ax, ay, self.began + middle, False, wx, wy)
         x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
@@ -109,6 +113,7 @@ class Groups:
         self.engine = engine
         self.of: dict[int, Group] = {}
         self.lasting: dict[tuple[int, int, int], Lasting] = {}
+        self.waits: dict[Hit, float] = {}  # s; until then these contacts have no forces
         self.loose: dict[int, None] = {}  # balls of groups that were taken apart
 
     # -- what the engine asks ----------------------------------------------------------------------
@@ -122,38 +127,32 @@ class Groups:
         path = engine.paths[i]
         return [*motion_at(path, engine.now), *engine.surface.roll(path, engine.now)]
 
-    def skips(self, hit: Hit) -> bool:
-        """Tell whether a contact needs no prediction in the present piece.
-
-        It presses, or its gap is too small to be told from what a piece deviates.
-        """
+    def takes(self, hit: Hit, t: float) -> bool:
+        """Tell whether a hit at ``t`` (s) is no hit: a contact persists, or is predicted later."""
         groups = [self.of[i] for i in hit.balls if i in self.of]
         if any(group.is_on(hit) for group in groups):
             return True
-        engine = self.engine
-        motions, h = engine.motions([hit]), min(group.piece.time for group in groups)
-        radius = min(engine.radii[i] for i in hit.balls)
-        if abs(engine.gap(hit, motions)) > 2.0 * DEVIATION * radius:
-            return False
-        velocity = {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
-        closing = closing_speed(engine.contact(hit, motions), velocity)
-        return closing * h <= 5.0 * DEVIATION * radius
+        if self.waits and self.waits.get(hit, -math.inf) > self.engine.now:
+            return True
+        return self.look_at(hit) or self.cuts(hit, t)
 
     def is_pressed(self, hit: Hit, contact: Contact) -> bool:
         """Tell whether two sides are in persistent contact from now on, by their present paths."""
-        engine, pair = self.engine, contact.pair
+        engine = self.engine
         parting = -closing_speed(contact, self._velocities(contact))
         noise = engine.noise(contact.balls)
         if parting < -noise:
             return False
         parting = parting if parting > noise else 0.0
-        paths, now = [engine.paths[i] for i in contact.balls], engine.now
-        if contact.b != NO_BALL:
-            pressing = pressing_of_balls(*paths, now)
-        else:
-            pressing = pressing_of_wall(paths[0], contact.normal, contact.curvature, now)
         radius = min(engine.radii[i] for i in contact.balls)
-        return persists(parting, pressing, pair.restitution, radius)
+        return persists(parting, self._pressing(contact), contact.pair.restitution, radius)
+
+    def _pressing(self, contact: Contact) -> float:
+        """Return how strongly (m/s^2) two sides are pressed together on their present paths."""
+        paths, now = [self.engine.paths[i] for i in contact.balls], self.engine.now
+        if contact.b != NO_BALL:
+            return pressing_of_balls(*paths, now)
+        return pressing_of_wall(paths[0], contact.normal, contact.curvature, now)
 
     def _velocities(self, contact: Contact) -> dict[int, Vector]:
         motions = {i: self.engine.motion(i) for i in contact.balls}
@@ -196,25 +195,75 @@ class Groups:
         engine = self.engine
         hits = [hit for hit in engine.touching((), (i,)) if self._stays(hit)]
         balls = sorted({i for hit in hits for i in hit.balls})
-        if not hits or any(i in self.of for i in balls):
-            return
-        group = Group(engine, hits, balls)
-        press, s = group.press, group.state
+        self.release(balls)
+        if hits:
+            group = Group(engine, hits, balls)
+            self._join(group)
+            pressed.begin(group.press, group.state)
+            self._decide(group)
+        if self.loose:
+            engine.predict(())
+
+    def _join(self, group: Group) -> None:
+        """Take away the speeds at which the sides of a new group part or close."""
+        engine, press, s = self.engine, group.press, group.state
         pressed.look(press, s)
-        noise = engine.noise(balls)
-        if any(abs(pressed.opening(press, s, k)) > noise for k in range(len(hits))):
+        noise = engine.noise(group.balls)
+        if any(abs(pressed.opening(press, s, k)) > noise for k in range(len(group.hits))):
             pressed.join(press, s, noise, group.total)
-        pressed.begin(press, s)
-        if pressed.decide(press, s):
-            self._note(group)
-            self._go_on_in_parts(group)
 
     def _stays(self, hit: Hit) -> bool:
         """Tell whether two sides that touch neither part nor close, to the eye."""
         engine = self.engine
+        if any(group.is_on(hit) for i in hit.balls if (group := self.of.get(i)) is not None):
+            return True
         contact = engine.contact(hit, engine.motions([hit]))
-        parting = -closing_speed(contact, self._velocities(contact))
-        return abs(parting) <= engine.noise(contact.balls) or self.is_pressed(hit, contact)
+        speed = abs(closing_speed(contact, self._velocities(contact)))
+        radius = min(engine.radii[i] for i in contact.balls)
+        still = STILL * math.sqrt(engine.surface.pull * radius)
+        if speed <= max(engine.noise(contact.balls), still):
+            return True
+        return persists(speed, self._pressing(contact), contact.pair.restitution, radius)
+
+    def absorb(self, hits: list[Hit]) -> bool:
+        """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
+        if not all(self._is_faint(hit) for hit in hits):
+            return False
+        self.begin(hits[0].i)
+        return all(i in self.of for hit in hits for i in hit.balls)
+
+    def _is_faint(self, hit: Hit) -> bool:
+        """Tell whether two sides would bounce too low to be seen."""
+        engine = self.engine
+        contact = engine.contact(hit, engine.motions([hit]))
+        closing = closing_speed(contact, self._velocities(contact))
+        radius = min(engine.radii[i] for i in contact.balls)
+        return persists(closing, self._pressing(contact), contact.pair.restitution, radius)
+
+    def _decide(self, group: Group, before: int = 0) -> None:
+        """Go on with a group in a mode that fits, or without forces for a moment if there is none.
+
+        So many contacts pressed ``before``.
+        """
+        if group.changes <= MOST_CHANGES and pressed.decide(group.press, group.state):
+            if sum(group.press.on) < before:
+                group.longest = OPENED
+            self._note(group)
+            self._go_on_in_parts(group)
+            return
+        engine = self.engine
+        pressed.join(group.press, group.state, 0.0, group.total)
+        self._note(group)
+        radius = min(group.press.radius)
+        wait = math.sqrt(2.0 * pressed.DEVIATION * radius / engine.surface.pull)
+        for hit in group.hits:
+            self.waits[hit] = engine.now + wait
+        for i in group.balls:
+            self.of[i] = group
+        for i in group.balls:
+            self._let_go(i, group)
+        engine.predict(())
+        engine.push(engine.now + wait, What("press", group.balls[0]))
 
     def _go_on_in_parts(self, group: Group) -> None:
         """Go on with the balls of a group that contacts press together, and let go of the others."""
@@ -302,11 +351,10 @@ class Groups:
         if piece.faded:
             for k in pressed.settle(press, s):
                 self._has_settled(group.balls[k], group)
+        before = sum(press.on)
         if piece.fell >= 0:
             pressed.change(press, s, piece.fell)
-        if not pressed.decide(press, s):
-            raise NotImplementedError("no mode")
-        self._go_on_in_parts(group)
+        self._decide(group, before)
 
     def _has_settled(self, i: int, group: Group) -> None:
         """Tell that a ball rolls or rests now."""
@@ -328,8 +376,6 @@ class Groups:
             self.of[i] = group
         if group.piece.time == 0.0:
             group.changes += 1
-            if group.changes > MOST_CHANGES:
-                raise NotImplementedError("too many changes")
             self._turn(group)
             return
         group.changes = 0

@@ -46,7 +46,8 @@ STAGES = (
 SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 # A piece is short enough that two parabolas deviate from it by less than this share of a radius.
 DEVIATION = 1e-8
-ERROR = 1e-10  # of the largest speed; a step errs by less, by its estimate of third order
+BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
+ERROR = 1e-10  # of the largest speed at the beginning; a step errs by less, by its estimate of third order
 FADED = 10.0  # A slip has faded that is not larger than this many times what is none.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
 
@@ -417,6 +418,7 @@ def begin(g: Any, s: Any) -> None:
     look(g, s)
     for k in range(len(g.one)):
         strongest = max(strongest, abs(g.bend[k]) * g.slip[k] * g.slip[k])
+    fastest = max(fastest, math.sqrt(strongest * min(g.radius)))
     g.small[0], g.small[1] = SLOW * fastest, WEAK * strongest
     for i in range(len(g.mass)):
         g.phase[i] = phase_of(g, s, i, 0.0)
@@ -833,7 +835,7 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
     which = first_to_fall(g, before, after)
     if which < 0:
         lose(g, s, end)
-        return Piece(end, h, error, max(longest, h) * min(2.0, 0.9 * share), -1, False)
+        return Piece(end, h, error, max(longest, h) * min(3.0, 0.9 * share), -1, False)
     if before[which] <= slack_of(g, which):
         recall(g, first, forces)
         return Piece(s, 0.0, 0.0, longest, which, False)
@@ -866,15 +868,15 @@ def recall(g: Any, rate: Any, forces: Any) -> None:
 
 def share_of(g: Any, s: Any, first: Any, h: float, error: float) -> float:
     """Return how many times as long a step could be whose length is h (s)."""
-    jump, fastest = 0.0, 0.0
+    jump = 0.0
     for p in range(len(s)):
         if p % 6 in (2, 3):
-            jump, fastest = max(jump, abs(g.rate[p] - first[p])), max(fastest, abs(s[p]))
+            jump = max(jump, abs(g.rate[p] - first[p]))
     deviates, share = jump * h * h / 324.0, math.inf
     if deviates > 0.0:
         share = (DEVIATION * min(g.radius) / deviates) ** (1.0 / 3.0)
     if error > 0.0:
-        share = min(share, ((ERROR * fastest + g.small[0]) / error) ** 0.2)
+        share = min(share, (ERROR / SLOW * g.small[0] / error) ** 0.2)
     return share
 
 
@@ -932,14 +934,18 @@ def settle(g: Any, s: Any) -> list[int]:
     return found
 
 
-def halves(s: Any, end: Any, h: float, i: int) -> tuple[float, ...]:
+def halves(g: Any, s: Any, end: Any, h: float, i: int) -> tuple[float, ...]:
     """Return the accelerations (m/s^2) of the two halves of a ball's piece.
 
-    With them place and velocity at its end are those of the state there.
+    With them place and velocity at its end are those of the state there, but for a brief piece, in
+    which the places are rounding alone.
     """
-    found = []
+    found, strongest = [], max(g.pull, g.drag, abs(g.rate[6 * i + 2]) + abs(g.rate[6 * i + 3]))
     for p in (6 * i, 6 * i + 1):
         mean = (end[p + 2] - s[p + 2]) / h
+        if strongest * h * h < BRIEF * g.radius[i]:
+            found += [mean, mean]
+            continue
         ahead = 4.0 * ((end[p] - s[p]) / h - s[p + 2]) / h
         first = ahead - mean
         found += [first, 2.0 * mean - first]
