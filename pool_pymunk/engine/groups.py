@@ -207,7 +207,7 @@ class Groups:
     def _join(self, group: Group) -> None:
         """Take away the speeds at which the sides of a new group part or close."""
         engine, press, s = self.engine, group.press, group.state
-        pressed.look(press, s)
+        pressed.set_scale(press, s)
         noise = engine.noise(group.balls)
         if any(abs(pressed.opening(press, s, k)) > noise for k in range(len(group.hits))):
             pressed.join(press, s, noise, group.total)

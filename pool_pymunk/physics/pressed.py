@@ -31,6 +31,7 @@ NORMAL, ALONG, INTO = 0, 1, 2  # kinds of unknown forces: N, that holds a slip, 
 
 # of the largest speed and acceleration of a group: smaller ones are none
 SLOW, WEAK = 1e-13, 1e-12
+TINY = 1e-9  # of the largest speed; slower slips that are left at the beginning are none
 NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
 # the method of Dormand and Prince, of order five, and its difference to that of order four (J. Comp.
@@ -410,6 +411,14 @@ def take_away(found: Any, other: Any, count: int) -> None:
 
 def begin(g: Any, s: Any) -> None:
     """Guess the mode of a state: everything that could be held is held."""
+    set_phases(g, s)
+    for k in range(len(g.one)):
+        freshen(g, s, k)
+    close(g, s)
+
+
+def set_scale(g: Any, s: Any) -> None:
+    """Set the speed and the acceleration below which there is none."""
     fastest = 0.0
     strongest = max(g.pull, g.drag)
     for number in range(len(g.mass)):
@@ -420,10 +429,18 @@ def begin(g: Any, s: Any) -> None:
         strongest = max(strongest, abs(g.bend[k]) * g.slip[k] * g.slip[k])
     fastest = max(fastest, math.sqrt(strongest * min(g.radius)))
     g.small[0], g.small[1] = SLOW * fastest, WEAK * strongest
+
+
+def set_phases(g: Any, s: Any) -> None:
+    """Set the phases of balls; tiny slips and speeds are none."""
+    fastest = g.small[0] / SLOW
     for i in range(len(g.mass)):
-        g.phase[i] = phase_of(g, s, i, 0.0)
-    for k in range(len(g.one)):
-        freshen(g, s, k)
+        p, g.phase[i] = 6 * i, phase_of(g, s, i, TINY * fastest)
+        if g.phase[i] == ROLL:
+            for q in (p + 2, p + 3):
+                s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
+        elif g.phase[i] == REST:
+            s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
 
 
 def phase_of(g: Any, s: Any, i: int, least: float) -> int:
@@ -649,8 +666,7 @@ def join(g: Any, s: Any, least: float, total: Any) -> None:
     With the hit before, this is a hit of restitution 0: it gives the friction back, too, of what
     the hit has pushed too much. Slips are none that are not larger than ``least`` (m/s).
     """
-    for i in range(len(g.mass)):
-        g.phase[i] = SLIP
+    set_phases(g, s)
     look(g, s)
     push_together(g, s, total)
     for k in range(len(g.one)):
@@ -697,12 +713,17 @@ def sign_in(g: Any, k: int, i: int) -> float:
     return 1.0 if g.other[k] < 0 else -1.0
 
 
+def lightness(g: Any, i: int) -> float:
+    """Return how much (1/kg) a weak push moves a ball; one that rolls goes on rolling."""
+    return float((1.0 - SHARE if g.phase[i] == ROLL else 1.0) / g.mass[i])
+
+
 def shared(g: Any, k: int, m: int) -> float:
     """Return by how much (1/kg) a push along one contact opens another one."""
     i, j = g.one[k], g.other[k]
-    part = sign_in(g, k, i) * sign_in(g, m, i) / g.mass[i]
+    part = sign_in(g, k, i) * sign_in(g, m, i) * lightness(g, i)
     if j >= 0:
-        part += sign_in(g, k, j) * sign_in(g, m, j) / g.mass[j]
+        part += sign_in(g, k, j) * sign_in(g, m, j) * lightness(g, j)
     if part == 0.0:
         return 0.0
     return float(part * (g.normal[k][0] * g.normal[m][0] + g.normal[k][1] * g.normal[m][1]))
@@ -719,7 +740,7 @@ def shift(g: Any, s: Any, k: int, much: float, how: tuple[int, int]) -> None:
         nx, ny = -ny, nx
     for i in (g.one[k], g.other[k]):
         if i >= 0:
-            part, p = sign_in(g, k, i) * much / g.mass[i], 6 * i + first
+            part, p = sign_in(g, k, i) * much * lightness(g, i), 6 * i + first
             s[p], s[p + 1] = s[p] + part * nx, s[p + 1] + part * ny
             if first and g.phase[i] == ROLL:
                 s[p + 2], s[p + 3] = s[p], s[p + 1]
