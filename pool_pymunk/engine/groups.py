@@ -262,7 +262,6 @@ class Groups:
             self.of[i] = group
         for i in group.balls:
             self._let_go(i, group)
-        engine.predict(())
         engine.push(engine.now + wait, What("press", group.balls[0]))
 
     def _go_on_in_parts(self, group: Group) -> None:
@@ -273,9 +272,10 @@ class Groups:
             if i in self.of and i not in joined:
                 self._let_go(i, group)
         for part in parts:
+            for i in part.balls:
+                self.of[i] = part
+        for part in parts:
             self._play(part)
-        if self.loose:
-            self.engine.predict(())
 
     def _let_go(self, i: int, group: Group) -> None:
         """Let a ball of a group go on by itself."""
@@ -328,22 +328,20 @@ class Groups:
     def go_on(self, i: int) -> None:
         """Go on at the end of a half of a piece, or of the piece."""
         group, engine = self.of[i], self.engine
-        if engine.now < engine.paths[i].end:
-            end = group.state_at(engine.now)
+        if engine.now == engine.paths[i].end < group.end:
+            self._set_out(group, is_second=True)
+        else:
+            is_cut, end = engine.now < group.end, group.state_at(engine.now)
             self._note(group)
             group.state[:], group.began = end, engine.now
-            self._play(group)
-            return
-        if engine.now < group.end:
-            self._set_out(group, is_second=True)
-            return
-        self._note(group)
-        group.state[:], group.began = group.piece.end, group.end
-        group.longest = group.piece.next
-        if group.piece.fell < 0 and not group.piece.faded:
-            self._play(group)
-        else:
-            self._turn(group)
+            if is_cut:
+                self._play(group)
+            elif group.piece.fell < 0 and not group.piece.faded:
+                group.longest = group.piece.next
+                self._play(group)
+            else:
+                self._turn(group)
+        engine.predict(())
 
     def _turn(self, group: Group) -> None:
         """Change the mode of a group at the end of a piece."""
@@ -372,8 +370,6 @@ class Groups:
         """Play the next piece of a group, whose mode is known."""
         press = group.press
         group.piece = pressed.piece_of(press, group.state, group.longest, group.total)
-        for i in group.balls:
-            self.of[i] = group
         if group.piece.time == 0.0:
             group.changes += 1
             self._turn(group)
@@ -388,9 +384,9 @@ class Groups:
             path = group.path(i, is_second)
             if path is not None:
                 engine.lead(i, path)
+                self.loose[i] = None
                 moving.append(i)
         engine.tally.unlisted += 1
-        engine.predict(moving)
         engine.push(engine.paths[moving[0]].end, What("piece", moving[0]))
 
 
