@@ -1,4 +1,4 @@
-"""This module has loops over rows of numbers, and over their columns."""
+"""This module has loops over rows and columns of numbers."""
 
 from __future__ import annotations
 

@@ -223,14 +223,15 @@ def is_pocket(g: Any, other: int) -> bool:
 def settle(g: Any, k: int, why: int) -> None:
     """Note what an event has changed, and lose what is not known after it."""
     t, i, j = time_and_balls(g, k)
-    if why == FOLLOWED and (is_beyond(g.change[i]) or is_beyond(g.change[j])):
+    if why == FOLLOWED and (is_beyond(g.change[i]) or (j != i and is_beyond(g.change[j]))):
         lose(g, GROWN, i, j, t)
     elif why != FOLLOWED:
         lose(g, why, i, j, t)
         for p in columns(g):
             g.late[p] = math.nan
     keep(g, k, i, j, t)
-    for n in (i, j):
+    for c in range(1 if j == i else 2):
+        n = i if c == 0 else j
         for p in columns(g):
             if why == FOLLOWED:
                 g.ever[n, p] = g.ever[n, p] | is_changed(g.change[n], p)

@@ -138,7 +138,7 @@ def surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
 def advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
     """Multiply a change by the derivatives of a motion."""
     own[:] = np.array(by_state) @ own
-    if of_pull.any():
+    if not is_of_errors(g) and of_pull.any():
         own += np.multiply.outer(by_pull, of_pull)
 
 
