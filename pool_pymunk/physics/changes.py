@@ -42,7 +42,6 @@ from pool_pymunk.physics.saltation import (
     LAW,
     MORE,
     MOST,
-    TURN,
     Geometry,
     is_now,
     meeting,
@@ -458,7 +457,10 @@ def owns(g: Any, wall: int) -> tuple[bool, bool]:
 
 
 def put_parts(g: Any, geometry: Geometry, balls: int, p: Any) -> Any:
-    """Write the changes of the velocities' parts at a contact; return how late (s) it comes."""
+    """Write what changes of the velocities' parts, and how far the normal turns, at a contact.
+
+    Return how late (s) it comes.
+    """
     z, size, (nx, ny) = g.z, len(g.change[0]), geometry.normal
     rows, x, y = balls * size, g.z[0, p], g.z[1, p]
     if balls == 2:

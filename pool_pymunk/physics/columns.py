@@ -35,10 +35,11 @@ Follow = namedtuple(
     "of_numbers of_mass of_radius change ever late one z parts bad out python",
 )
 
-# The numbers of one contact: places of balls, rates of change before and after it, what the law is asked and answers there and beside it, and its slopes. The `ends` are the
-# duration of the run (s), whether it was cut there, whether its number of events did that, and its
-# first breakpoint. The `numbers` are the scene's: restitutions of balls, of the cue ball and of
-# cushions, pull of the surface, frictions of cushions and of balls, drag of the surface.
+# The numbers of one contact: places of balls, rates of change before and after it, what the law
+# is asked and answers there and beside it, and its slopes. The `ends` are the duration of the run
+# (s), whether it was cut there, whether its number of events did that, and its first breakpoint.
+# The `numbers` are the scene's: restitutions of balls, of the cue ball and of cushions, pull of
+# the surface, frictions of cushions and of balls, drag of the surface.
 ONE = {
     "place": (4,), "before": (12,), "after": (12,), "answer": (4, 8),
     "asked": (8,), "beside": (8,), "answers": (MOST_SIDES + 1, 4), "slopes": (MOST_SIDES, 4, 8),

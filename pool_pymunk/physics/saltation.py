@@ -87,7 +87,7 @@ def saltation_matrix(g: Any, geometry: Geometry, balls: int, roll: Vector) -> li
 
     ``g.one.before`` and ``g.one.after`` (C K) are the rates of change of the states.
     """
-    size, (nx, ny), curvature, closing, slip, _ = len(g.change[0]), *geometry
+    size, ((nx, ny), curvature, closing, slip, _) = len(g.change[0]), geometry
     rows = balls * size
     m = [[0.0] * (rows + MORE) for _ in range(rows)]
     respond(g, m, geometry, balls)
@@ -145,7 +145,7 @@ def slow_roll(g: Any, m: Any, geometry: Geometry, roll: Vector) -> None:
     """Write into R how a cushion slows down a roll."""
     rows, law, (nx, ny), (wx, wy) = len(m), g.one.answer, geometry.normal, roll
     taken, of_roll, of_push, of_mu = taken_off(g, geometry, roll)
-    vx, vy, by_n, by_t = *g.one.before[:2], of_push * (law[0][0] - 1.0), of_push * law[0][1]
+    by_n, by_t, (vx, vy) = of_push * (law[0][0] - 1.0), of_push * law[0][1], g.one.before[:2]
     put_slower(m, geometry, rows - 2, of_roll * nx, of_roll * ny)
     put_slower(m, geometry, 2, nx * by_n - ny * by_t, ny * by_n + nx * by_t)
     put_slower(m, geometry, rows + LAW, of_push * law[0][2], of_mu + of_push * law[0][3])
@@ -160,7 +160,8 @@ def taken_off(g: Any, geometry: Geometry, roll: Vector) -> tuple[float, float, f
     the derivatives by this part, by v_n' - v_n, and by mu.
     """
     (nx, ny), before, after, mu = geometry.normal, g.one.before, g.one.after, g.one.asked[3]
-    push, part = (after[0] - before[0]) * nx + (after[1] - before[1]) * ny, roll[0] * nx + roll[1] * ny
+    push = (after[0] - before[0]) * nx + (after[1] - before[1]) * ny
+    part = roll[0] * nx + roll[1] * ny
     most, sign = mu * push / GYRATION, math.copysign(1.0 / GYRATION, part)
     if most > abs(part):  # All of it goes.
         return part, 1.0, 0.0, 0.0
