@@ -46,7 +46,6 @@ OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_
 APART = (
     "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
-    "pool_pymunk.fast.rows",
     "pool_pymunk.physics.together",
 )
 RARE = (

@@ -23,8 +23,9 @@ from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.physics import changes, columns, errors, kinks
 from pool_pymunk.physics.columns import ONE, Follow
+from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, from_breakpoint
-from pool_pymunk.physics.saltation import MORE
+from pool_pymunk.physics.saltation import LAW, NUMBERS, Geometry, taken_off
 from pool_pymunk.results.run import Run
 
 BALL = np.dtype([("at", I), ("met", I), ("gone", I), ("mass", F), ("radius", F)])
@@ -172,19 +173,35 @@ def _surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
     return kinds.normal(side, x, y), kinds.curvature(side, x, y)
 
 
-def _cleared(m: Any) -> Any:
-    for k in range(m.shape[0]):
-        for j in range(m.shape[0] + MORE):
-            m[k, j] = 0.0
-    return m
-
-
 def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
     rows.advance(by_state, own, by_pull, of_pull, g.out)
 
 
-def _multiply(g: Any, m: Any) -> None:
-    rows.multiply(m, g.z, g.out, m.shape[0] + MORE)
+def _saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
+    """Do what the saltation matrix does, with the parts that are known already."""
+    (nx, ny), (wx, wy), size, of = geometry.normal, roll, len(g.change[0]), g.one.answer
+    z, before, after, law, count = g.z, g.one.before, g.one.after, balls * size + LAW, 2 * balls
+    taken, of_roll, of_push, of_mu = taken_off(g, geometry, roll)
+    for p in range(len(g.late)):
+        if not rows.is_changed(z[: law + NUMBERS], p):
+            continue
+        late, turn = g.late[p], g.parts[4, p]
+        for c in range(balls):
+            k, n, t = c * size, 0.0, 0.0
+            for j in range(2 * count):
+                part = g.parts[j, p] if j < count else z[law + j - count, p]
+                n, t = n + of[2 * c, j] * part, t + of[2 * c + 1, j] * part
+            for j in range(size):
+                z[k + j, p] += before[k + j] * late
+            z[k + 2, p] = nx * n - ny * t - after[k + 1] * turn
+            z[k + 3, p] = ny * n + nx * t + after[k] * turn
+            if size > 4 and balls == 1:
+                part = nx * z[4, p] + ny * z[5, p] + (wy * nx - wx * ny) * turn
+                less = of_roll * part + of_push * (n - g.parts[0, p]) + of_mu * z[law + 1, p]
+                z[4, p] -= nx * less - ny * taken * turn
+                z[5, p] -= ny * less + nx * taken * turn
+            for j in range(size):
+                z[k + j, p] -= after[k + j] * late
 
 
 def _take_mean(g: Any, sides: int, balls: int) -> None:
@@ -213,8 +230,8 @@ TWINS: dict[Any, Any] = {
     columns.unknown_if: _unknown_if, columns.is_unknown: rows.is_unknown,
     columns.is_changed: rows.is_changed, columns.is_beyond: rows.is_beyond,
     columns.warn: _nothing, columns.keep: _nothing, columns.path_of: _path_of,
-    columns.copy: rows.copy, columns.surface_at: _surface_at, columns.cleared: _cleared,
-    columns.advance: _advance, columns.multiply: _multiply, columns.take_mean: _take_mean,
+    columns.copy: rows.copy, columns.surface_at: _surface_at, columns.saltate: _saltate,
+    columns.advance: _advance, columns.take_mean: _take_mean,
     columns.is_of_errors: _no, errors.begin: _nothing, errors.misplace: _nothing,
     errors.delay: _nothing, errors.may_miss: _no, errors.with_gap: _with_gap,
     errors.make: _nothing, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,

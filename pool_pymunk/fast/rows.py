@@ -1,4 +1,4 @@
-"""This module has loops over rows of numbers, which numba does not inline."""
+"""This module has loops over rows and columns of numbers."""
 
 from __future__ import annotations
 
@@ -9,40 +9,15 @@ from pool_pymunk.physics.saltation import MOST
 
 def advance(by_state: Any, own: Any, by_pull: Any, of_pull: Any, out: Any) -> None:
     """Multiply a change by the derivatives of a motion."""
-    size, count = len(by_pull), len(of_pull)
-    for k in range(size):
-        for p in range(count):
-            out[k, p] = by_pull[k] * of_pull[p]
-        for j in range(size):
-            weight = by_state[k][j]
-            if weight != 0.0:
-                for p in range(count):
-                    out[k, p] += weight * own[j, p]
-    copy(out[:size], own)
-
-
-def multiply(m: Any, z: Any, out: Any, last: int) -> None:
-    """Multiply the changes of a contact by its matrix, which has so many columns."""
-    size, count = m.shape[0], z.shape[1]
-    for k in range(size):
-        for p in range(count):
-            out[k, p] = m[k, 0] * z[0, p]
-    for j in range(1, last):
-        if j < size or is_any(z[j]):
+    size = len(by_pull)
+    for p in range(len(of_pull)):
+        if of_pull[p] != 0.0 or is_changed(own, p):
             for k in range(size):
-                weight = m[k, j]
-                if weight != 0.0:
-                    for p in range(count):
-                        out[k, p] += weight * z[j, p]
-    copy(out[:size], z)
-
-
-def is_any(row: Any) -> bool:
-    """Tell whether a row has a number that is not 0."""
-    found = False
-    for p in range(len(row)):
-        found |= row[p] != 0.0
-    return found
+                out[k] = by_pull[k] * of_pull[p]
+                for j in range(size):
+                    out[k] += by_state[k][j] * own[j, p]
+            for k in range(size):
+                own[k, p] = out[k]
 
 
 def copy(own: Any, there: Any) -> None:

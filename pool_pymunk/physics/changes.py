@@ -15,7 +15,6 @@ from pool_pymunk.physics.columns import (
     MOST_SIDES,
     advance,
     any_of,
-    cleared,
     columns,
     copy,
     greater,
@@ -25,8 +24,8 @@ from pool_pymunk.physics.columns import (
     is_of_errors,
     is_unknown,
     keep,
-    multiply,
     path_of,
+    saltate,
     surface_at,
     take_mean,
     unknown_if,
@@ -43,16 +42,13 @@ from pool_pymunk.physics.saltation import (
     LAW,
     MORE,
     MOST,
-    TURN,
     Geometry,
     is_now,
     meeting,
-    respond,
-    saltate,
-    slow_roll,
     touching,
 )
 from pool_pymunk.physics.surface import (
+    NO_ROLL,
     longer,
     roll_rate,
     rolling_on,
@@ -226,14 +222,15 @@ def is_pocket(g: Any, other: int) -> bool:
 def settle(g: Any, k: int, why: int) -> None:
     """Note what an event has changed, and lose what is not known after it."""
     t, i, j = time_and_balls(g, k)
-    if why == FOLLOWED and (is_beyond(g.change[i]) or is_beyond(g.change[j])):
+    if why == FOLLOWED and (is_beyond(g.change[i]) or (j != i and is_beyond(g.change[j]))):
         lose(g, GROWN, i, j, t)
     elif why != FOLLOWED:
         lose(g, why, i, j, t)
         for p in columns(g):
             g.late[p] = math.nan
     keep(g, k, i, j, t)
-    for n in (i, j):
+    for c in range(1 if j == i else 2):
+        n = i if c == 0 else j
         for p in columns(g):
             if why == FOLLOWED:
                 g.ever[n, p] = g.ever[n, p] | is_changed(g.change[n], p)
@@ -365,12 +362,7 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
     why = answer(g, geometry, i, other, fastest, t)
     if why != FOLLOWED:
         return why
-    m = cleared(g.one.matrix[: balls * size])
-    respond(g, m, geometry, balls)
-    if size > 4 and balls == 1:
-        slow_roll(g, m, geometry, roll_of(g, i, t), g.one.asked[3])
-    saltate(g, m, geometry, balls)
-    multiply(g, m)
+    saltate(g, geometry, balls, roll_of(g, i, t) if size > 4 else NO_ROLL)
     errors.make(g, geometry, i, other)
     for c in range(balls):
         n = i if c == 0 else other
@@ -465,13 +457,17 @@ def owns(g: Any, wall: int) -> tuple[bool, bool]:
 
 
 def put_parts(g: Any, geometry: Geometry, balls: int, p: Any) -> Any:
-    """Write the changes of the velocities' parts at a contact; return how late (s) it comes."""
+    """Write what changes of the velocities' parts, and how far the normal turns, at a contact.
+
+    Return how late (s) it comes.
+    """
     z, size, (nx, ny) = g.z, len(g.change[0]), geometry.normal
     rows, x, y = balls * size, g.z[0, p], g.z[1, p]
     if balls == 2:
         x, y = z[size, p] - x, z[size + 1, p] - y
     late = (nx * x + ny * y + z[rows + GAP, p]) / geometry.closing
-    turn = geometry.curvature * (nx * y - ny * x + geometry.slip * late) + z[rows + TURN, p]
+    turn = geometry.curvature * (nx * y - ny * x + geometry.slip * late)
+    g.parts[4, p] = turn
     for c in range(balls):
         k, vx, vy = c * size, g.one.before[c * size], g.one.before[c * size + 1]
         u, v = z[k + 2, p] + g.one.before[k + 2] * late, z[k + 3, p] + g.one.before[k + 3] * late

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.saltation import MORE, MOST
+from pool_pymunk.physics.saltation import MORE, MOST, Geometry, saltation_matrix
 
 MOST_SIDES = 4  # of a kink of a law
 
@@ -34,13 +35,13 @@ Follow = namedtuple(
     "of_numbers of_mass of_radius change ever late one z parts bad out python",
 )
 
-# The numbers of one contact: places of balls, rates of change before and after it, its saltation
-# matrix, what the law is asked and answers there and beside it, and its slopes. The `ends` are the
-# duration of the run (s), whether it was cut there, whether its number of events did that, and its
-# first breakpoint. The `numbers` are the scene's: restitutions of balls, of the cue ball and of
-# cushions, pull of the surface, frictions of cushions and of balls, drag of the surface.
+# The numbers of one contact: places of balls, rates of change before and after it, what the law
+# is asked and answers there and beside it, and its slopes. The `ends` are the duration of the run
+# (s), whether it was cut there, whether its number of events did that, and its first breakpoint.
+# The `numbers` are the scene's: restitutions of balls, of the cue ball and of cushions, pull of
+# the surface, frictions of cushions and of balls, drag of the surface.
 ONE = {
-    "place": (4,), "before": (12,), "after": (12,), "matrix": (12, 12 + MORE), "answer": (4, 8),
+    "place": (4,), "before": (12,), "after": (12,), "answer": (4, 8),
     "asked": (8,), "beside": (8,), "answers": (MOST_SIDES + 1, 4), "slopes": (MOST_SIDES, 4, 8),
     "ends": (4,), "numbers": (7,),
 }  # fmt: skip
@@ -49,8 +50,8 @@ ONE = {
 def room(size: int, count: int) -> dict[str, Any]:
     """Return room for the changes of one contact, of states of K numbers by P inputs."""
     width = 2 * size
-    shapes = {"z": (width + MORE, count), "parts": (4, count), "bad": (count,),
-              "out": (width, count)}  # fmt: skip
+    shapes = {"z": (width + MORE, count), "parts": (5, count), "bad": (count,),
+              "out": (size,)}  # fmt: skip
     return {name: np.zeros(shape) for name, shape in shapes.items()}
 
 
@@ -135,20 +136,16 @@ def surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
     return side.normal(x, y), side.curvature(x, y)
 
 
-def cleared(m: Any) -> Any:
-    """Return a saltation matrix that holds zeros."""
-    return [[0.0] * (len(m) + MORE) for _ in m]
-
-
 def advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
     """Multiply a change by the derivatives of a motion."""
     own[:] = np.array(by_state) @ own
-    if of_pull.any():
+    if not is_of_errors(g) and of_pull.any():
         own += np.multiply.outer(by_pull, of_pull)
 
 
-def multiply(g: Any, m: Any) -> None:
-    """Multiply ``z`` by a matrix."""
+def saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
+    """Multiply ``z`` by the saltation matrix of a contact."""
+    m = saltation_matrix(g, geometry, balls, roll)
     g.z[: len(m)] = np.array(m) @ g.z[: len(m[0])]
 
 

@@ -82,19 +82,23 @@ def touching(motion: Motion6, normal: Vector, curvature: float) -> Geometry:
     return Geometry(normal, curvature, closing, slip, depth)
 
 
-def saltate(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
-    """Make the saltation matrix of a contact from the Jacobian R.
+def saltation_matrix(g: Any, geometry: Geometry, balls: int, roll: Vector) -> list[list[float]]:
+    """Return the saltation matrix of a contact; ``roll`` (m/s) is that of a ball at a cushion.
 
     ``g.one.before`` and ``g.one.after`` (C K) are the rates of change of the states.
     """
-    rows, size = len(m), len(m) // balls
-    (nx, ny), curvature, closing, slip, _ = geometry
+    size, ((nx, ny), curvature, closing, slip, _) = len(g.change[0]), geometry
+    rows = balls * size
+    m = [[0.0] * (rows + MORE) for _ in range(rows)]
+    respond(g, m, geometry, balls)
+    if size > 4 and balls == 1:
+        slow_roll(g, m, geometry, roll)
     for k in range(rows):
         delay, turned = -g.one.after[k], m[k][rows + TURN]
         if k % size < 2:  # R leaves places alone.
             delay += g.one.before[k]
         else:
-            for j in range(rows):
+            for j in range(2, rows):
                 delay += m[k][j] * g.one.before[j]
         delay += turned * curvature * slip  # G f_before is -closing.
         for c in range(balls):
@@ -103,6 +107,7 @@ def saltate(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
             m[k][c * size] += late * nx - turn * ny
             m[k][c * size + 1] += late * ny + turn * nx
         m[k][rows + GAP] = delay / closing
+    return m
 
 
 def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
@@ -136,28 +141,31 @@ def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
             x[j], y[j] = nx * by_n - ny * by_t, ny * by_n + nx * by_t
 
 
-def slow_roll(g: Any, m: Any, geometry: Geometry, roll: Vector, mu: float) -> None:
-    """Write into R how a cushion slows down a roll.
-
-    The cushion takes (5/2) mu |v_n' - v_n| off the part of the roll along its normal, which does
-    not change its sign.
-    """
+def slow_roll(g: Any, m: Any, geometry: Geometry, roll: Vector) -> None:
+    """Write into R how a cushion slows down a roll."""
     rows, law, (nx, ny), (wx, wy) = len(m), g.one.answer, geometry.normal, roll
-    vx, vy = g.one.before[0], g.one.before[1]
-    along, across = vx * nx + vy * ny, vy * nx - vx * ny
-    push = g.one.after[0] * nx + g.one.after[1] * ny - along
-    less, most = wx * nx + wy * ny, mu * push / GYRATION
-    if most > abs(less):  # All of it goes.
-        put_slower(m, geometry, rows - 2, nx, ny)
-        turn, taken = wy * nx - wx * ny, less
-    else:
-        share = math.copysign(mu / GYRATION, less)
-        by_n, by_t, taken = law[0][0] - 1.0, law[0][1], math.copysign(most, less)
-        put_slower(m, geometry, 2, share * (nx * by_n - ny * by_t), share * (ny * by_n + nx * by_t))
-        by_mu = math.copysign(push / GYRATION, less) + share * law[0][3]
-        put_slower(m, geometry, rows + LAW, share * law[0][2], by_mu)
-        turn = share * (by_n * across - by_t * along)
+    taken, of_roll, of_push, of_mu = taken_off(g, geometry, roll)
+    by_n, by_t, (vx, vy) = of_push * (law[0][0] - 1.0), of_push * law[0][1], g.one.before[:2]
+    put_slower(m, geometry, rows - 2, of_roll * nx, of_roll * ny)
+    put_slower(m, geometry, 2, nx * by_n - ny * by_t, ny * by_n + nx * by_t)
+    put_slower(m, geometry, rows + LAW, of_push * law[0][2], of_mu + of_push * law[0][3])
+    turn = of_roll * (wy * nx - wx * ny) + by_n * (vy * nx - vx * ny) - by_t * (vx * nx + vy * ny)
     m[4][rows + TURN], m[5][rows + TURN] = ny * taken - nx * turn, -nx * taken - ny * turn
+
+
+def taken_off(g: Any, geometry: Geometry, roll: Vector) -> tuple[float, float, float, float]:
+    """Return what (m/s) a cushion takes off the part of a roll along its normal.
+
+    It takes (5/2) mu |v_n' - v_n|, but does not change the sign of this part. The other numbers are
+    the derivatives by this part, by v_n' - v_n, and by mu.
+    """
+    (nx, ny), before, after, mu = geometry.normal, g.one.before, g.one.after, g.one.asked[3]
+    push = (after[0] - before[0]) * nx + (after[1] - before[1]) * ny
+    part = roll[0] * nx + roll[1] * ny
+    most, sign = mu * push / GYRATION, math.copysign(1.0 / GYRATION, part)
+    if most > abs(part):  # All of it goes.
+        return part, 1.0, 0.0, 0.0
+    return math.copysign(most, part), 0.0, sign * mu, sign * push
 
 
 def put_slower(m: Any, geometry: Geometry, column: int, one: float, other: float) -> None:

@@ -283,7 +283,8 @@ def slipping(slip: Vector, time: float, pull: float) -> tuple[Any, Any]:
 def stops_later(vx: float, vy: float, pull: float, by_x: Any, by_y: Any, by_pull: Any) -> Any:
     """Return how much later (s) motion at (``vx``, ``vy``) comes to rest, by the changes of all."""
     speed = math.sqrt(vx * vx + vy * vy)
-    return ((vx * by_x + vy * by_y) / speed - speed / pull * by_pull) / pull
+    rate = speed * pull
+    return vx / rate * by_x + vy / rate * by_y - speed / pull / pull * by_pull
 
 
 def longer(ux: float, uy: float, pull: float, by_x: Any, by_y: Any, by_pull: Any) -> Any:
