@@ -335,6 +335,7 @@ class Groups:
             self._note(group)
             group.state[:], group.began = end, engine.now
             if is_cut:
+                group.longest = group.piece.time
                 self._play(group)
             elif group.piece.fell < 0 and not group.piece.faded:
                 group.longest = group.piece.next
@@ -393,7 +394,10 @@ class Groups:
 def parts_of(group: Group) -> list[Group]:
     """Return the parts of a group that contacts press together; it may be all of it."""
     first = {i: i for i in group.balls}
-    pressing = [hit for hit, on in zip(group.hits, group.press.on, strict=True) if on]
+    press = group.press
+    pressing = [
+        hit for k, hit in enumerate(group.hits) if press.on[k] and pressed.moves(press, k)
+    ]
     for hit in pressing * len(pressing):
         low = min(first[i] for i in hit.balls)
         for i in hit.balls:

@@ -508,11 +508,11 @@ def open_widest(g: Any) -> bool:
 
 def open_pulling(g: Any, all_at_once: bool) -> bool:
     """Open contacts that would pull."""
-    least, which = g.small[1], -1
+    least, which = -g.small[1], -1
     for k in range(len(g.one)):
         if g.on[k]:
             press = g.force[k][0] / unit_of(g, k)
-            if press <= (g.small[1] if all_at_once else least):
+            if press < (-g.small[1] if all_at_once else least):
                 least, which = press, k
                 if all_at_once:
                     g.on[k] = False
