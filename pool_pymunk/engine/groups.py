@@ -361,7 +361,7 @@ class Groups:
         if group.press.phase[group.number[i]] == REST:
             engine.paths[i] = standing(engine.now, x, y)
             engine.speeds[i] = 0.0
-            engine.near.begin(i, engine.paths[i], engine.radii[i], engine.now, engine.now)
+            self.loose[i] = None
             engine.stop(i, engine.now, (x, y))
         else:
             engine.tally.listed += 1

@@ -10,7 +10,7 @@ from pool_pymunk.physics.motion import Vector, closing_acceleration
 from pool_pymunk.physics.path import Path, motion_at, pull_of
 
 # radii; a contact persists once its bounces to come would move the two sides apart by less in all.
-UNSEEN = 1e-7
+UNSEEN = 1e-10
 # This share of the accelerations may be rounding: what presses less does not press.
 PRESSES = 1e-10
 
