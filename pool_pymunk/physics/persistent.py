@@ -33,15 +33,19 @@ def persists(parting: float, pressing: float, restitution: float, radius: float)
 def pressing_of_balls(a: Path, b: Path, t: float) -> float:
     """Return how strongly (m/s^2) two touching balls are pressed together; 0 if it is rounding."""
     (ax, ay, au, av), (bx, by, bu, bv) = motion_at(a, t), motion_at(b, t)
-    pull = closing_acceleration(
-        (bx - ax, by - ay), (bu - au, bv - av), (b.ax - a.ax, b.ay - a.ay)
-    )  # fmt: skip
+    (px, py), (qx, qy) = pull_at(a, t), pull_at(b, t)
+    pull = closing_acceleration((bx - ax, by - ay), (bu - au, bv - av), (qx - px, qy - py))
     return pull if pull > PRESSES * (pull_of(a) + pull_of(b)) else 0.0
 
 
 def pressing_of_wall(path: Path, normal: Vector, curvature: float, t: float) -> float:
-    """Return how strongly (m/s^2) a ball is pressed on to a wall that it touches, or 0."""
+    """Return how strongly (m/s^2) a ball is pressed on to a wall that it touches."""
     (_, _, vx, vy), (nx, ny) = motion_at(path, t), normal
     along = vy * nx - vx * ny
-    pull = -(path.ax * nx + path.ay * ny) - curvature * along * along
-    return pull if pull > PRESSES * (pull_of(path) + abs(curvature) * along * along) else 0.0
+    ax, ay = pull_at(path, t)
+    return -(ax * nx + ay * ny) - curvature * along * along
+
+
+def pull_at(path: Path, t: float) -> Vector:
+    """Return the acceleration (m/s^2) on a path at a time (s): none once the ball rests."""
+    return (0.0, 0.0) if path.slows and t >= path.end else (path.ax, path.ay)

@@ -861,6 +861,7 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
         recall(g, first, forces)
         return Piece(s, 0.0, 0.0, longest, which, False)
     low, high, m_low, m_high, t = 0.0, h, before[which], after[which], h
+    was_high = True
     while abs(m_high) > slack_of(g, which) and high - low > 1e-14 * h:
         t = low + (high - low) * m_low / (m_low - m_high)
         recall(g, first, forces)
@@ -869,10 +870,14 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
         now = first_to_fall(g, before, after)
         if now >= 0 and now != which:
             which, low, m_low = now, 0.0, before[now]
-        if now >= 0 or after[which] <= slack_of(g, which):
-            high, m_high, m_low = t, after[which], m_low / 2.0
+        is_high = now >= 0 or after[which] <= slack_of(g, which)
+        if is_high:
+            high, m_high = t, after[which]
+            m_low /= 2.0 if was_high else 1.0
         else:
             low, m_low = t, after[which]
+            m_high /= 1.0 if was_high else 2.0
+        was_high = is_high
     if t != high:
         recall(g, first, forces)
         end, error = step(g, s, high, total)
