@@ -6,6 +6,7 @@ import math
 import random
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,14 @@ from shots import in_the_loop
 
 from pool_pymunk import Ball, Friction, Restitution, Scene, Table, simulate_many
 from pool_pymunk.fast import loop
-from pool_pymunk.fast.persistent import is_slow, parting_at
-from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
+from pool_pymunk.fast.persistent import (
+    Place,
+    are_held,
+    balls_persist,
+    is_held,
+    parting_at,
+    wall_persists,
+)
 from pool_pymunk.physics.surface import slide_or_roll
 
 r = 0.03
@@ -35,6 +41,7 @@ HEAD_ON = scene_of(
 )  # fmt: skip
 AT_A_CUSHION = scene_of(TABLE, Ball("1", (0.5, 0.969), r, 0.2, velocity=(0.2, 0.5)), e=0.1)
 AT_REST = scene_of(TABLE, Ball("1", (0.5, 1.0 - r), r, 0.2))
+IN_A_CORNER = scene_of(TABLE, Ball("1", (2.0 - r, 1.0 - r), r, 0.2))
 ON_A_CIRCLE = scene_of(
     Table.circle(0.5), Ball("1", (0.5, r), r, 0.2, velocity=(0.6, 0.01)), e=0.1
 )  # fmt: skip
@@ -44,25 +51,26 @@ ON_A_CIRCLE = scene_of(
 def few_hits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Play shots in Python, and fail where a shot has many hits, as those that come ever faster."""
     in_the_loop(monkeypatch)
-    predict, start, hits = loop.predict, loop.start, Counter[str]()
+    answer, start, rounds = loop.answer, loop.start, Counter[str]()
 
-    def counted(*args: Any) -> None:
-        hits["now"] += 1
-        assert hits["now"] < MOST, "the hits have no end"
-        predict(*args)
+    def counted(*args: Any) -> bool:
+        rounds["now"] += 1
+        assert rounds["now"] < MOST, "the hits have no end"
+        return answer(*args)
 
     def started(*args: Any) -> bool:
-        hits["now"] = 0
+        rounds["now"] = 0
         return start(*args)
 
-    monkeypatch.setattr(loop, "predict", counted)
+    monkeypatch.setattr(loop, "answer", counted)
     monkeypatch.setattr(loop, "start", started)
 
 
 @pytest.mark.parametrize(
     ("scene", "roll"),
-    [(HEAD_ON, [(0.5, 0.0), (-0.5, 0.0)]), (AT_A_CUSHION, [(0.2, 0.5)]), (AT_REST, [(0.0, 0.4)])],
-)
+    [(HEAD_ON, [(0.5, 0.0), (-0.5, 0.0)]), (AT_A_CUSHION, [(0.2, 0.5)]), (AT_REST, [(0.0, 0.4)]),
+     (IN_A_CORNER, [(0.4, 0.4)])],
+)  # fmt: skip
 def test_a_roll_presses_balls_together_and_to_a_cushion(
     scene: Scene, roll: Any, few_hits: None
 ) -> None:
@@ -96,27 +104,26 @@ def test_what_is_noise_is_no_parting(parting: float) -> None:
     assert parting_at(-parting, 3e-9) == 0.0
 
 
-def some_path(rnd: random.Random, place: tuple[float, float], pull: float) -> Path:
-    """Return the path of a ball that slides, or rolls."""
+def some_ball(rnd: random.Random, x: float, y: float, pull: float) -> Any:
+    """Return a ball that slides or rolls, as the compiled loop has it."""
     vx, vy, wx, wy = (rnd.choice((0.0, rnd.uniform(-1.0, 1.0))) for _ in range(4))
-    return slide_or_roll(0.0, place, (vx, vy), (wx, wy), pull, 0.05 * pull)
+    path = slide_or_roll(0.0, (x, y), (vx, vy), (wx, wy), pull, 0.05 * pull)
+    return SimpleNamespace(**path._asdict(), roll=(path.slows, path.wx, path.wy), radius=r)
 
 
-def test_what_parts_faster_than_the_strongest_pressing_allows_never_persists() -> None:
-    """The bound is met: some contacts persist that part nearly as fast."""
-    rnd, most = random.Random(1), 0.0
+def test_what_parts_too_fast_for_the_strongest_pressing_never_persists() -> None:
+    """The cheap test leaves out no contact that the rule would hold."""
+    rnd, found = random.Random(1), Counter[str]()
     for _ in range(20_000):
-        turn, pull, e = rnd.uniform(0.0, math.tau), rnd.uniform(0.5, 3.0), rnd.choice((0.0, 0.5))
-        across, bends = (math.cos(turn), math.sin(turn)), rnd.choice((0.0, -2.0, 5.0))
-        a = some_path(rnd, (0.0, 0.0), pull)
-        b = some_path(rnd, (2.0 * r * across[0], 2.0 * r * across[1]), pull)
-        limit, speed = 2.0 * pull, math.sqrt(a.vx * a.vx + a.vy * a.vy)
-        parting = 10 ** rnd.uniform(-6.0, -3.0)
-        for pressing, strongest in (
-            (pressing_of_balls(a, b, 0.0), limit),
-            (pressing_of_wall(a, across, bends, 0.0), pull + abs(bends) * speed * speed),
-        ):
-            if persists(parting, pressing, e, r):
-                assert is_slow(parting, strongest, r)
-            most = max(most, pressing / strongest)
-    assert most > 0.9
+        turn, pull, e = rnd.uniform(0.0, math.tau), rnd.uniform(0.1, 3.0), rnd.choice((0.0, 0.5))
+        nx, ny = math.cos(turn), math.sin(turn)
+        balls = [some_ball(rnd, d * nx, d * ny, pull) for d in (0.0, 2.0 * r)]
+        w = SimpleNamespace(ball=balls, now=0.0, scene=SimpleNamespace(pull=pull))
+        at, parting = Place((nx, ny), rnd.choice((0.0, -5.0, 5.0))), 10 ** rnd.uniform(-5.0, -3.0)
+        if are_held(w, 0, 1, parting, e):
+            assert balls_persist(w, 0, 1, parting, e)
+            found["balls"] += 1
+        if is_held(w, 0, at, parting, e):
+            assert wall_persists(w, 0, at, parting, e)
+            found["wall"] += 1
+    assert min(found["balls"], found["wall"]) > 1_000
