@@ -165,7 +165,7 @@ def answer_cluster(w: Work, sides: Sides) -> bool:
             return False
         due = next_round(w)
     w.rounds = at.mets = 0
-    return True
+    return not any_persists(w, at.contact, at.dues)
 
 
 def find_touching(w: Work, sides: Sides) -> bool:
