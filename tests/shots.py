@@ -18,8 +18,9 @@ from hard_kinds import random_hard_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, rack
-from pool_pymunk.fast import compiled, loop
+from pool_pymunk.fast import compiled, loop, many
 from pool_pymunk.fast.derivatives import TWINS
+from pool_pymunk.fast.tables import can_compile
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
@@ -92,6 +93,13 @@ def uncompiled(*_: bool) -> Any:
     loop_in_python: Any = partial(loop.play_shots)
     loop_in_python.signatures = ["Python"]
     return loop_in_python
+
+
+def in_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Play shots by the loop that numba compiles, but in Python."""
+    monkeypatch.setattr(compiled, "is_there", lambda: True)
+    monkeypatch.setattr(compiled, "play_shots", uncompiled)
+    monkeypatch.setattr(many, "can_compile", can_compile)
 
 
 def with_twins(follow: Callable[..., int]) -> Callable[..., int]:

@@ -15,12 +15,11 @@ from amplified import amplification
 from hard_reference import hard_run
 from reference import OUTLINES, Refused, random_round_scene, reference_run
 from scenes import seeds, share_of
-from shots import check_bits, check_derivatives, needs_numba, uncompiled
+from shots import check_bits, check_derivatives, in_the_loop, needs_numba
 
 from pool_pymunk import (
     Ball,
     Friction,
-    Law,
     Physics,
     Pocket,
     Post,
@@ -35,8 +34,6 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast import compiled, many
-from pool_pymunk.fast.tables import can_compile
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Arc
 from pool_pymunk.physics.surface import slide_or_roll
@@ -429,13 +426,6 @@ def test_a_ball_at_rest_that_its_roll_drives_along_an_arc_sets_off(turn: float) 
 STADIUM = Table.stadium(2.0, 1.0)
 
 
-def in_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Play shots by the loop that numba compiles, but in Python."""
-    monkeypatch.setattr(compiled, "is_there", lambda: True)
-    monkeypatch.setattr(compiled, "play_shots", uncompiled)
-    monkeypatch.setattr(many, "can_compile", can_compile)
-
-
 def numbered(k: int) -> Scene:
     """Return random scene ``k`` with arcs and posts."""
     rng = random.Random(f"round {k}")
@@ -454,8 +444,8 @@ def test_the_loop_plays_random_scenes_bit_for_bit(k: int, monkeypatch: pytest.Mo
 @needs_numba
 @pytest.mark.slow
 def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
-    """In half of them balls roll, and in some of them an arc or a roll presses on a ball."""
-    numbers, handed_back, held = count(seeds(1)[0] * 10_000), 0, 0
+    """In half of them balls roll; where something presses on a ball, they are handed back."""
+    numbers, handed_back = count(seeds(1)[0] * 10_000), 0
     left = {False: share_of(200) // 2, True: share_of(200) // 2}
     while any(left.values()):
         scene = numbered(next(numbers))
@@ -465,9 +455,7 @@ def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
         batch = simulate_many(scene)
         check_bits(batch, range(1))
         handed_back += batch.by_reference
-        held += any("to a cushion" in line for line in batch.run(0).warnings)
-    assert handed_back <= share_of(200) // 50
-    assert held > 0
+    assert 0 < handed_back <= share_of(200) // 3
 
 
 @pytest.mark.parametrize(
@@ -476,32 +464,17 @@ def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
      (1.2, 0.1, 1.0, 0.1, 0.15)],
 )  # fmt: skip
 @pytest.mark.parametrize("rolls", [False, True])
-def test_the_loop_has_balls_that_run_along_an_arc(
+def test_a_ball_that_runs_along_an_arc_is_handed_back(
     speed: float, angle: float, e: float, rubs: float, time: float | None, rolls: bool,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
+    """With e = 1 it bounces along the arc, and its hits do not converge."""
     in_the_loop(monkeypatch)
     scene = on_a_circle(speed, angle, e, rubs, 0.05, max_time=time)
     if rolls:
         scene = replace(scene, friction=replace(scene.friction, rolling=0.04))
     batch = simulate_many(scene)
-    assert batch.by_reference == 0
-    assert ("persistent contact" in batch.run(0).policies) == (e < 1.0)
-    check_bits(batch, range(1))
-
-
-def test_the_loop_has_a_ball_that_its_roll_holds_to_a_cushion(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A post with a restitution of its own is what makes the loop keep histories of walls."""
-    in_the_loop(monkeypatch)
-    scene = Scene(
-        (Ball("C", (0.5, 0.93), r, 0.2, velocity=(0.5, 1.0), roll=1.0),), Table.rectangle(2.0, 1.0),
-        Restitution(cushion=0.1), Friction(0.2, 0.0, 0.0, 0.1), posts=(Post((1.5, 0.2), 0.1, 0.5),),
-    )  # fmt: skip
-    batch = simulate_many(scene)
-    assert batch.by_reference == 0
-    assert "persistent contact" in batch.run(0).policies
+    assert batch.handed_back.tolist() == [e < 1.0]
     check_bits(batch, range(1))
 
 
@@ -565,16 +538,6 @@ def test_sixty_scenes_have_compiled_derivatives() -> None:
         for scene in islice((scene for scene in scenes if not scene.surface.rolls), share_of(60))
     )
     assert compiled > share_of(60) / 2
-
-
-def test_tables_with_very_many_walls_and_an_arc_take_the_exact_solver() -> None:
-    """The histories of walls have room for 64."""
-    posts = tuple(Post((0.1 * k, 2.0), 0.01) for k in range(64))
-    scene = Scene((Ball("C", (0.5, 0.5), r, 0.2),), None, Restitution(cushion=0.9), posts=posts)
-    assert can_compile(scene, Law())
-    assert can_compile(replace(scene, posts=(*posts[1:], Post((0.0, 2.0), 0.01, 0.5))), Law())
-    more = (*posts, Post((6.4, 2.0), 0.01, 0.5))
-    assert not can_compile(replace(scene, posts=more), Law())
 
 
 def test_a_round_scene_survives_its_file() -> None:

@@ -23,7 +23,7 @@ from types import FunctionType
 from typing import Any, cast
 
 from pool_pymunk.fast import loop
-from pool_pymunk.fast.walls import stage_of_past
+from pool_pymunk.fast.persistent import are_held, is_held
 from pool_pymunk.physics import changes, touches
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc
@@ -49,8 +49,9 @@ APART = (
     "pool_pymunk.physics.together",
 )
 RARE = (
-    bent_to_arc, time_in, time_out, stage_of_past, changes.touch, changes.is_bent, changes.lose,
-    changes.lose_velocity, changes.fall, changes.begin_to_roll, touches.touch_of_discs,
+    bent_to_arc, time_in, time_out, are_held, is_held, changes.touch, changes.is_bent,
+    changes.lose, changes.lose_velocity, changes.fall, changes.begin_to_roll,
+    touches.touch_of_discs,
 )  # fmt: skip
 
 

@@ -15,10 +15,10 @@ import numpy as np
 from pool_pymunk.fast import compiled, kinds, rows
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.fast.loop import OUT_OF_TIME
-from pool_pymunk.fast.moves import nearest
 from pool_pymunk.fast.records import F, I, Out, Tracks
 from pool_pymunk.fast.shots import Floats, Source, is_gone
 from pool_pymunk.fast.tables import own_of_walls, table_of, walls_differ
+from pool_pymunk.fast.walls import nearest
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.physics import changes, columns, errors, kinks

@@ -12,9 +12,7 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.fast.kinds import time_of_contact
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
-from pool_pymunk.physics.contact import approach
-from pool_pymunk.physics.path import Path, Persistent, motion_at, pair_time, standing
-from pool_pymunk.physics.sides import unit
+from pool_pymunk.physics.path import NOT_MET, Path, motion_at, pair_time, standing
 
 # Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
 # and boxes have the same margin (engine/near.py).
@@ -148,45 +146,17 @@ def meet_others(w: Work, i: int, done: int) -> None:
             meet(w, min(i, j), max(i, j))
 
 
-def meet(w: Work, i: int, j: int, just_missed: bool = False) -> None:
-    """Predict when two balls meet; faint or ``just_missed`` contacts wait a contact time."""
+def meet(w: Work, i: int, j: int) -> None:
+    """Predict when two balls meet."""
     a, b = w.ball[i], w.ball[j]
     since = max(w.now, a.t, b.t)
     until = min(w.due[i].until, w.due[j].until)
     touching = a.radius + b.radius
     if stay_apart(a, b, touching, since, until):
         return
-    persistent, noise = persistent_of(w, i, j, since), max(a.noise, b.noise)
-    t = pair_time(path_of(a), path_of(b), touching, since, until, persistent, noise)
-    if (
-        t <= since
-        and persistent.time > 0.0
-        and (just_missed or closes_faintly(w, i, j, persistent.faint))
-    ):
-        t = since + persistent.time
-        if t > min(until, max(a.end, b.end)):
-            return
+    noise = max(a.noise, b.noise)
+    t = pair_time(path_of(a), path_of(b), touching, since, until, NOT_MET, noise)
     w.pair_t[i, j] = min(w.pair_t[i, j], t)
-
-
-def closes_faintly(w: Work, i: int, j: int, faint: float) -> bool:
-    """Tell whether two balls close more slowly than ``faint`` (m/s) now."""
-    if faint == 0.0:
-        return False
-    x, y, ax, ay = motion_at(path_of(w.ball[i]), w.now)
-    u, v, bx, by = motion_at(path_of(w.ball[j]), w.now)
-    return approach((ax, ay), (bx, by), unit(u - x, v - y)) < faint
-
-
-def persistent_of(w: Work, i: int, j: int, now: float) -> Persistent:
-    """Return how long one persistent contact of two balls takes, and what speed is faint."""
-    pair = w.pair[i, j]
-    if pair.last == -math.inf:
-        return Persistent(0.0, 0.0)
-    one, other = w.ball[i].end, w.ball[j].end
-    to_go = max(one if one < math.inf else now, other if other < math.inf else now) - now
-    radius = min(w.ball[i].radius, w.ball[j].radius)
-    return decisions.persistent(pair, now, to_go, radius, w.scene.pull)
 
 
 # -- bounds ----------------------------------------------------------------------------------------

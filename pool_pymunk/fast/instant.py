@@ -9,9 +9,8 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.resolver import SAME_NORMAL
 from pool_pymunk.fast.due import path_of
 from pool_pymunk.fast.kinds import curvature, gap, normal, time_of_contact
-from pool_pymunk.fast.moves import nearest
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Sides, Work
-from pool_pymunk.fast.walls import coefficients
+from pool_pymunk.fast.walls import coefficients, nearest
 from pool_pymunk.physics.contact import NO_BALL
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import unit

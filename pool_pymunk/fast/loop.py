@@ -3,8 +3,8 @@
 It does the engine's work: it calls the functions that :mod:`pool_pymunk.engine.contacts` calls with
 the same numbers in the same order, so every bit of an end is the same. Contacts that come alone are
 answered here, and others by :mod:`pool_pymunk.fast.together`. A shot is ``HARD``, and played by the
-engine, if hits at one instant have no end, too many come at once, a roll may hold a ball to a
-cushion, or a ball is lost.
+engine, if a contact persists, hits at one instant have no end, too many come at once, or a ball is
+lost.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from pool_pymunk.fast.due import (
     may_roll,
     meet_others,
     path_of,
-    persistent_of,
     put_box,
     refresh,
     slows,
@@ -33,22 +32,20 @@ from pool_pymunk.fast.moves import (
     begin,
     keep,
     keep_event,
-    nearest,
     note_cushion,
     note_hit,
-    nudge,
     path_from,
     put_path,
     roll_of,
     squared,
     stop,
 )
+from pool_pymunk.fast.persistent import Place, balls_persist, parting_at, wall_persists
 from pool_pymunk.fast.records import (
     COLUMNS,
     MOST_BALLS,
     MOST_ROWS,
     NOTHING,
-    Moving,
     Out,
     Shots,
     Sides,
@@ -56,23 +53,8 @@ from pool_pymunk.fast.records import (
     Tracks,
     Work,
 )
-from pool_pymunk.fast.together import (
-    answer_alone,
-    answer_together,
-    has_many_rounds,
-    moving,
-    note_met,
-    note_micro,
-)
-from pool_pymunk.fast.walls import (
-    HIT,
-    MICRO,
-    Bounce,
-    bounce_of,
-    coefficients,
-    forget_walls,
-    note_bounce,
-)
+from pool_pymunk.fast.together import answer_alone, answer_together, has_many_rounds, note_met
+from pool_pymunk.fast.walls import coefficients, nearest
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.changes import ROLL
@@ -81,7 +63,6 @@ from pool_pymunk.physics.impulses import pushed_along, slowing
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
-from pool_pymunk.physics.together import pushed_off
 
 SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; a shot that may not start is hard, too
 
@@ -223,13 +204,11 @@ def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
     is_sound = put_path(ball, path)
     ball.noise = NOISE * ball.speed
     if sets_off(path):
-        if ball.roll[3] == 0.0:
-            w.count.events += 1
-            keep_event(w, i, ROLL, t)
+        w.count.events += 1
+        keep_event(w, i, ROLL, t)
         keep(w, i, path)
     else:
         stop(w, i, t)
-    nudge(ball, False)
     predict(w, sides, (i,))
     return is_sound
 
@@ -279,9 +258,8 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
         path = path_from(w, 0.0, (x, y), (vx, vy), (wx, wy))
         is_ordinary &= put_path(ball, path)
         ball.noise = NOISE * fastest_of(path)
-        nudge(ball, False)
         keep(w, i, path)
-        ball.moves, ball.rested = sets_off(path), -math.inf
+        ball.moves = sets_off(path)
         put_box(ball, NOWHERE if ball.is_off else box(path, ball.radius, 0.0, math.inf))
     for i in range(w.scene.balls):
         if w.ball[i].moves:
@@ -301,8 +279,7 @@ def clear(w: Work) -> None:
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
         due.until = w.next_t[i] = math.inf
         for j in range(i + 1, w.scene.balls):
-            w.pair_t[i, j], w.pair[i, j].last, w.pair[i, j].hits = math.inf, -math.inf, 0
-        forget_walls(w, i)
+            w.pair_t[i, j] = math.inf
 
 
 # -- answers ---------------------------------------------------------------------------------------
@@ -321,8 +298,7 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
     e = scene.cue_ball if scene.cue in (i, j) else scene.ball_ball
     pair = Pair(a.mass, b.mass, e, scene.ball_friction)
     before_a, before_b = split((ax, ay), along), split((bx, by), along)
-    is_special = has_many or jumps(scene, before_a, before_b, pair)
-    if is_special or not is_ordinary_hit(w, i, j, closing, noise, e):
+    if has_many or closing <= noise or jumps(scene, before_a, before_b, pair):
         return answer_alone(w, sides, i, j, has_many)
     parts_a, parts_b = ball_ball(scene, before_a, before_b, pair)
     after_a = changed((ax, ay), before_a, parts_a, along)
@@ -332,27 +308,11 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
     noise = decisions.noise_after(fastest, noise)
     is_sound = begin(w, i, (x, y), after_a, roll_of(w, i), noise)
     is_sound &= begin(w, j, (u, v), after_b, roll_of(w, j), noise)
+    parting = parting_at(approach((a.vx, a.vy), (b.vx, b.vy), along), noise)
+    if balls_persist(w, i, j, parting, e):
+        return False
     predict(w, sides, (i, j))
     return is_sound
-
-
-def is_ordinary_hit(w: Work, i: int, j: int, closing: float, noise: float, e: float) -> bool:
-    """Tell whether two balls hit each other outside of persistent contact; note when they met."""
-    a, b, pair, least, met = w.ball[i], w.ball[j], w.pair[i, j], 0.0, w.now
-    if pair.last > -math.inf:
-        time, faint = persistent_of(w, i, j, w.now)
-        if closing < faint:
-            return False
-        if decisions.persists(w.now - pair.last, time):
-            if decisions.is_micro(closing, time, w.scene.pull):
-                return False
-            met = pair.met
-        least = decisions.least_parting(path_of(a), path_of(b), w.now, time, a.radius)
-    if not decisions.is_hit(closing, noise, least) or e * closing < least:
-        return False
-    if w.scene.pull > 0.0:
-        pair.met, pair.last = met, w.now
-    return True
 
 
 def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
@@ -377,34 +337,23 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
     met, (e, mu) = nearest(sides, side, x, y, ball.radius), coefficients(side, w.scene)
     across, bends = normal(met, x, y), curvature(met, x, y)
     closing = wall_approach((vx, vy), across)
-    bounce = bounce_of(w, i, side.wall, across, bends, closing, e)
-    if has_many or not is_ordinary_bounce(w, ball, bounce):
+    if has_many or closing <= ball.noise:
         return answer_alone(w, sides, i, -1 - side.first, has_many)
-    note_bounce(w, i, side.wall, bounce.stage, bends)
     before = split((vx, vy), across)
-    parts = cushion(w.scene, before, bounce.restitution, mu)
-    after, roll, is_sound = changed((vx, vy), before, parts, across), roll_of(w, i), True
-    if bounce.parting > 0.0:
-        after, _, _ = pushed_off(after, across, mu, bounce.parting, -1.0)
+    parts = cushion(w.scene, before, e, mu)
+    after, roll = changed((vx, vy), before, parts, across), roll_of(w, i)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), ball.noise)
-    if bounce.kind == HIT:
-        note_cushion(w, i, side.wall)
-    else:
-        after, is_sound = moving(w, i, after), note_micro(w, i, bounce.stage.last)
+    note_cushion(w, i, side.wall)
     if may_roll(ball):
         impulse = pushed_along(across, ball.mass, (vx, vy), after)
         push = across, slowing(mu, impulse, ball.mass)
         roll = changed_by(slowed_by(push, roll, NO_ROLL), roll)
-    is_sound &= begin(w, i, (x, y), after, roll, noise)
+    is_sound = begin(w, i, (x, y), after, roll, noise)
+    parting = parting_at(wall_approach((ball.vx, ball.vy), across), noise)
+    if wall_persists(w, i, Place(across, bends), parting, e):
+        return False
     predict(w, sides, (i,))
     return is_sound
-
-
-def is_ordinary_bounce(w: Work, ball: Moving, bounce: Bounce) -> bool:
-    """Tell whether a ball bounces off a wall, and the bounce needs no other contact."""
-    is_least = bounce.parting > 0.0
-    is_known = not may_roll(ball) and w.scene.together != NOTHING and not w.scene.keeps
-    return bounce.kind in (HIT, MICRO) and (is_known or not is_least)
 
 
 def take_in(w: Work, i: int, side: Any) -> bool:
@@ -422,9 +371,6 @@ def take_in(w: Work, i: int, side: Any) -> bool:
     count.duration = max(count.duration, w.now)
     put_box(ball, NOWHERE)
     forget(w, i)
-    for j in range(w.scene.balls):
-        w.pair[min(i, j), max(i, j)].last, w.pair[min(i, j), max(i, j)].hits = -math.inf, 0
-    forget_walls(w, i)
     refresh(w, i)
     return True
 

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import box
 from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
-from pool_pymunk.fast.kinds import gap
-from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
+from pool_pymunk.fast.records import NOTHING, Moving, Work
 from pool_pymunk.physics.changes import STOP
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, sets_off, standing
@@ -62,7 +59,6 @@ def stop(w: Work, i: int, t: float) -> None:
     x, y, _, _ = motion_at(path_of(ball), ball.end)
     ball.moves, ball.rest[0], ball.rest[1], w.due[i].stop_t = 0, x, y, math.inf
     note_next(w, i)
-    ball.rested = t
     count.events += 1
     count.duration = max(count.duration, t)
     keep_event(w, i, STOP, t)
@@ -95,8 +91,6 @@ def note_hit(w: Work, i: int, j: int) -> None:
     count.events += 1
     count.hits += 1
     keep_event(w, i, j, w.now)
-    nudge(w.ball[i], False)
-    nudge(w.ball[j], False)
     if watched in (i, j):
         other = j if i == watched else i
         count.met[other] = 1
@@ -109,38 +103,6 @@ def note_cushion(w: Work, i: int, wall: int) -> None:
     w.count.events += 1
     w.count.cushions += 1
     keep_event(w, i, -1 - wall, w.now)
-    nudge(w.ball[i], False)
-
-
-def nudge(ball: Moving, is_micro: bool) -> None:
-    """Note a hit of a ball; if it rolled until a micro-collision, its next roll is no event."""
-    if may_roll(ball):
-        ball.roll[3] = is_micro and ball.roll[0] + ball.roll[3] > 0.0
-
-
-def may_be_held(w: Work, ball: Moving, across: Vector, closing: float, e: float) -> bool:
-    """Tell whether a ball's roll may hold it to a cushion that it nears at ``closing`` (m/s).
-
-    Only the engine decides this, as it keeps histories with cushions (engine/persistent.py).
-    """
-    drive = -(ball.ax * across[0] + ball.ay * across[1])
-    if not may_roll(ball) or drive <= 0.0:
-        return False
-    pull, radius = w.scene.pull, ball.radius
-    time = decisions.contact_time(math.inf, 0.0, radius, pull, False)  # the longest one
-    least = max(drive * time / 2.0, decisions.too_slow_to_move(pull, ball.x, ball.y, radius))
-    return e * closing < least or decisions.is_micro(closing, time, pull)
-
-
-def nearest(sides: Sides, side: Any, x: float, y: float, r: float) -> Any:
-    """Return the side of the same wall whose surface is nearest to a ball."""
-    found, least = side.first, math.inf
-    if side.last > side.first + 1:
-        for k in range(side.first, side.last):
-            far = abs(gap(sides[k], x, y, r))
-            if far < least:
-                found, least = k, far
-    return sides[found]
 
 
 def squared(v: Vector) -> float:

@@ -26,7 +26,6 @@ NOTHING = -1  # stands for no ball, no side, no pocket
 
 N, F, I = MOST_BALLS, np.float64, np.int64  # noqa: E741
 
-MOST_WALLS = 64  # No more are compiled where there are arcs, or posts of their own material.
 NUMBERS = 8  # of a side, at most
 # The sides of a wall are those from `first` up to `last`. Where walls `differ`, there may be arcs,
 # and a wall may have restitution and friction of its `own`, or -1 for the scene's. Other scenes do
@@ -49,14 +48,13 @@ SCENE = np.dtype(
 )  # fmt: skip
 
 # A ball has its path, a speed that it does not exceed there, how much of a velocity is noise, a box
-# around the path, and if it does not move, where it rests and since when. The four numbers of
-# `roll` are: whether the path slows, wx, wy, whether the ball rolled until a micro-collision. There
-# are none where balls only slide.
+# around the path, and if it does not move, where it rests. The three numbers of
+# `roll` are: whether the path slows, wx, wy. There are none where balls only slide.
 BALLS = {
     rolls: np.dtype(
         [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
-         ("roll", F, (4 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4), ("moves", I),
-         ("rest", F, 2), ("rested", F), ("radius", F), ("mass", F), ("is_off", I)]
+         ("roll", F, (3 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4), ("moves", I),
+         ("rest", F, 2), ("radius", F), ("mass", F), ("is_off", I)]
     )
     for rolls in (False, True)
 }  # fmt: skip
@@ -68,9 +66,6 @@ DUE = np.dtype(
     [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
      ("ball_t", F), ("path_end", F), ("until", F)]
 )  # fmt: skip
-
-# when two balls met, when they hit each other last, and how many micro-collisions they have had
-PAIR = np.dtype([("met", F), ("last", F), ("hits", I)])
 
 COUNT = np.dtype(
     [("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
@@ -90,12 +85,10 @@ TRACK = np.dtype(
 )
 
 # A contact has the fields of physics.contact.Contact, the number of its wall, what becomes of it,
-# when its balls hit each other last, how fast they part at least, their contact time, its place in
-# a round, the impulse of a cushion, and what its push has taken of the roll.
+# its place in a round, and the impulse of a cushion.
 CONTACT = np.dtype(
     [("a", I), ("b", I), ("normal", F, 2), ("gap", F), ("wall", I), ("curvature", F), ("kind", I),
-     ("last", F), ("parting", F), ("time", F), ("place", I), ("impulse", F), ("taken", F),
-     ("pair", [(name, F) for name in Pair._fields])]
+     ("place", I), ("impulse", F), ("pair", [(name, F) for name in Pair._fields])]
 )  # fmt: skip
 
 # `met` (in the rounds of an instant) and `due` have contacts as pairs: a ball, and another ball or
@@ -107,25 +100,21 @@ TOGETHER = np.dtype(
      ("contact", CONTACT, C), ("answered", CONTACT, C), ("hitting", CONTACT, C + 1),
      ("group", CONTACT, C), ("place", F, (N, 2)), ("velocity", F, (N + 1, 2)),
      ("before", F, (N + 1, 2)),
-     ("moved", I, N + 1), ("persistent", I, N + 1), ("is_in", I, N + 1), ("changed", I, N + 1),
-     ("rolling", I, N + 1),
+     ("moved", I, N + 1), ("is_in", I, N + 1), ("changed", I, N + 1),
      ("is_near", I, N), ("queue", I, N), ("first", I, N + 1), ("shares", I, N + 1),
      ("gap", F, C), ("closing", F, C), ("hits", I, C), ("response", F, (C, C)),
      ("factor", F, (C, C)), ("wanted", F, C), ("unit", F, C), ("impulse", F, C), ("rest", F, C),
      ("pushing", I, C), ("chosen", I, C)]
 )  # fmt: skip
 
-# Where walls differ, balls have histories with walls, too (engine/persistent.py).
 WORKS = {
-    (rolls, differ): np.dtype(
+    rolls: np.dtype(
         [("scene", SCENE), ("ball", ball, N), ("now", F), ("instant", F), ("rounds", I),
          ("in_doubt", I),
-         ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("pair", PAIR, (N, N)),
-         ("at_wall", PAIR, (N * differ, MOST_WALLS)),
+         ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)),
          ("count", COUNT), ("track", TRACK), ("together", TOGETHER)]
     )
     for rolls, ball in BALLS.items()
-    for differ in SIDES
 }  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.records import NOTHING, WORKS, Shots
-from pool_pymunk.fast.tables import cue_of, law_number, together_number, walls_differ
+from pool_pymunk.fast.tables import cue_of, law_number, together_number
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -88,8 +88,7 @@ class Source(NamedTuple):
 
     def work(self, keeps: bool) -> Any:
         """Return a record in which shots can be played, and which may keep their tracks."""
-        kind = WORKS[self.scene.surface.rolls, walls_differ(self.scene)]
-        work = np.zeros(1, dtype=kind).view(np.recarray)[0]
+        work = np.zeros(1, dtype=WORKS[self.scene.surface.rolls]).view(np.recarray)[0]
         own, latest = work.scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)
         own.watched, own.keeps = self.watched, keeps

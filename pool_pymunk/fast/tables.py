@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.fast.kinds import KINDS
-from pool_pymunk.fast.records import MOST_BALLS, MOST_WALLS, NOTHING, NUMBERS, SIDES, TableArrays
+from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDES, TableArrays
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Law
 from pool_pymunk.physics.sides import Arc, Wall, core_of
@@ -85,9 +85,7 @@ def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
     sides = {type(side) for wall in scene.cushions for side in wall.sides}
     is_known = sides <= set(KINDS) and type(scene.surface) in (Sliding, Rolling)
-    has_room = len(scene.balls) <= MOST_BALLS
-    has_room &= len(scene.cushions) <= MOST_WALLS or not walls_differ(scene)
-    return is_known and has_room and law_number(law) != NOTHING
+    return is_known and len(scene.balls) <= MOST_BALLS and law_number(law) != NOTHING
 
 
 def plain(table: TableArrays) -> TableArrays:

@@ -1,9 +1,9 @@
 """This module answers contacts of one instant in compiled shots, as the engine answers them.
 
 It does in arrays what :mod:`pool_pymunk.engine.resolver` and :mod:`pool_pymunk.engine.contacts` do
-for contacts that share a ball, rows of touching balls, micro-collisions, and balls that
-a cushion leads. A function that answers returns -1 (``NOTHING``) or False where a shot is hard:
-where hits may have no end, where the law's impulses are unknown, or where there is no more room.
+for contacts that share a ball, rows of touching balls, and balls that a cushion leads. A function
+that answers returns -1 (``NOTHING``) or False where a shot is hard: where a contact persists, where
+hits may have no end, where the law's impulses are unknown, or where there is no more room.
 """
 
 from __future__ import annotations
@@ -19,16 +19,13 @@ from pool_pymunk.fast.due import (
     may_roll,
     meet,
     meet_others,
-    path_of,
-    persistent_of,
     refresh,
-    slows,
 )
 from pool_pymunk.fast.instant import note_due, read_contacts, touch, touches_wall
 from pool_pymunk.fast.kinds import ball_ball, cushion, jumps
-from pool_pymunk.fast.moves import begin, note_cushion, note_hit, nudge, roll_of, squared
+from pool_pymunk.fast.moves import begin, note_cushion, note_hit, roll_of, squared
+from pool_pymunk.fast.persistent import any_persists
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Moving, Sides, Work
-from pool_pymunk.fast.walls import HIT, LED, MICRO, MISSED, look_at_wall, too_slow
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -42,15 +39,10 @@ from pool_pymunk.physics.contact import (
 )
 from pool_pymunk.physics.impulses import along_normal, slowing
 from pool_pymunk.physics.laws import as_listed
-from pool_pymunk.physics.surface import (
-    GYRATION,
-    NO_ROLL,
-    as_rolling,
-    changed_by,
-    slowed_by,
-    turns_in_time,
-)
-from pool_pymunk.physics.together import Room, push_apart, push_at_once, push_off
+from pool_pymunk.physics.surface import NO_ROLL, changed_by, slowed_by
+from pool_pymunk.physics.together import Room, push_at_once
+
+MISSED, HIT, LED = 0, 1, 2  # what becomes of a contact, as in the resolver
 
 # -- instants --------------------------------------------------------------------------------------
 
@@ -122,7 +114,7 @@ def answer_round(w: Work, sides: Sides, has_many: bool) -> bool:
         i, j = at.missed[k, 0], at.missed[k, 1]
         is_moved = has_many and (at.changed[i] or at.changed[j])
         if w.ball[i].end > w.now and w.ball[j].end > w.now and not is_moved:
-            meet(w, i, j, True)
+            meet(w, i, j)
             refresh(w, i)
     return True
 
@@ -173,7 +165,7 @@ def answer_cluster(w: Work, sides: Sides) -> bool:
             return False
         due = next_round(w)
     w.rounds = at.mets = 0
-    return True
+    return not any_persists(w, at.contact, at.dues)
 
 
 def find_touching(w: Work, sides: Sides) -> bool:
@@ -255,51 +247,26 @@ def resolve(w: Work, count: int) -> int:
     """Answer the contacts of a round; return how many were hits, or -1 if they are hard."""
     at, hits = w.together, 0
     for i in range(w.scene.balls):
-        at.moved[i] = at.persistent[i] = at.is_in[i] = at.rolling[i] = 0
+        at.moved[i] = at.is_in[i] = 0
     for k in range(count):
         one = at.answered[k]
         for i in (one.a, one.b):
             at.is_in[i], at.before[i] = 1, (at.velocity[i][0], at.velocity[i][1])
-        one.place = k
-        if not look_at(w, one):
-            return NOTHING
-        hits += one.kind != MISSED
+        one.place, one.impulse = k, 0.0
+        one.kind = HIT if is_hit(w, one) else MISSED
+        hits += one.kind
     if hits > 0 and not answer_hits(w, count):
         return NOTHING
-    for k in range(count):
-        one = at.answered[k]
-        if one.kind != MISSED and one.parting > 0.0:
-            part(w, one)
     is_sound = leave_out(w, count) and report(w, count) and carry_out(w, count)
-    return hits if is_sound else NOTHING
+    return hits if is_sound and not any_persists(w, at.answered, count) else NOTHING
 
 
-def look_at(w: Work, one: Any) -> bool:
-    """Decide whether a contact is a hit, of which kind, and note when; False if that is hard."""
-    closing, noise = closing_speed(one, w.together.velocity), w.ball[one.a].noise
-    one.taken = 0.0
-    if one.b == NO_BALL:
-        return bool(look_at_wall(w, one))
-    least, faint, met, is_micro = 0.0, 0.0, w.now, False
-    one.kind, one.parting = MISSED, 0.0
-    pair, noise = w.pair[one.a, one.b], max(noise, w.ball[one.b].noise)
-    if pair.last > -math.inf:
-        a, b = path_of(w.ball[one.a]), path_of(w.ball[one.b])
-        time, faint = persistent_of(w, one.a, one.b, w.now)
-        least = decisions.least_parting(a, b, w.now, time, w.ball[one.a].radius)
-        if decisions.persists(w.now - pair.last, time):
-            met, one.last, one.time = pair.met, pair.last, time
-            is_micro = decisions.is_micro(closing, time, w.scene.pull)
-    if closing < faint or not decisions.is_hit(closing, noise, least):
-        return True
-    one.kind = MICRO if is_micro else HIT
-    if one.pair.restitution * closing < least:
-        one.pair.restitution = max(one.pair.restitution, min(least / closing, 1.0))
-        one.parting = one.pair.restitution * closing
-    if w.scene.pull > 0.0:
-        pair.hits += is_micro
-        pair.met, pair.last = met, w.now
-    return True
+def is_hit(w: Work, one: Any) -> bool:
+    """Tell whether the two sides of a contact close faster than noise."""
+    noise = w.ball[one.a].noise
+    if one.b != NO_BALL:
+        noise = max(noise, w.ball[one.b].noise)
+    return bool(closing_speed(one, w.together.velocity) > noise)
 
 
 def answer_hits(w: Work, count: int) -> bool:
@@ -309,11 +276,6 @@ def answer_hits(w: Work, count: int) -> bool:
         if at.answered[k].kind != MISSED:
             at.hitting[hits] = at.answered[k]
             hits += 1
-    one = at.hitting[0]
-    if hits == 1 and one.kind == MICRO and one.parting > 0.0 and roll_through(w, one):
-        return True
-    if hits == 1 and one.kind == MICRO and closing_speed(one, at.velocity) <= 0.0:
-        return True
     join(at.hitting, hits, at.first)
     for k in range(hits):
         first, size, is_new = first_of(at.hitting[k].a, at.first), 0, True
@@ -325,46 +287,6 @@ def answer_hits(w: Work, count: int) -> bool:
         if is_new and not answer_group(w, size):
             return False
     return True
-
-
-def roll_through(w: Work, one: Any) -> bool:
-    """Answer a least bounce if friction can turn the rolls of its balls in a contact time."""
-    v, i, j, m_a, m_b = w.together.velocity, one.a, one.b, one.pair.m_a, one.pair.m_b
-    rolls_a, rolls_b = slows(w.ball[i]), j != NO_BALL and slows(w.ball[j])
-    if not may_roll(w.ball[i]) or not (rolls_a or rolls_b):
-        return False
-    a, b = (v[i][0], v[i][1]), (v[j][0], v[j][1])
-    one.pair.m_a, one.pair.m_b = as_rolling(m_a, rolls_a), as_rolling(m_b, rolls_b)
-    if closing_speed(one, v) > 0.0:
-        respond(w, one)
-    part(w, one)
-    one.pair.m_a, one.pair.m_b = m_a, m_b
-    is_held = one.taken == 0.0
-    is_held &= not rolls_a or turns_in_time(a, v[i], one.time, w.scene.pull)
-    is_held &= not rolls_b or turns_in_time(b, v[j], one.time, w.scene.pull)
-    answered = w.together.answered[one.place]
-    answered.impulse = one.impulse = one.taken = 0.0
-    if is_held:
-        w.together.rolling[i], answered.parting = rolls_a, 0.0
-        if j != NO_BALL:
-            w.together.rolling[j] = rolls_b
-    else:
-        v[i], v[j] = a, b
-    return bool(is_held)
-
-
-def part(w: Work, one: Any) -> None:
-    """Make two sides part at their least bounce, if they are slower."""
-    v = w.together.velocity
-    if one.b != NO_BALL:
-        push_apart(one, one.parting, v)
-        return
-    into, (nx, ny) = -1.0, one.normal
-    if may_roll(w.ball[one.a]):
-        wx, wy = roll_of(w, one.a)
-        into = abs(wx * nx + wy * ny)
-    pushed, one.taken = push_off(one, one.parting, v, into)
-    one.impulse += pushed
 
 
 def answer_group(w: Work, count: int) -> bool:
@@ -419,8 +341,6 @@ def leave_out(w: Work, count: int) -> bool:
         one = at.answered[k]
         if one.kind != MISSED:
             at.moved[one.a] = at.moved[one.b] = HIT
-            if one.kind == MICRO:
-                at.persistent[one.a] = at.persistent[one.b] = 1
     for k in range(count):
         one = at.answered[k]
         if one.kind != MISSED or at.moved[one.a] == HIT:
@@ -441,14 +361,8 @@ def leave_out(w: Work, count: int) -> bool:
 
 
 def report(w: Work, count: int) -> bool:
-    """Count the hits of a round; return False after too many rounds with micro-collisions only."""
+    """Count the hits of a round; return False after too many rounds without a hit."""
     at, listed = w.together, False
-    for k in range(count):
-        one = at.answered[k]
-        if one.kind == MICRO:
-            for i in (one.a, one.b if one.b != NO_BALL else one.a):
-                nudge(w.ball[i], True)
-                revoke_stop(w, i, one.last)
     for k in range(count):
         one = at.answered[k]
         if one.kind == HIT and one.b != NO_BALL:
@@ -458,22 +372,6 @@ def report(w: Work, count: int) -> bool:
         listed |= one.kind == HIT
     at.unlisted += not listed
     return bool(at.unlisted < decisions.NEVER_SETTLES)
-
-
-def note_micro(w: Work, i: int, last: float) -> bool:
-    """Note a micro-collision that comes alone; return False after too many of them."""
-    nudge(w.ball[i], True)
-    revoke_stop(w, i, last)
-    w.together.unlisted += 1
-    return bool(w.together.unlisted < decisions.NEVER_SETTLES)
-
-
-def revoke_stop(w: Work, i: int, last: float) -> None:
-    """Revoke the stop of a ball if it came after its ``last`` micro-collision (s)."""
-    ball = w.ball[i]
-    if not ball.moves and ball.rested >= last:
-        w.count.events -= 1
-        ball.moves = 1
 
 
 def roll_after(w: Work, i: int, count: int) -> Vector:
@@ -486,7 +384,7 @@ def roll_after(w: Work, i: int, count: int) -> Vector:
         if one.a == i and one.b == NO_BALL and one.kind != MISSED:
             nx, ny = one.normal
             slows_by = slowing(one.pair.friction, one.impulse, one.pair.m_a)
-            change = slowed_by(((nx, ny), slows_by + GYRATION * one.taken), roll, change)
+            change = slowed_by(((nx, ny), slows_by), roll, change)
     return changed_by(change, roll)
 
 
@@ -500,18 +398,8 @@ def carry_out(w: Work, count: int) -> bool:
     noise = decisions.noise_after(fastest, noise)
     for i in range(w.scene.balls):
         if at.moved[i]:
-            ball, vx, vy = w.ball[i], at.velocity[i][0], at.velocity[i][1]
-            if at.persistent[i]:
-                vx, vy = moving(w, i, (vx, vy))
+            ball, v = w.ball[i], (at.velocity[i][0], at.velocity[i][1])
             place, roll = (at.place[i][0], at.place[i][1]), roll_after(w, i, count)
-            if at.rolling[i]:
-                roll = (vx, vy) if vx * vx + vy * vy > noise * noise else NO_ROLL
-            is_sound &= begin(w, i, place, (vx, vy), roll, noise)
+            is_sound &= begin(w, i, place, v, roll, noise)
             at.velocity[i], at.changed[i] = (ball.vx, ball.vy), 1
     return is_sound
-
-
-def moving(w: Work, i: int, v: Vector) -> Vector:
-    """Return the velocity of a ball after a micro-collision; 0 if it would not move the ball."""
-    slow = too_slow(w, i)
-    return v if squared(v) > slow * slow else (0.0, 0.0)
