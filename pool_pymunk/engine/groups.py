@@ -327,7 +327,9 @@ class Groups:
 
     def go_on(self, i: int) -> None:
         """Go on at the end of a half of a piece, or of the piece."""
-        group, engine = self.of[i], self.engine
+        group, engine = self.of.get(i), self.engine
+        if group is None:  # A ball at rest has kept its path.
+            return
         if engine.now == engine.paths[i].end < group.end:
             self._set_out(group, is_second=True)
         else:
