@@ -32,6 +32,7 @@ MOST_CHANGES = 100
 
 
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
+GROWTH, FEW, MOST_WEAR, AGO = 1.3, 30, 1e6, 0.05
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
 
 
@@ -113,6 +114,7 @@ class Groups:
         self.engine = engine
         self.of: dict[int, Group] = {}
         self.lasting: dict[tuple[int, int, int], Lasting] = {}
+        self.met: dict[int, tuple[float, int]] = {}
         self.waits: dict[Hit, float] = {}  # s; until then these contacts have no forces
         self.loose: dict[int, None] = {}  # balls of groups that were taken apart
 
@@ -145,7 +147,17 @@ class Groups:
             return False
         parting = parting if parting > noise else 0.0
         radius = min(engine.radii[i] for i in contact.balls)
-        return persists(parting, self._pressing(contact), contact.pair.restitution, radius)
+        return persists(parting, self._pressing(contact), contact.pair.restitution, radius * self.wear(hit))
+
+    def wear(self, hit: Hit) -> float:
+        many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
+        return min(GROWTH ** max(many - FEW, 0), MOST_WEAR)
+
+    def note_hit(self, hit: Hit) -> None:
+        now = self.engine.now
+        for i in hit.balls:
+            t, many = self.met.get(i, (-math.inf, 0))
+            self.met[i] = (now, many + 1 if now - t < AGO else 1)
 
     def _pressing(self, contact: Contact) -> float:
         """Return how strongly (m/s^2) two sides are pressed together on their present paths."""
@@ -186,6 +198,7 @@ class Groups:
     def look(self, hits: Iterable[Hit]) -> None:
         """Look at contacts that were answered at this instant."""
         for hit in hits:
+            self.note_hit(hit)
             self.look_at(hit)
 
     # -- groups begin and end ------------------------------------------------------------------
@@ -223,7 +236,7 @@ class Groups:
         still = STILL * math.sqrt(engine.surface.pull * radius)
         if speed <= max(engine.noise(contact.balls), still):
             return True
-        return persists(speed, self._pressing(contact), contact.pair.restitution, radius)
+        return persists(speed, self._pressing(contact), contact.pair.restitution, radius * self.wear(hit))
 
     def absorb(self, hits: list[Hit]) -> bool:
         """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
@@ -238,7 +251,7 @@ class Groups:
         contact = engine.contact(hit, engine.motions([hit]))
         closing = closing_speed(contact, self._velocities(contact))
         radius = min(engine.radii[i] for i in contact.balls)
-        return persists(closing, self._pressing(contact), contact.pair.restitution, radius)
+        return persists(closing, self._pressing(contact), contact.pair.restitution, radius * self.wear(hit))
 
     def _decide(self, group: Group, before: int = 0) -> None:
         """Go on with a group in a mode that fits, or without forces for a moment if there is none.
