@@ -115,6 +115,7 @@ class ContactEngine:
         """Play this variant of the run."""
         self.policy = variant.policy
         self.resolver.slip = variant.slip
+        self.groups.coarser = variant.coarser
 
     def remove(self, i: int, at: Vector | None = None) -> None:
         """Take ball ``i`` off the table, and let it lie where it is, or ``at`` a place (m)."""

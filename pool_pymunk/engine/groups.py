@@ -50,6 +50,7 @@ class Group:
         rows = [self._row(engine, *pair) for pair in zip(hits, self.contacts, strict=True)]
         masses, radii = ([of[i] for i in self.balls] for of in (engine.masses, engine.radii))
         self.press = pressed.press_of(engine.surface, masses, radii, rows)
+        self.press.small[2] = engine.groups.coarser
         self.total = [[0.0] * 3 for _ in hits]
         self.began, self.changes, self.longest = engine.now, 0, FIRST
         self.piece = Piece(self.state, 0.0, 0.0, FIRST, -1, False)
@@ -112,6 +113,7 @@ class Groups:
 
     def __init__(self, engine: ContactEngine) -> None:
         self.engine = engine
+        self.coarser = 1.0  # so many times as much is left out
         self.of: dict[int, Group] = {}
         self.lasting: dict[tuple[int, int, int], Lasting] = {}
         self.met: dict[int, tuple[float, int]] = {}
@@ -151,7 +153,7 @@ class Groups:
 
     def wear(self, hit: Hit) -> float:
         many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
-        return min(GROWTH ** max(many - FEW, 0), MOST_WEAR)
+        return self.coarser * min(GROWTH ** max(many - FEW, 0), MOST_WEAR)
 
     def note_hit(self, hit: Hit) -> None:
         now = self.engine.now

@@ -21,15 +21,17 @@ class Variant(NamedTuple):
 
     seed: int | None = None  # of random errors of places and velocities, of the size of rounding
     nudge: int | None = None  # the number of a nudge of the start (solvers/frozen.py)
+    coarser: float = 1.0  # so many times as much is left out of contacts that persist
     slip: Slip | None = None  # of balls whose slip is rounding, where the law jumps
 
     @property
     def sure(self) -> float:
         """A figure is this many times the change that this variant shows.
 
-        Variants of a slip are all that there are; other variants are some of many.
+        Variants of a slip are all that there are, and what is coarser errs by more; other variants
+        are some of many.
         """
-        return SURE if self.slip is None else 1.0
+        return SURE if self.slip is None and self.coarser == 1.0 else 1.0
 
     @property
     def policy(self) -> RandomErrors:

@@ -57,7 +57,7 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # sum of their radii (m); of a flat wall its normal, the height of a touching ball's centre along
 # it, and its ends along the tangent (m); of a round one its center, 1 or -1 for balls that are
 # outside or inside, the distance of the centres (m), its middle direction, and half its angle.
-# `small` has the speed and the acceleration below which there is none. `on` tells whether it presses; `slides` and `into` have the signs of its slip and of the
+# `small` has the speed and the acceleration below which there is none, and a factor of all tolerances. `on` tells whether it presses; `slides` and `into` have the signs of its slip and of the
 # roll into a cushion, 0 where friction holds them. `force` (N) has N, the friction along the
 # tangent, and what slows the roll. `normal`, `bend` (1/m) and `slip` (m/s) are those of the present
 # state, `rate` its change, `push` (m/s^2) has f and c of each ball.
@@ -77,7 +77,7 @@ def press_of(surface: Any, mass: Any, radius: Any, contacts: Any) -> Press:
     one, other, what, mu, shape = (list(part) for part in zip(*contacts, strict=True))
     most = 3 * count
     return Press(
-        surface.pull, surface.drag, surface.rolls, [0.0, 0.0], list(mass), list(radius),
+        surface.pull, surface.drag, surface.rolls, [0.0, 0.0, 1.0], list(mass), list(radius),
         [REST] * n, one, other, what, mu, shape, [True] * count, [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
         [[0.0] * 2 for _ in range(count)], [0.0] * count, [0.0] * count, [0.0] * (6 * n),
         [[0.0] * 4 for _ in range(n)], [[0] * 2 for _ in range(most)],
@@ -435,7 +435,7 @@ def set_phases(g: Any, s: Any) -> None:
     """Set the phases of balls; tiny slips and speeds are none."""
     fastest = g.small[0] / SLOW
     for i in range(len(g.mass)):
-        p, g.phase[i] = 6 * i, phase_of(g, s, i, TINY * fastest)
+        p, g.phase[i] = 6 * i, phase_of(g, s, i, TINY * g.small[2] * fastest)
         if g.phase[i] == ROLL:
             for q in (p + 2, p + 3):
                 s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
@@ -840,7 +840,7 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
     fades = math.inf
     for i in range(len(g.mass)):
         size, time = fading(g, s, i)
-        if time < math.inf and size <= FADED * g.small[0]:
+        if time < math.inf and size <= FADED * g.small[2] * g.small[0]:
             return Piece(s, 0.0, 0.0, longest, -1, True)
         fades = min(fades, time)
     h = min(longest, (0.9 if 10.0 * fades > longest else 0.999) * fades)
@@ -900,9 +900,9 @@ def share_of(g: Any, s: Any, first: Any, h: float, error: float) -> float:
             jump = max(jump, abs(g.rate[p] - first[p]))
     deviates, share = jump * h * h / 324.0, math.inf
     if deviates > 0.0:
-        share = (DEVIATION * min(g.radius) / deviates) ** (1.0 / 3.0)
+        share = (DEVIATION * g.small[2] * min(g.radius) / deviates) ** (1.0 / 3.0)
     if error > 0.0:
-        share = min(share, (ERROR / SLOW * g.small[0] / error) ** 0.2)
+        share = min(share, (ERROR / SLOW * g.small[2] * g.small[0] / error) ** 0.2)
     return share
 
 
@@ -942,7 +942,7 @@ def settle(g: Any, s: Any) -> list[int]:
     found = []
     for i in range(len(g.mass)):
         size, time = fading(g, s, i)
-        if g.phase[i] == REST or size > 10.0 * FADED * g.small[0] or time == math.inf:
+        if g.phase[i] == REST or size > 10.0 * FADED * g.small[2] * g.small[0] or time == math.inf:
             continue
         p = 6 * i
         was = g.phase[i]
@@ -951,7 +951,7 @@ def settle(g: Any, s: Any) -> list[int]:
                 s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
             g.phase[i] = ROLL
             size, time = fading(g, s, i)
-        if size <= 10.0 * FADED * g.small[0]:
+        if size <= 10.0 * FADED * g.small[2] * g.small[0]:
             s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
             g.phase[i] = REST
         if g.phase[i] != was:

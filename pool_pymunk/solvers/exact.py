@@ -12,7 +12,7 @@ from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Wall, pocket
-from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.record import Settings
 
 
@@ -74,6 +74,7 @@ class EngineTrace(Trace, Recorder):
 
     def persistent(self, lasting: Lasting) -> None:
         self.lasting.append(lasting)
+        self.policies.add(PERSISTENT)
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         text = (
