@@ -870,6 +870,9 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
         now = first_to_fall(g, before, after)
         if now >= 0 and now != which:
             which, low, m_low = now, 0.0, before[now]
+            if m_low <= slack_of(g, which):
+                recall(g, first, forces)
+                return Piece(s, 0.0, 0.0, longest, which, False)
         is_high = now >= 0 or after[which] <= slack_of(g, which)
         if is_high:
             high, m_high = t, after[which]

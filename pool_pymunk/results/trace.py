@@ -44,6 +44,7 @@ SLIPS = tuple(Variant(slip=slip) for slip in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -
 # kind, or fewer with EVENTS events in all.
 FEWEST_NUDGES, MOST_NUDGES = 4, 16
 EVENTS = 2_000
+PIECES = 2  # So many short paths of persistent contacts take as long as an event.
 
 
 class Trace:
@@ -76,7 +77,9 @@ class Trace:
 
     def nudges(self, kind: int) -> list[Variant]:
         """Return variants with nudged starts: narrow ones are of kind 0, wide ones of kind 1."""
-        most = min(max(EVENTS // max(len(self.events), 1), FEWEST_NUDGES), MOST_NUDGES)
+        events = len(self.events)
+        pieces = max(sum(map(len, self.knots)) - 4 * events - len(self.knots), 0)
+        most = min(max(EVENTS // max(events + pieces // PIECES, 1), FEWEST_NUDGES), MOST_NUDGES)
         return [Variant(nudge=2 * k + kind) for k in range(most)]
 
     def order_decides(self) -> None:
