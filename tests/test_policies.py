@@ -13,7 +13,7 @@ from scenes import largest_distance
 from shots import some_scene
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
-from pool_pymunk.engine import decisions, resolver
+from pool_pymunk.engine import resolver
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.policies import Variant
@@ -176,31 +176,24 @@ def deepest(run: Run) -> float:
 def test_balls_in_persistent_contact_hardly_sink(e: float, speed: float) -> None:
     run = exact(persistent(e, speed))
     assert run.status == "settled"
-    assert deepest(run) < decisions.DEEPEST
-
-
-@pytest.mark.parametrize("speed", [0.02, 0.1])
-def test_a_persistent_contact_takes_hundreds_of_hits_not_millions(speed: float) -> None:
-    """They hit once in a contact time, 3/1000 of the stopping time: this is its purpose."""
-    run = exact(persistent(0.0, speed))
-    assert 100 < run.steps < 3000
+    assert deepest(run) < 1e-8
 
 
 def test_the_figure_of_policies_is_the_same_when_asked_later() -> None:
-    """The run ends at its 300th event: its variants are compared with it up to there."""
-    run = exact(some_scene("hard", 5023), max_events=300)
+    """The run ends at its 30th event: its variants are compared with it up to there."""
+    run = exact(some_scene("hard", 5023), max_events=30)
     assert run.status == "max_events"
     assert replace(run, known_shift=None).policy_shift == run.policy_shift > 0.0
 
 
 def test_variants_end_when_a_run_with_bounded_events_does() -> None:
-    """Their contact times are longer, so they would take another 70,000 instants to list 300."""
+    """Their contacts leave more out, so they come to fewer events in the same time."""
     run = exact(some_scene("hard that rolls", 102), max_events=300)
     assert run.again is not None and run.status == "max_events"
     assert all(run.again(variant).duration <= run.duration for variant in run.variants)
 
 
-def test_micro_collisions_are_not_events_and_stops_between_them_are_none() -> None:
+def test_a_persistent_contact_is_no_row_of_events_and_each_ball_stops_once() -> None:
     run = exact(persistent(0.0))
     kinds = [event.kind for event in run.events]
     assert kinds.count("ball-ball") <= 3

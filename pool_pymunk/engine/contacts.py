@@ -21,9 +21,9 @@ from heapq import heappop, heappush
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.due import Due, Hit, Queue, What, hit_of
+from pool_pymunk.engine.groups import Groups
 from pool_pymunk.engine.instant import Cluster, Instant, velocities
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.groups import Groups
 from pool_pymunk.engine.policies import PLAIN, Variant
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.engine.resolver import (
@@ -34,7 +34,7 @@ from pool_pymunk.engine.resolver import (
     cushion_pushes,
     distinct,
 )
-from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import (
     NOISE,

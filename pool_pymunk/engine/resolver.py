@@ -30,14 +30,11 @@ from pool_pymunk.physics.impulses import (
     Impulse,
     Shared,
     impulse_of,
-    pushed_along,
     slowing,
-    tangent,
 )
 from pool_pymunk.physics.laws import Law, Slip, respond, settle
 from pool_pymunk.physics.path import NOISE
-from pool_pymunk.physics.surface import GYRATION, Push, as_rolling, turns_in_time
-from pool_pymunk.physics.together import push_apart, push_off
+from pool_pymunk.physics.surface import Push
 
 SAME_NORMAL = 1e-12  # 1 - cosine of two normals; half or twice it moves no ball in tests.halved
 

@@ -31,7 +31,7 @@ NORMAL, ALONG, INTO = 0, 1, 2  # kinds of unknown forces: N, that holds a slip, 
 
 # of the largest speed and acceleration of a group: smaller ones are none
 SLOW, WEAK = 1e-13, 1e-12
-TINY = 1e-7  # of the largest speed; slower slips that are left at the beginning are none
+TINY = 1e-8  # of the largest speed; slower slips that are left at the beginning are none
 NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
 # the method of Dormand and Prince, of order five, and its difference to that of order four (J. Comp.
@@ -49,7 +49,7 @@ SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1
 DEVIATION = 1e-8
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-8  # of the largest speed at the beginning; a step errs by less, by its estimate of third order
-FADED = 1e5  # A slip has faded that is not larger than this many times what is none.
+FADED = 1e4  # A slip has faded that is not larger than this many times what is none.
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
 
