@@ -149,9 +149,23 @@ class Groups:
         noise = engine.noise(contact.balls)
         if parting < -noise:
             return False
-        parting = parting if parting > noise else 0.0
-        radius = min(engine.radii[i] for i in contact.balls)
-        return persists(parting, self._pressing(contact), contact.pair.restitution, radius * self.wear(hit))
+        return self._persists(hit, contact, parting if parting > noise else 0.0)
+
+    def _persists(self, hit: Hit, contact: Contact, parting: float) -> bool:
+        """Tell whether two sides that part at this speed (m/s) stay in contact, to the eye."""
+        engine, e, now = self.engine, contact.pair.restitution, self.engine.now
+        paths, pressing = [engine.paths[i] for i in contact.balls], 0.0
+        pressing = pressing_of(contact, paths, now)
+        radius = min(engine.radii[i] for i in contact.balls) * self.wear(hit)
+        if not persists(parting, pressing, e, radius):
+            return False
+        bounces = 2.0 * parting / (pressing * (1.0 - e)) if parting > 0.0 else 0.0
+        soonest = min(path.end if not path.slows else math.inf for path in paths)
+        if soonest >= now + bounces or any(i in self.of for i in contact.balls):
+            return True
+        then = [engine.surface.then(path) if path.end == soonest else path for path in paths]
+        later = [path or standing(soonest, 0.0, 0.0) for path in then]
+        return pressing_of(contact, later, soonest) > 0.0
 
     def wear(self, hit: Hit) -> float:
         many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
@@ -162,13 +176,6 @@ class Groups:
         for i in hit.balls:
             t, many = self.met.get(i, (-math.inf, 0))
             self.met[i] = (now, many + 1 if now - t < AGO else 1)
-
-    def _pressing(self, contact: Contact) -> float:
-        """Return how strongly (m/s^2) two sides are pressed together on their present paths."""
-        paths, now = [self.engine.paths[i] for i in contact.balls], self.engine.now
-        if contact.b != NO_BALL:
-            return pressing_of_balls(*paths, now)
-        return pressing_of_wall(paths[0], contact.normal, contact.curvature, now)
 
     def _velocities(self, contact: Contact) -> dict[int, Vector]:
         motions = {i: self.engine.motion(i) for i in contact.balls}
@@ -252,7 +259,7 @@ class Groups:
         still = STILL * math.sqrt(engine.surface.pull * radius)
         if speed <= max(engine.noise(contact.balls), still):
             return True
-        return persists(speed, self._pressing(contact), contact.pair.restitution, radius * self.wear(hit))
+        return self._persists(hit, contact, speed)
 
     def absorb(self, hits: list[Hit]) -> bool:
         """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
@@ -265,9 +272,7 @@ class Groups:
         """Tell whether two sides would bounce too low to be seen."""
         engine = self.engine
         contact = engine.contact(hit, engine.motions([hit]))
-        closing = closing_speed(contact, self._velocities(contact))
-        radius = min(engine.radii[i] for i in contact.balls)
-        return persists(closing, self._pressing(contact), contact.pair.restitution, radius * self.wear(hit))
+        return self._persists(hit, contact, closing_speed(contact, self._velocities(contact)))
 
     def _decide(self, group: Group, before: int = 0) -> None:
         """Go on with a group in a mode that fits, or without forces for a moment if there is none.
@@ -432,6 +437,13 @@ class Groups:
                 moving.append(i)
         engine.tally.unlisted += 1
         engine.push(engine.paths[moving[0]].end, What("piece", moving[0]))
+
+
+def pressing_of(contact: Contact, paths: Sequence[Path], t: float) -> float:
+    """Return how strongly (m/s^2) two sides are pressed together on these paths."""
+    if contact.b != NO_BALL:
+        return pressing_of_balls(paths[0], paths[1], t)
+    return pressing_of_wall(paths[0], contact.normal, contact.curvature, t)
 
 
 def parts_of(group: Group) -> list[Group]:
