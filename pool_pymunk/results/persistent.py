@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from pool_pymunk.engine.recorder import Lasting
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import roll_rates
+
+if TYPE_CHECKING:
+    from pool_pymunk.results.run import Run
 
 Spell = tuple[float, float]  # from when to when (s)
 
@@ -63,7 +66,7 @@ def told(lasting: Iterable[Lasting], ids: Sequence[str]) -> tuple[PersistentCont
 
 
 class Joined(NamedTuple):
-    """Balls and cushions were joined ``times`` times: first at ``since`` (s), last ``until`` (s)."""
+    """Balls and cushions were joined so many ``times``, from ``since`` until at last ``until`` (s)."""
 
     balls: tuple[int, ...]
     cushions: tuple[int, ...]
@@ -108,21 +111,24 @@ def joined(lasting: Iterable[Lasting]) -> list[Joined]:
     found: dict[tuple[object, object], Joined] = {}
     for one in sorted(past + now, key=lambda each: each.since):
         first = found.get(one[:2], one._replace(times=0))
-        found[one[:2]] = first._replace(
-            until=max(first.until, one.until), times=first.times + 1
-        )
+        found[one[:2]] = first._replace(until=max(first.until, one.until), times=first.times + 1)
     return list(found.values())
 
 
-def turning(breakpoints: Array, spells: Iterable[Spell]) -> Array:
+def spells(run: Run, ball: str) -> list[Spell]:
+    """Return from when until when (s) each persistent contact of a ball lasted."""
+    return [(each.since, each.until) for each in run.persistent if ball in each.balls]
+
+
+def turning(breakpoints: Array, persists: Iterable[Spell]) -> Array:
     """Return how fast (K, 2) in m/s^2 a roll changes after a ball's breakpoints (K, 9).
 
-    In the ``spells`` in which a contact of the ball persists, it goes evenly from each breakpoint
+    In the spells in which a contact of the ball ``persists``, it goes evenly from each breakpoint
     to the next one.
     """
     rates, t, rolls = roll_rates(breakpoints), breakpoints[:, 0], breakpoints[:, 7:9]
     time = np.diff(t)
-    for since, until in spells:
+    for since, until in persists:
         inside = (since <= t[:-1]) & (t[:-1] < until) & (time > 0.0)
         k = np.flatnonzero(inside)
         rates[k] = (rolls[k + 1] - rolls[k]) / time[k, np.newaxis]

@@ -25,7 +25,7 @@ from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
 from pool_pymunk.physics.surface import GYRATION
-from pool_pymunk.results.persistent import PersistentContact, turning
+from pool_pymunk.results.persistent import PersistentContact, spells, turning
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -241,13 +241,9 @@ class Run:
         breakpoint.
         """
         return tuple(
-            np.column_stack((rows[:, 0], rows[:, 7:9], turning(rows, self._spells(ball.id))))
+            np.column_stack((rows[:, 0], rows[:, 7:9], turning(rows, spells(self, ball.id))))
             for ball, rows in zip(self.scene.balls, self.knots, strict=True)
         )
-
-    def _spells(self, ball: str) -> list[tuple[float, float]]:
-        """Return from when until when (s) each persistent contact of a ball lasted."""
-        return [(each.since, each.until) for each in self.persistent if ball in each.balls]
 
     def energy_at(self, times: Times) -> Array:
         """Return the kinetic energy (J) of all balls at any ``times`` (s): (T,), or one number.
