@@ -134,7 +134,7 @@ class Groups:
     def takes(self, hit: Hit, t: float) -> bool:
         """Tell whether a hit at ``t`` (s) is no hit: a contact persists, or is predicted later."""
         groups = [self.of[i] for i in hit.balls if i in self.of]
-        if any(group.is_on(hit) for group in groups):
+        if any(group.is_on(hit) or self._is_idle(hit, group) for group in groups):
             return True
         if self.waits and self.waits.get(hit, -math.inf) > self.engine.now:
             return True
@@ -182,6 +182,18 @@ class Groups:
             engine.push(engine.now, What("press", hit.i))
             return True
         return False
+
+    def _is_idle(self, hit: Hit, group: Group) -> bool:
+        """Tell whether two sides of a group touch, but have no force and do not visibly move."""
+        if hit not in group.hits:
+            return False
+        engine = self.engine
+        motions = engine.motions([hit])
+        contact = engine.contact(hit, motions)
+        speed = closing_speed(contact, self._velocities(contact))
+        radius = min(engine.radii[i] for i in contact.balls)
+        still = STILL * math.sqrt(engine.surface.pull * radius)
+        return abs(speed) <= still and abs(engine.gap(hit, motions)) <= pressed.NEAR * radius
 
     def cuts(self, hit: Hit, t: float) -> bool:
         """Cut the pieces of balls that are to hit at ``t`` (s) shortly before that.

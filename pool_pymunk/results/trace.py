@@ -36,8 +36,8 @@ PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
 FROZEN = "frozen balls"
 
-# In this variant much more is left out of contacts that persist: it shows how far that moves ends.
-COARSER = Variant(coarser=100.0)
+# In these variants much more is left out of contacts that persist: they show how far that moves ends.
+COARSER = tuple(Variant(coarser=coarser) for coarser in (30.0, 100.0))
 # These variants have both signs of a slip that is rounding: of balls that move against each other
 # along the tangent, and of balls that both move to one side. So `published` gives all its answers.
 SLIPS = tuple(Variant(slip=slip) for slip in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -2.0), (1.0, 2.0)))
@@ -74,7 +74,7 @@ class Trace:
         """The variants of the run that show what its policies decide."""
         nudges = (*self.nudges(0), *self.nudges(1)) if self.policies & {ONE_INSTANT, FROZEN} else ()
         slips = SLIPS if ZERO_SLIP in self.policies else ()
-        coarser = (COARSER,) if PERSISTENT in self.policies else ()
+        coarser = COARSER if PERSISTENT in self.policies else ()
         return (*coarser, *nudges, *slips)
 
     def nudges(self, kind: int) -> list[Variant]:
