@@ -247,15 +247,12 @@ class Steps(WatchedState):
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             engine.now, near.until = began, self.time
             near.foresee()
-            if self.sent:
-                sent, self.sent = dict.fromkeys(self.sent), []
-                engine.predict([i for i in sent if self.balls[i].is_on_table])
             try:
                 self._play_instants()
             except Exception:  # A law or pair has failed: the table stands at this contact.
                 engine.turn_back(engine.now)
                 self.set_clock(engine.now, self.dt)
-                engine.predict(list(self.moving))
+                self.sent = [*self.moving, *(near.changed.keys() - self.moving.keys())]
                 self.wake = -math.inf
                 self.carry_all()
                 raise
@@ -272,6 +269,9 @@ class Steps(WatchedState):
         """Play the instants of this step, and call the callbacks after each."""
         engine, callbacks, self.phase = self.engine, self.callbacks, Phase.ANSWERING
         try:
+            if self.sent:
+                sent, self.sent = dict.fromkeys(self.sent), []
+                engine.predict([i for i in sent if self.balls[i].is_on_table])
             while engine.upcoming() <= self.time and engine.is_finite and not engine.is_over:
                 engine.next()
                 if self.near.gone:
