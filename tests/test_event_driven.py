@@ -42,7 +42,7 @@ from pool_pymunk import (
     Table,
     simulate,
 )
-from pool_pymunk.engine import decisions, near
+from pool_pymunk.engine import near
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
 Point = tuple[float, float]
@@ -438,17 +438,6 @@ def test_a_ball_that_is_pushed_along_stays_in_contact(mu: float, heavy: float) -
         assert run.at([t])[0].ravel() == pytest.approx(pushed(scene, t), abs=3e-8)
     gaps = np.linalg.norm(np.diff(run.at(np.linspace(0, run.duration, 300))[0], axis=1), axis=2)
     assert gaps.min() > 2 * R - 1e-7
-
-
-def test_what_spreading_hits_costs_is_of_second_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = pressed_pair(0.0)
-    expected = pushed(scene, 0.06)
-    errors = []
-    for contact_time in (2.4e-2, 1.2e-2, 6e-3, 3e-3):
-        monkeypatch.setattr(decisions, "CONTACT_TIME", contact_time)
-        errors.append(np.abs(exact(scene).at([0.06])[0].ravel() - expected).max())
-    slopes = [math.log2(a / b) for a, b in pairwise(errors)]
-    assert 1.4 < float(np.mean(slopes)) < 2.6
 
 
 def test_a_small_ball_in_persistent_contact_sinks_by_a_share_of_its_own_radius() -> None:

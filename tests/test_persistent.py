@@ -13,16 +13,17 @@ import numpy as np
 import pymunk
 import pytest
 from hard_scenes import disc, exact, persistent
-from test_round import on_a_circle
 
 from pool_pymunk import (
     Ball,
     Billiards,
     Friction,
     PersistentContact,
+    Physics,
     Restitution,
     Run,
     Scene,
+    Table,
     load,
     same_balls,
     simulate,
@@ -35,6 +36,13 @@ from pool_pymunk.world import ContactEvent
 
 EXACT = [("event-driven", None), ("pymunk", 1 / 60)]
 ADDS_UP = 0.02  # of an impulse
+
+
+def on_an_arc(slows: float = 0.0, latest: float | None = None) -> Scene:
+    """Return a ball that touches a round cushion at its lowest point, and runs along it."""
+    ball = Ball("C", (0.5, 0.03), 0.03, 0.2, velocity=(1.0, 0.0))
+    friction, physics = Friction(slows), Physics(max_time=latest)
+    return Scene((ball,), Table.circle(0.5), Restitution(cushion=0.0), friction, physics)
 
 
 def momentum(run: Run, ball: int) -> Any:
@@ -60,7 +68,7 @@ def test_impulses_of_a_ball_along_an_arc_are_its_change_of_momentum(
     solver: str, dt: float | None
 ) -> None:
     """Nothing else acts on it: there is no surface friction."""
-    run = simulate(on_a_circle(1.0, 0.0, 0.5, max_time=0.3), solver=solver, dt=dt)
+    run = simulate(on_an_arc(latest=0.3), solver=solver, dt=dt)
     [contact] = run.persistent
     assert (contact.balls, contact.since) == (("C",), 0.0)
     assert contact.cushion is not None
@@ -120,7 +128,7 @@ def test_one_warning_tells_which_balls_stay_in_contact() -> None:
 
 
 def test_a_ball_that_runs_from_cushion_to_cushion_gets_one_warning() -> None:
-    run = exact(on_a_circle(1.0, 0.0, 0.0, slows=0.05))
+    run = exact(on_an_arc(slows=0.05))
     assert len({contact.cushion for contact in run.persistent}) == 2
     [line] = pressing(run)
     assert "presses ball C to cushions 0, 1: they stay in contact until" in line

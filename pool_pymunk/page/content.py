@@ -104,10 +104,10 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
 
 
 def _knots(run: Run) -> Iterator[Array]:
-    """Yield the breakpoints of each ball; of one that contacts press, also how its roll changes."""
+    """Yield the breakpoints of each ball; where its contacts persist also how its roll changes."""
     for ball, rows in zip(run.scene.balls, run.knots, strict=True):
-        pressed = spells(run, ball.id) if run.scene.surface.rolls else []
-        yield np.column_stack((rows, turning(rows, pressed))) if pressed else rows
+        lasting = spells(run, ball.id) if run.scene.surface.rolls else []
+        yield np.column_stack((rows, turning(rows, lasting))) if lasting else rows
 
 
 def _decimals(duration: float) -> int:
