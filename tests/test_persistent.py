@@ -140,15 +140,15 @@ def lasting(balls: tuple[int, ...], since: float, until: float, cushion: int | N
 
 
 def test_contacts_that_share_balls_and_overlap_in_time_are_one_group() -> None:
-    told = joined([
+    groups = joined([
         lasting((2, 3), 0.5, 1.0), lasting((0, 1), 0.0, 1.0), lasting((1, 2), 0.2, 0.7),
         lasting((5, 6), 0.1, 0.2), lasting((5, 6), 0.3, 0.4), lasting((3,), 1.0, 2.0, cushion=4),
         lasting((5, 7), 0.45, 0.5),
     ])  # fmt: skip
-    assert told == [
+    assert groups == [
         ((0, 1, 2, 3), (4,), 0.0, 2.0, 1), ((5, 6), (), 0.1, 0.4, 2), ((5, 7), (), 0.45, 0.5, 1)
     ]  # fmt: skip
-    assert told[0].words("ABCDEFGH") == "balls A, B, C, D and cushion 4 together"
+    assert groups[0].words("ABCDEFGH") == "balls A, B, C, D and cushion 4 together"
 
 
 # -- files -----------------------------------------------------------------------------------------
@@ -222,11 +222,11 @@ def test_the_end_of_a_run_that_is_cut_in_a_contact_has_the_roll() -> None:
 def test_a_page_has_how_a_pressed_ball_turns() -> None:
     run = exact(follows())
     [[shown]] = [shot["runs"] for shot in content([[run]])["shots"]]
-    knots = np.array(shown["knots"][0])
-    k = len(knots) // 2
-    turned = knots[k, 7:9] + (knots[k + 1, 0] - knots[k, 0]) * knots[k, 9:]
-    assert knots[k, 0] < run.persistent[0].until
-    assert turned == pytest.approx(knots[k + 1, 7:9], abs=1e-12)
+    rows = np.array(shown["knots"][0])
+    k = len(rows) // 2
+    turned = rows[k, 7:9] + (rows[k + 1, 0] - rows[k, 0]) * rows[k, 9:]
+    assert rows[k, 0] < run.persistent[0].until
+    assert turned == pytest.approx(rows[k + 1, 7:9], abs=1e-12)
 
 
 # -- tables ----------------------------------------------------------------------------------------

@@ -99,15 +99,15 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
         "gyration": GYRATION if scene.surface.rolls else 0.0,
         "off": sorted(scene.index[id_] for id_ in run.off - run.pocketed.keys()),
         "events": events,
-        "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in _knots(run)],
+        "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in _breakpoints(run)],
     }
 
 
-def _knots(run: Run) -> Iterator[Array]:
+def _breakpoints(run: Run) -> Iterator[Array]:
     """Yield the breakpoints of each ball; where its contacts persist also how its roll changes."""
     for ball, rows in zip(run.scene.balls, run.knots, strict=True):
-        lasting = spells(run, ball.id) if run.scene.surface.rolls else []
-        yield np.column_stack((rows, turning(rows, lasting))) if lasting else rows
+        when = spells(run, ball.id) if run.scene.surface.rolls else []
+        yield np.column_stack((rows, turning(rows, when))) if when else rows
 
 
 def _decimals(duration: float) -> int:

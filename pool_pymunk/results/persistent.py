@@ -29,17 +29,17 @@ class PersistentContact:
     For each ball these impulses, those of the events and the friction of the surface add up to its
     change of momentum.
 
-    A ball catches up with another one, does not bounce, and pushes it until it rests:
+    A ball rolls into another one, does not bounce, and pushes it until both roll:
 
     >>> from pool_pymunk import Ball, Friction, Restitution, Scene, simulate
     >>> balls = (
-    ...     Ball("A", (0.0, 0.0), 0.03, 0.2, velocity=(1.0, 0.2)),
-    ...     Ball("B", (0.06, 0.0), 0.03, 0.2, velocity=(0.5, 0.0)),
+    ...     Ball("A", (0.0, 0.0), 0.03, 0.2, velocity=(1.0, 0.0), roll=1.0),
+    ...     Ball("B", (0.0601, 0.01), 0.03, 0.2),
     ... )
-    >>> scene = Scene(balls, None, Restitution(0.0), Friction(0.1))
+    >>> scene = Scene(balls, None, Restitution(0.0), Friction(0.1, rolling=0.01))
     >>> [contact] = simulate(scene, solver="event-driven").persistent
-    >>> contact.balls, contact.cushion, contact.since, round(contact.until, 3)
-    (('A', 'B'), None, 0.0, 0.752)
+    >>> contact.balls, contact.cushion, round(contact.since, 4), round(contact.until, 3)
+    (('A', 'B'), None, 0.0009, 0.176)
     """
 
     balls: tuple[str, ...]
@@ -55,7 +55,7 @@ class PersistentContact:
         return said | {"since": self.since, "until": self.until, "impulse": list(self.impulse)}
 
 
-def told(lasting: Iterable[Lasting], ids: Sequence[str]) -> tuple[PersistentContact, ...]:
+def contacts_of(lasting: Iterable[Lasting], ids: Sequence[str]) -> tuple[PersistentContact, ...]:
     """Return what a run tells of lasting contacts, in the order of their beginnings."""
     return tuple(
         PersistentContact(
@@ -66,7 +66,10 @@ def told(lasting: Iterable[Lasting], ids: Sequence[str]) -> tuple[PersistentCont
 
 
 class Joined(NamedTuple):
-    """Balls and cushions were joined so many ``times``, from ``since`` until at last ``until`` (s)."""
+    """These were joined so many ``times``, from ``since`` until at last ``until`` (s).
+
+    ``balls`` and ``cushions`` are numbers.
+    """
 
     balls: tuple[int, ...]
     cushions: tuple[int, ...]
