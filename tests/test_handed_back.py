@@ -119,7 +119,7 @@ def test_what_parts_too_fast_for_the_strongest_pressing_never_persists() -> None
         nx, ny = math.cos(turn), math.sin(turn)
         balls = [some_ball(rnd, d * nx, d * ny, pull) for d in (0.0, 2.0 * r)]
         w = SimpleNamespace(ball=balls, now=0.0, scene=SimpleNamespace(pull=pull))
-        at, parting = Place((nx, ny), rnd.choice((0.0, -5.0, 5.0))), 10 ** rnd.uniform(-5.0, -3.0)
+        at, parting = Place((nx, ny), rnd.choice((0.0, -5.0, 5.0))), 10 ** rnd.uniform(-7.0, -4.0)
         if are_held(w, 0, 1, parting, e):
             assert balls_persist(w, 0, 1, parting, e)
             found["balls"] += 1

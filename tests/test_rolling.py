@@ -424,17 +424,18 @@ def test_a_figure_covers_a_ball_that_its_roll_holds_to_a_cushion(mu: float) -> N
     (v, _), (w_t, w_n) = run.at(hit.t)[1][0].tolist(), run.roll_at(hit.t)[0].tolist()
     far = run.at(hit.t)[0][0, 0] + held(mu, v, w_t, w_n)
     assert "persistent contact" in run.policies
-    assert abs(run.final["C"][0] - far) < 3e-4 < run.policy_shift < 0.5
-    assert abs(run.final["C"][1] - (1.0 - R)) < run.policy_shift
+    assert abs(run.final["C"][0] - far) < 3e-4
+    assert run.policy_shift < 1e-6
+    assert abs(run.final["C"][1] - (1.0 - R)) < 1e-8 * R
 
 
 @pytest.mark.heavy
 def test_a_ball_begins_to_roll_once_while_an_arc_presses_it() -> None:
-    """The arc turns it in many pieces of its path, and none of their ends is an event."""
+    """Each of some hundred micro-collisions makes it slip for a moment, which is no event."""
     start, dull = ball(x=0.5, y=R, velocity=(0.15, 0.0)), Restitution(cushion=0.2)
     run = exact(scene(start, table=Table.circle(0.5), restitution=dull))
     assert run.policies == {"persistent contact"}
-    assert len(run.knots[0]) > 100
+    assert len(run.knots[0]) > 200
     assert kinds(run) == [("roll", "C"), ("stop", "C")]
 
 

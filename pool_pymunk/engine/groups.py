@@ -32,7 +32,8 @@ MOST_CHANGES = 100
 
 
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
-GROWTH, FEW, MOST_WEAR, AGO = 1.3, 30, 1e6, 0.05
+NEVER = -math.inf, 0.0
+GROWTH, FEW, MOST, AGO = 1.3, 30, 50, 0.05
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
 
 
@@ -117,7 +118,8 @@ class Groups:
         self.of: dict[int, Group] = {}
         self.lasting: dict[tuple[int, int, int], Lasting] = {}
         self.met: dict[int, tuple[float, int]] = {}
-        self.waits: dict[Hit, float] = {}  # s; until then these contacts have no forces
+        # These contacts have no forces until a time (s), for so long (s).
+        self.waits: dict[Hit, tuple[float, float]] = {}
         self.loose: dict[int, None] = {}  # balls of groups that were taken apart
 
     # -- what the engine asks ----------------------------------------------------------------------
@@ -136,7 +138,7 @@ class Groups:
         groups = [self.of[i] for i in hit.balls if i in self.of]
         if any(group.is_on(hit) or self._is_idle(hit, group) for group in groups):
             return True
-        if self.waits and self.waits.get(hit, -math.inf) > self.engine.now:
+        if self.waits and self.waits.get(hit, NEVER)[0] > self.engine.now:
             return True
         return self.look_at(hit) or self.cuts(hit, t)
 
@@ -153,7 +155,7 @@ class Groups:
 
     def wear(self, hit: Hit) -> float:
         many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
-        return self.coarser * min(GROWTH ** max(many - FEW, 0), MOST_WEAR)
+        return self.coarser * GROWTH ** min(max(many - FEW, 0), MOST)
 
     def note_hit(self, hit: Hit) -> None:
         now = self.engine.now
@@ -281,15 +283,25 @@ class Groups:
         engine = self.engine
         pressed.join(group.press, group.state, 0.0, group.total)
         self._note(group)
-        radius = min(group.press.radius)
-        wait = math.sqrt(2.0 * pressed.DEVIATION * radius / engine.surface.pull)
         for hit in group.hits:
-            self.waits[hit] = engine.now + wait
+            self._wait(hit)
         for i in group.balls:
             self.of[i] = group
         for i in group.balls:
             self._let_go(i, group)
-        engine.push(engine.now + wait, What("press", group.balls[0]))
+
+    def _wait(self, hit: Hit) -> None:
+        """Let a contact have no force for a moment, in which no ball sinks in to be seen.
+
+        Each time the moment is twice as long, because what presses so weakly hardly moves a ball.
+        """
+        engine = self.engine
+        radius = min(engine.radii[i] for i in hit.balls)
+        first = math.sqrt(2.0 * pressed.DEVIATION * radius / max(engine.surface.pull, 1.0))
+        until, length = self.waits.get(hit, NEVER)
+        length = first if until < engine.now - length else 2.0 * length
+        self.waits[hit] = engine.now + length, length
+        engine.push(engine.now + length, What("press", hit.i))
 
     def _go_on_in_parts(self, group: Group) -> None:
         """Go on with the balls of a group that contacts press together, and let go of the others."""
@@ -382,6 +394,8 @@ class Groups:
         before = sum(press.on)
         if piece.fell >= 0:
             pressed.change(press, s, piece.fell)
+            if piece.time == 0.0 and piece.fell < 4 * len(group.hits):
+                self._wait(group.hits[piece.fell // 4])
         self._decide(group, before)
 
     def _has_settled(self, i: int, group: Group) -> None:

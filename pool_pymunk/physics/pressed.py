@@ -23,7 +23,7 @@ import math
 from collections import namedtuple
 from typing import Any
 
-from pool_pymunk.physics.surface import GYRATION, SHARE
+from pool_pymunk.physics.surface import GYRATION, SHARE, Rolling, Sliding
 
 REST, SLIP, ROLL = 0, 1, 2  # phases of a ball
 FLAT, ROUND, BALL = 0, 1, 2  # what a ball touches
@@ -50,9 +50,11 @@ DEVIATION = 1e-8
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-8  # of the largest speed at the beginning; a step errs by less, by its estimate of third order
 FADED = 1e5  # A slip has faded that is not larger than this many times what is none.
+MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
 
-# A press has `mass` (kg) and `phase` of each ball. Each contact has its balls `one` and `other` (-1
+# A press has a surface of a user's `own`, or None, which tells how balls without contacts are
+# accelerated; else `pull` and `drag` tell it. It has `mass` (kg) and `phase` of each ball. Each contact has its balls `one` and `other` (-1
 # for a wall), `what` is touched, its friction `mu`, and the numbers of its `shape`: of two balls the
 # sum of their radii (m); of a flat wall its normal, the height of a touching ball's centre along
 # it, and its ends along the tangent (m); of a round one its center, 1 or -1 for balls that are
@@ -63,7 +65,7 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # state, `rate` its change, `push` (m/s^2) has f and c of each ball.
 Press = namedtuple(
     "Press",
-    "pull drag rolls small mass radius phase one other what mu shape on slides into force normal "
+    "own pull drag rolls small mass radius phase one other what mu shape on slides into force normal "
     "bend slip rate push unknown matrix",
 )
 
@@ -76,8 +78,11 @@ def press_of(surface: Any, mass: Any, radius: Any, contacts: Any) -> Press:
     n, count = len(mass), len(contacts)
     one, other, what, mu, shape = (list(part) for part in zip(*contacts, strict=True))
     most = 3 * count
+    own, drag = None, surface.drag if surface.rolls else surface.pull
+    if not isinstance(surface, Sliding | Rolling):
+        own = surface.own if isinstance(surface, Press) else surface
     return Press(
-        surface.pull, surface.drag, surface.rolls, [0.0, 0.0, 1.0], list(mass), list(radius),
+        own, surface.pull, drag, surface.rolls, [0.0, 0.0, 1.0], list(mass), list(radius),
         [REST] * n, one, other, what, mu, shape, [True] * count, [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
         [[0.0] * 2 for _ in range(count)], [0.0] * count, [0.0] * count, [0.0] * (6 * n),
         [[0.0] * 4 for _ in range(n)], [[0] * 2 for _ in range(most)],
@@ -248,6 +253,11 @@ def find_rate(g: Any, s: Any, i: int) -> None:
         d[p] = d[p + 1] = d[p + 2] = d[p + 3] = d[p + 4] = d[p + 5] = 0.0
         return
     d[p], d[p + 1] = vx, vy
+    if g.own is not None:
+        path = g.own.path(0.0, (s[p], s[p + 1]), (vx, vy), (s[p + 4], s[p + 5]))
+        d[p + 2], d[p + 3] = fx + path.ax, fy + path.ay
+        d[p + 4], d[p + 5] = cx, cy
+        return
     if g.phase[i] == SLIP:
         ux, uy = vx - s[p + 4], vy - s[p + 5]
         share = g.pull / math.sqrt(ux * ux + uy * uy) if g.pull > 0.0 else 0.0
@@ -447,6 +457,8 @@ def phase_of(g: Any, s: Any, i: int, least: float) -> int:
     """Return the phase of a ball; slower slips and speeds than ``least`` (m/s) are none."""
     p = 6 * i
     vx, vy, wx, wy = s[p + 2], s[p + 3], s[p + 4], s[p + 5]
+    if g.own is not None:
+        return SLIP
     if math.hypot(vx, vy) <= least and math.hypot(wx, wy) <= least:
         return REST
     return ROLL if g.rolls and math.hypot(vx - wx, vy - wy) <= least else SLIP
@@ -816,7 +828,7 @@ def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
     The time is infinite if it does not fade.
     """
     p, d = 6 * i, g.rate
-    if g.phase[i] == REST:
+    if g.phase[i] == REST or g.own is not None:
         return 0.0, math.inf
     x, y, a, b = s[p + 2], s[p + 3], d[p + 2], d[p + 3]
     if g.phase[i] == SLIP:
@@ -862,7 +874,9 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
         return Piece(s, 0.0, 0.0, longest, which, False)
     low, high, m_low, m_high, t = 0.0, h, before[which], after[which], h
     was_high = True
-    while abs(m_high) > slack_of(g, which) and high - low > 1e-14 * h:
+    for _ in range(MOST_HALVINGS):
+        if abs(m_high) <= slack_of(g, which) or high - low <= 1e-14 * h:
+            break
         t = low + (high - low) * m_low / (m_low - m_high)
         recall(g, first, forces)
         end, error = step(g, s, t, total)
