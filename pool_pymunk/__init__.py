@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from pool_pymunk.physics.contact import NT, Pair
     from pool_pymunk.physics.laws import Law
     from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
+    from pool_pymunk.results.persistent import PersistentContact
     from pool_pymunk.results.run import Event, Run
     from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
     from pool_pymunk.studies.atlas import Atlas, atlas
@@ -64,6 +65,7 @@ __all__ = [
     "Material",
     "Outcome",
     "Pair",
+    "PersistentContact",
     "Physics",
     "Pocket",
     "Post",
@@ -108,6 +110,7 @@ _HOMES = {
     "physics.contact": "NT Pair",
     "physics.laws": "Law",
     "report.collide": "Collision Disc Material collide collide_at",
+    "results.persistent": "PersistentContact",
     "results.run": "Event Run",
     "solvers": "SOLVERS SettingError simulate simulate_all",
     "studies.atlas": "Atlas atlas",

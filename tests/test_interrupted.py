@@ -203,7 +203,7 @@ def test_a_disk_that_fills_up_keeps_what_was_finished(
     assert exit_code(*arguments) == 1
     error = f"error: {folder / 'shot-2.csv'}: No space left on device\n"
     assert without_remarks(capsys.readouterr().err) == error
-    first = {"shot-1.npz", "shot-1.csv", "shot-1-events.csv"}
+    first = {"shot-1.npz", "shot-1.csv", "shot-1-events.csv", "shot-1-persistent.csv"}
     assert all_whole(folder) == first | {"shot-2.npz"}
     shots = json.loads(results.read_text(encoding="utf-8"))["shots"]
     assert [shot["name"] for shot in shots] == ["Simulation 1", "Simulation 2"]

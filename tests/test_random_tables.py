@@ -46,7 +46,6 @@ class RandomTable:
         table = self.table
         table.on_contact = lambda _contact: self.heard()
         table.on_stop = self.stopped
-        table.on_stop_revoked = lambda ball, t: self.stops.remove((ball.number, t))
         table.on_pocket = lambda _ball, _pocket, _t: self.heard()
         self.guest = pymunk.Segment(self.space.static_body, (-0.2, -0.9), (0.1, 0.9), 0.0)
         self.guest.sensor, self.guest.collision_type = True, 5

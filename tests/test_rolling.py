@@ -431,7 +431,7 @@ def test_a_figure_covers_a_ball_that_its_roll_holds_to_a_cushion(mu: float) -> N
 
 @pytest.mark.heavy
 def test_a_ball_begins_to_roll_once_while_an_arc_presses_it() -> None:
-    """Each of some hundred micro-collisions makes it slip for a moment, which is no event."""
+    """The arc turns it in many pieces of its path, and none of their ends is an event."""
     start, dull = ball(x=0.5, y=R, velocity=(0.15, 0.0)), Restitution(cushion=0.2)
     run = exact(scene(start, table=Table.circle(0.5), restitution=dull))
     assert run.policies == {"persistent contact"}

@@ -116,7 +116,7 @@ class Groups:
         self.engine = engine
         self.coarser = 1.0  # so many times as much is left out
         self.of: dict[int, Group] = {}
-        self.lasting: dict[tuple[int, int, int], Lasting] = {}
+        self.lasting: dict[Hit, Lasting] = {}
         self.met: dict[int, tuple[float, int]] = {}
         # These contacts have no forces until a time (s), for so long (s).
         self.waits: dict[Hit, tuple[float, float]] = {}
@@ -345,16 +345,14 @@ class Groups:
         """Note the impulses of a group's contacts up to now."""
         now = self.engine.now
         for k, (hit, contact) in enumerate(zip(group.hits, group.contacts, strict=True)):
-            normal, along, _ = group.total[k]
+            normal, x, y = group.total[k]
             if not group.press.on[k] and normal == 0.0:
                 continue
             old = self.lasting.get(hit)
             if old is None or old.until < group.began:
                 self.tell(hit)
                 old = Lasting(contact, group.began, group.began)
-            nx, ny = group.press.normal[k]
-            x, y = old.x + normal * nx - along * ny, old.y + normal * ny + along * nx
-            self.lasting[hit] = old._replace(until=now, x=x, y=y)
+            self.lasting[hit] = old._replace(until=now, x=old.x + x, y=old.y + y)
             group.total[k] = [0.0] * 3
 
     def tell(self, hit: Hit) -> None:
@@ -363,7 +361,10 @@ class Groups:
             self.engine.recorder.persistent(self.lasting.pop(hit))
 
     def tell_all(self) -> None:
-        """Tell the recorder about all lasting contacts that are over."""
+        """Tell the recorder about all lasting contacts, because the run is over now."""
+        for group in {id(group): group for group in self.of.values()}.values():
+            group.state_at(self.engine.now)
+            self._note(group)
         for hit in list(self.lasting):
             self.tell(hit)
 

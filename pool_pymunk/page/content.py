@@ -10,14 +10,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.page.differences import labels, other_part
+from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
 from pool_pymunk.render.table import plane, pockets_and_posts, seen_posts, woodwork
 from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
+from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run
 
 
@@ -95,8 +99,15 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
         "gyration": GYRATION if scene.surface.rolls else 0.0,
         "off": sorted(scene.index[id_] for id_ in run.off - run.pocketed.keys()),
         "events": events,
-        "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in run.knots],
+        "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in _breakpoints(run)],
     }
+
+
+def _breakpoints(run: Run) -> Iterator[Array]:
+    """Yield the breakpoints of each ball; where its contacts persist also how its roll changes."""
+    for ball, rows in zip(run.scene.balls, run.knots, strict=True):
+        when = spells(run, ball.id) if run.scene.surface.rolls else []
+        yield np.column_stack((rows, turning(rows, when))) if when else rows
 
 
 def _decimals(duration: float) -> int:

@@ -619,9 +619,10 @@ def step(g: Any, s: Any, h: float, total: Any) -> tuple[Any, float]:
     """Return the state a time h (s) later, in the same mode, and its error (m, m/s).
 
     ``g`` has the forces of the state first, and those of the end at last. ``total`` (N s) becomes
-    the impulses of the forces.
+    the impulses of the forces: along the normal, and as x and y.
     """
-    size, count, rates, forces = len(s), len(g.one), [list(g.rate)], [copy_of(g.force)]
+    look(g, s)
+    size, count, rates, forces = len(s), len(g.one), [list(g.rate)], [vectors(g)]
     for weights in STAGES:
         state = list(s)
         for weight, rate in zip(weights, rates, strict=True):
@@ -632,7 +633,7 @@ def step(g: Any, s: Any, h: float, total: Any) -> tuple[Any, float]:
             close(g, state)
         find_forces(g, state)
         rates.append(list(g.rate))
-        forces.append(copy_of(g.force))
+        forces.append(vectors(g))
     for c in range(count):
         for kind in range(3):
             total[c][kind] = 0.0
@@ -645,6 +646,14 @@ def step(g: Any, s: Any, h: float, total: Any) -> tuple[Any, float]:
             wrong += weight * rate[p]
         error = max(error, abs(h * wrong))
     return state, error
+
+
+def vectors(g: Any) -> list[list[float]]:
+    """Return N of each contact, and its force as x and y (N)."""
+    found = []
+    for (normal, along, _), (nx, ny) in zip(g.force, g.normal, strict=True):
+        found.append([normal, normal * nx - along * ny, normal * ny + along * nx])
+    return found
 
 
 def copy_of(rows: Any) -> Any:
@@ -685,7 +694,8 @@ def join(g: Any, s: Any, least: float, total: Any) -> None:
         i, much = g.one[k], g.mu[k] * total[k][0]
         if abs(g.slip[k]) > least:
             rub = -math.copysign(much, g.slip[k])
-            total[k][1] += rub
+            total[k][1] -= rub * g.normal[k][1]
+            total[k][2] += rub * g.normal[k][0]
             shift(g, s, k, rub, (2, 1))
         if wrings(g, k):
             into = roll_into(g, s, k)
@@ -706,6 +716,8 @@ def push_together(g: Any, s: Any, total: Any) -> None:
     for p in range(count):
         much = unit_of(g, p) * g.matrix[p][count]
         total[p][0] += much
+        total[p][1] += much * g.normal[p][0]
+        total[p][2] += much * g.normal[p][1]
         shift(g, s, p, much, (2, 0))
 
 

@@ -192,17 +192,11 @@ def roll_rate(row: Any) -> Vector:
     return (ax, ay) if row[4] == row[8] and row[5] == row[9] else (-ax / GYRATION, -ay / GYRATION)
 
 
-def rolls_of(breakpoints: Array, times: Array) -> Array:
-    """Return the rolls (..., 2) in m/s at ``times`` (...) after these breakpoints (..., 9).
+def roll_rates(breakpoints: Array) -> Array:
+    """Return how fast (..., 2) in m/s^2 rolls change after breakpoints (..., 9).
 
     A ball whose velocity is its roll rolls on; the roll of another one grows against its slip.
     """
-    time = (times - breakpoints[..., 0])[..., np.newaxis]
-    return breakpoints[..., 7:9] + time * roll_rates(breakpoints)
-
-
-def roll_rates(breakpoints: Array) -> Array:
-    """Return how fast (..., 2) in m/s^2 rolls change after breakpoints (..., 9)."""
     rolls = (breakpoints[..., 7:9] == breakpoints[..., 3:5]).all(axis=-1, keepdims=True)
     return np.asarray(breakpoints[..., 5:7] * np.where(rolls, 1.0, -1.0 / GYRATION))
 

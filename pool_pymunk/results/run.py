@@ -24,7 +24,8 @@ from pool_pymunk.model.plain import argument, choice, made
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
-from pool_pymunk.physics.surface import GYRATION, rolls_of
+from pool_pymunk.physics.surface import GYRATION
+from pool_pymunk.results.persistent import PersistentContact, spells, turning
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 COLUMNS = ("t", "ball", "x", "y", "vx", "vy", "energy")  # of a table of samples
 EVENTS = ("t", "kind", "ball", "other", "cushion", "pocket")  # of a table of events, and IMPULSES
 IMPULSES = ("impulse", "tangential", "tangential_first")
+# of a table of persistent contacts
+PERSISTENT = ("since", "until", "ball", "other", "cushion", "impulse_x", "impulse_y")
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
@@ -104,6 +107,7 @@ class Run:
     balls that are off the table at the end; a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
+    ``persistent`` has the contacts that lasted, in the order of their beginnings.
 
     Two runs are equal if all their fields but ``wall_time`` are equal.
     """
@@ -123,6 +127,7 @@ class Run:
     sample_times: tuple[float, ...] | None = None
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
+    persistent: tuple[PersistentContact, ...] = ()
     known_shift: float | None = None
     again: Callable[..., Run] | None = field(default=None, compare=False)
     variants: tuple[Variant, ...] = field(default=(), compare=False)
@@ -206,7 +211,7 @@ class Run:
 
         For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
         """
-        return free_motions(*self._breakpoints_before(times))
+        return free_motions(*self._last_of(self.knots, times))
 
     def roll_at(self, times: Times) -> Array:
         """Return the velocities (m/s) at which the balls would roll, at any ``times`` (s).
@@ -216,13 +221,29 @@ class Run:
         """
         if not self.scene.surface.rolls:
             raise setting_error("scene", self.scene.title, NO_ROLLING)
-        return rolls_of(*self._breakpoints_before(times))
+        last, t = self._last_of(self._rolls, times)
+        return np.asarray(last[..., 1:3] + (t - last[..., 0])[..., np.newaxis] * last[..., 3:])
 
-    def _breakpoints_before(self, times: object) -> tuple[Array, Array]:
-        """Return the last breakpoints (..., N, 7 or 9) of the balls, and the times (..., 1) (s)."""
+    def _last_of(self, tables: Sequence[Array], times: object) -> tuple[Array, Array]:
+        """Return the rows (..., N, C) of the last breakpoints, and the times (..., 1) (s)."""
         t = np.clip(read_times(times), 0.0, self.duration)
-        last = [rows[np.searchsorted(rows[:, 0], t, side="right") - 1] for rows in self.knots]
+        last = [
+            table[np.searchsorted(rows[:, 0], t, side="right") - 1]
+            for rows, table in zip(self.knots, tables, strict=True)
+        ]
         return np.stack(last, axis=-2), t[..., np.newaxis]
+
+    @cached_property
+    def _rolls(self) -> tuple[Array, ...]:
+        """For each ball the time (s) of each breakpoint, its roll (m/s), and how fast it changes.
+
+        The change (m/s^2) is that of a ball alone, or while a contact persists that to the next
+        breakpoint.
+        """
+        return tuple(
+            np.column_stack((rows[:, 0], rows[:, 7:9], turning(rows, spells(self, ball.id))))
+            for ball, rows in zip(self.scene.balls, self.knots, strict=True)
+        )
 
     def energy_at(self, times: Times) -> Array:
         """Return the kinetic energy (J) of all balls at any ``times`` (s): (T,), or one number.
@@ -371,6 +392,7 @@ class Run:
             "final": {id_: list(point) for id_, point in self.final.items()},
             "pocketed": self.pocketed,
             "events": [event.as_dict() for event in self.events],
+            "persistent": [contact.as_dict() for contact in self.persistent],
             "energy": self.energy,
             "warnings": list(self.warnings),
         }
@@ -436,20 +458,23 @@ class Run:
 
         return run_in_notebook(self)
 
-    def to_frame(self, what: Literal["samples", "events"] = "samples") -> Any:
+    def to_frame(self, what: Literal["samples", "events", "persistent"] = "samples") -> Any:
         """Make a pandas DataFrame, a row for each time and ball, or one for each event, in SI.
 
         The columns of samples are t, ball, x, y, vx, vy and energy, those of events are t, kind,
-        ball, other, cushion, pocket, impulse, tangential and tangential_first. Raises ImportError
+        ball, other, cushion, pocket, impulse, tangential and tangential_first, those of persistent
+        contacts are since, until, ball, other, cushion, impulse_x and impulse_y. Raises ImportError
         where pandas is not installed.
         """
-        argument("what", what, choice(("samples", "events")))
+        argument("what", what, choice(("samples", "events", "persistent")))
         try:
             frame = import_module("pandas").DataFrame
         except ImportError:
             raise ImportError("to_frame needs pandas: pip install pandas") from None
         if what == "events":
             return frame(list(self._event_rows()), columns=[*EVENTS, *IMPULSES])
+        if what == "persistent":
+            return frame(list(self._persistent_rows()), columns=list(PERSISTENT))
         return frame(list(self._rows(Units())), columns=list(COLUMNS))
 
     def save(self, path: str | Path) -> None:
@@ -482,15 +507,24 @@ class Run:
         for e in self.events:
             yield (e.t, e.kind, *_two(e.balls), e.cushion, e.pocket, *e.impulses)
 
-    def write_npz(self, path: str | Path) -> None:
-        """Write t, position, velocity (SI), the balls' ids and the events as a NumPy archive.
+    def _persistent_rows(self) -> Iterator[Iterable[object]]:
+        """Yield one row for each persistent contact, as in PERSISTENT."""
+        for c in self.persistent:
+            yield (c.since, c.until, *_two(c.balls), c.cushion, *c.impulse)
 
-        An event without a cushion has -1 there, one without a pocket an empty text, and one without
-        impulses nan.
+    def write_npz(self, path: str | Path) -> None:
+        """Write samples (SI), the balls' ids, events and persistent contacts as a NumPy archive.
+
+        An event or contact without a cushion has -1 there, an event without a pocket an empty text,
+        and one without impulses nan.
         """
         pushes = np.array([event.impulses for event in self.events], dtype=float).reshape(-1, 3)
         impulses: Any = {f"event_{name}": p for name, p in zip(IMPULSES, pushes.T, strict=True)}
-        cushions = [-1 if event.cushion is None else event.cushion for event in self.events]
+        contacts = self.persistent
+        cushions, sides = (
+            np.array([-1 if each.cushion is None else each.cushion for each in those], dtype=int)
+            for those in (self.events, contacts)
+        )
         np.savez_compressed(
             path,
             t=self.t,
@@ -500,9 +534,14 @@ class Run:
             event_t=np.array([event.t for event in self.events]),
             event_kind=np.array([event.kind for event in self.events], dtype=str),
             event_balls=np.array([_two(event.balls) for event in self.events], dtype=str),
-            event_cushion=np.array(cushions, dtype=int),
+            event_cushion=cushions,
             event_pocket=np.array([event.pocket or "" for event in self.events], dtype=str),
             **impulses,
+            persistent_since=np.array([each.since for each in contacts]),
+            persistent_until=np.array([each.until for each in contacts]),
+            persistent_balls=np.array([_two(each.balls) for each in contacts], dtype=str),
+            persistent_cushion=sides,
+            persistent_impulse=np.array([each.impulse for each in contacts]).reshape(-1, 2),
         )
 
     def write_csv(self, path: str | Path, units: Units | None = None) -> None:
@@ -525,12 +564,20 @@ class Run:
         heading = [*EVENTS, *(f"{name} (N s)" for name in IMPULSES)]
         write_rows(path, heading, self._event_rows())
 
+    def write_persistent_csv(self, path: str | Path) -> None:
+        """Write a row for each persistent contact: its time (s), balls, cushion, impulse (N s)."""
+        said = ("s", "s", "", "", "", "N s", "N s")
+        heading = zip(PERSISTENT, said, strict=True)
+        names = (f"{name} ({unit})" if unit else name for name, unit in heading)
+        write_rows(path, names, self._persistent_rows())
+
 
 # Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.
 FILES = (
     (".npz", Run.write_npz),
     (".csv", Run.write_csv),
     ("-events.csv", Run.write_events_csv),
+    ("-persistent.csv", Run.write_persistent_csv),
 )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario import loads
+from pool_pymunk.results.persistent import PersistentContact
 from pool_pymunk.results.run import Event, Run
 from pool_pymunk.results.trace import completed
 from pool_pymunk.safety.files import whole
@@ -31,6 +32,7 @@ def save(run: Run, path: str | Path) -> None:
         "sample_times": run.sample_times,
         "off": sorted(run.off),
         "policies": sorted(run.policies),
+        "persistent": [astuple(contact) for contact in run.persistent],
         "known_shift": run.known_shift,
         **{key: getattr(run, key) for key in PLAIN},
     }
@@ -67,6 +69,10 @@ def load(path: str | Path) -> Run:
         sample_times=None if times is None else tuple(times),
         off=frozenset(about["off"]),
         policies=frozenset(about.get("policies", ())),
+        persistent=tuple(
+            PersistentContact(tuple(balls), cushion, since, until, tuple(impulse))
+            for balls, cushion, since, until, impulse in about.get("persistent", ())
+        ),
         known_shift=about.get("known_shift"),
         **{key: about[key] for key in PLAIN},
     )

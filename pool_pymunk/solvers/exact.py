@@ -10,8 +10,8 @@ from pool_pymunk.engine.recorder import Lasting, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
-from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Wall, pocket
+from pool_pymunk.results.persistent import joined
 from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.record import Settings
 
@@ -21,7 +21,7 @@ def pockets(scene: Scene) -> list[Wall]:
     return [pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
 
 
-def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine) -> Trace:
+def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine) -> EngineTrace:
     """Give the engine its variant and its bounds, and return the trace of its run."""
     trace = EngineTrace(scene, start, engine)
     engine.recorder = trace
@@ -30,23 +30,25 @@ def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine)
     return trace
 
 
-def cut_off(trace: Trace, engine: ContactEngine, t: float) -> None:
+def cut_off(trace: EngineTrace, engine: ContactEngine, t: float) -> None:
     """Write down where the balls are that still move when the run ends at ``t`` (s)."""
+    engine.now = t
     engine.groups.tell_all()
+    trace.warn_of_lasting()
     if trace.status == "settled":
         return
     trace.duration = t
     if engine.tally.unlisted >= NEVER_SETTLES:
         trace.warn(
-            f"the run was given up after {engine.tally.unlisted} instants with micro-collisions "
-            "only, because surface friction presses balls together",
+            f"the run was given up after {engine.tally.unlisted} instants without an event, "
+            "because surface friction presses balls together",
             t,
         )
     for i, path in enumerate(engine.paths):
         if path.end > t or trace.knots[i][-1][3:5] != NONE:
-            x, y, vx, vy = motion_at(path, t)
-            pull, roll = (path.ax, path.ay), engine.surface.roll(path, t)
-            trace.breakpoint(i, t, (x, y), (vx, vy), pull if path.end > t else NONE, roll)
+            x, y, vx, vy, wx, wy = engine.groups.state_of(i)
+            pull = (path.ax, path.ay) if path.end > t else NONE
+            trace.breakpoint(i, t, (x, y), (vx, vy), pull, (wx, wy))
 
 
 class EngineTrace(Trace, Recorder):
@@ -54,7 +56,6 @@ class EngineTrace(Trace, Recorder):
 
     def __init__(self, scene: Scene, start: State, engine: ContactEngine) -> None:
         super().__init__(start, engine.paths)
-        self.lasting: list[Lasting] = []
         self.scene, self.reported, self.law = scene, engine.reported, engine.resolver.law
 
     def contact(self, contact: Contact, t: float) -> None:
@@ -75,6 +76,16 @@ class EngineTrace(Trace, Recorder):
     def persistent(self, lasting: Lasting) -> None:
         self.lasting.append(lasting)
         self.policies.add(PERSISTENT)
+
+    def warn_of_lasting(self) -> None:
+        """Warn once of each set of balls and cushions that contacts have joined."""
+        ids = [ball.id for ball in self.scene.balls]
+        for each in joined(self.lasting):
+            text = (
+                f"surface friction, a roll or an arc presses {each.words(ids)}: they stay in "
+                f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s"
+            )
+            self.warn(text, each.since, PERSISTENT)
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         text = (

@@ -22,6 +22,7 @@ from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.physics.path import from_breakpoint, motion_at
+from pool_pymunk.results.persistent import contacts_of
 from pool_pymunk.results.run import Event, Run, read_times
 from pool_pymunk.results.trace import POCKET, ZERO_SLIP, Row, Trace
 from pool_pymunk.results.words import counted
@@ -183,6 +184,7 @@ class Request(NamedTuple):
             sample_times=self.times,
             off=start.off | taken,
             policies=frozenset(trace.policies),
+            persistent=contacts_of(trace.lasting, ids),
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,

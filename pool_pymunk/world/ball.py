@@ -98,7 +98,7 @@ class TableBall:
 
 
 class ContactEvent(NamedTuple):
-    """A contact event tells when (s) a contact was answered, and whose it was.
+    """A contact event tells of a hit, and when (s) it was, or that a persistent contact is over.
 
     ``balls`` are two balls, or one ball that met the wall of number ``wall``. They touched at
     ``point`` (m). ``normal`` is the unit vector from the first ball to the second, or from the wall
@@ -106,6 +106,11 @@ class ContactEvent(NamedTuple):
     momentum along the normal each gave to the other. ``tangential`` (N s) is what the second ball,
     or the ball at a wall, got along (-n_y, n_x). ``ball.path.at(event.t)`` has a ball's place
     and velocity before the contact; its body has those after it.
+
+    A persistent contact lasts from ``since`` (s) to ``t``; for a hit ``since`` is None. Its
+    ``point`` and ``normal`` are those at its end, its ``closing`` is 0, and its ``impulse`` and
+    ``tangential`` are the parts along this normal and tangent of all momentum that was given.
+    ``ball.path`` is then the path on which a ball goes on.
     """
 
     t: float
@@ -116,6 +121,7 @@ class ContactEvent(NamedTuple):
     closing: float
     impulse: float
     tangential: float
+    since: float | None = None
 
 
 def same_balls(
@@ -136,7 +142,7 @@ def _of_any_two(pair: Pair, i: int, j: int) -> Pair:
 
 
 class TableState(NamedTuple):
-    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts persist.
+    """A table's state has the time (s), and each ball's motion (m, m/s).
 
     Where balls roll, it has their ``rolls`` (m/s). Balls are numbers, so it can be pickled.
     """

@@ -37,7 +37,8 @@ from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.walls import sides_of
 
 FrictionBy = Literal["joint", "callback"]
-CALLBACKS = ("on_contact", "on_stop", "on_stop_revoked", "on_pocket")
+CALLBACKS = ("on_contact", "on_stop", "on_pocket")
+REVOKED = "on_stop_revoked"  # a callback that there was
 
 
 class Billiards:
@@ -57,7 +58,8 @@ class Billiards:
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to hear
     what happens. They are called when the instant of which they tell is over. What they change
-    counts from that instant on; they cannot call :meth:`restore_state` or make a step.
+    counts from that instant on; they cannot call :meth:`restore_state` or make a step. Of a
+    contact that persists ``on_contact`` tells once, when it is over.
 
     Raises ValueError for impossible arguments, in one sentence that names the argument.
 
@@ -88,7 +90,6 @@ class Billiards:
 
     on_contact: Callable[[ContactEvent], object] | None = None
     on_stop: Callable[[TableBall, float], object] | None = None
-    on_stop_revoked: Callable[[TableBall, float], object] | None = None
     on_pocket: Callable[[TableBall, int, float], object] | None = None
 
     def __init__(
@@ -428,6 +429,10 @@ class Billiards:
 
 def _check_callback(name: str, is_own: bool) -> None:
     """Refuse a name that is like a callback's; a subclass may have callbacks of its ``own``."""
+    if name == REVOKED:
+        message = f"{REVOKED} does nothing: a ball of which on_stop tells has come to rest"
+        warnings.warn(message, DeprecationWarning, stacklevel=3)
+        return
     is_alike = bool(get_close_matches(name.lower(), CALLBACKS, cutoff=0.8))
     is_misspelled = is_alike if is_own else is_alike or name.startswith("on_")
     if is_misspelled and name.lower().startswith("on") and name not in CALLBACKS:

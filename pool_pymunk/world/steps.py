@@ -9,7 +9,8 @@ from functools import partial
 import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.recorder import Motion, Recorder
+from pool_pymunk.engine.due import Hit
+from pool_pymunk.engine.recorder import Lasting, Motion, Recorder
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path
@@ -52,19 +53,44 @@ class Callbacks(Recorder):
             event = ContactEvent(t, balls, contact.cushion, *where, closing, impulse, tangential)
             self._tell("on_contact", event, balls=balls)
 
+    def persistent(self, lasting: Lasting) -> None:
+        contact, since, t, x, y = lasting
+        balls = tuple(self.state.balls[i] for i in contact.balls)
+        nx, ny = contact.normal
+        where, parts = (contact.point, contact.normal), (x * nx + y * ny, y * nx - x * ny)
+        event = ContactEvent(t, balls, contact.cushion, *where, 0.0, *parts, since)
+        self._tell("on_contact", event)
+
     def stop(self, i: int, t: float, position: Vector) -> None:
         self._tell("on_stop", self.state.balls[i], t)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         self._tell("on_pocket", self.state.balls[i], pocket, t)
 
-    def stop_revoked(self, i: int, t: float) -> None:
-        self._tell("on_stop_revoked", self.state.balls[i], t)
-
     def _tell(self, name: str, *said: object, balls: Sequence[TableBall] = ()) -> None:
         """Call a callback later, which then sees these balls' ``path`` as it is now."""
         if self.of(name) is not None:
             self.pending.append((name, said, {ball: ball.path for ball in balls}))
+
+    def end_persistent(self) -> None:
+        """Tell of the persistent contacts that are over, as they are at their ends."""
+        engine, lasting = self.state.engine, self.state.engine.groups.lasting
+        for hit in [hit for hit in lasting if not self._presses(hit)]:
+            if self._is_there(hit, lasting[hit]):
+                contact = engine.contact(hit, engine.motions([hit]))
+                lasting[hit] = lasting[hit]._replace(contact=contact)
+            engine.groups.tell(hit)
+
+    def _presses(self, hit: Hit) -> bool:
+        group = self.state.engine.groups.of.get(hit.i)
+        return group is not None and group.is_on(hit)
+
+    def _is_there(self, hit: Hit, lasting: Lasting) -> bool:
+        """Tell whether a contact is over just now, and both of its sides are still there."""
+        engine, balls = self.state.engine, self.state.balls
+        if hit.kind == "wall" and engine.walls[hit.j].number != lasting.contact.cushion:
+            return False
+        return lasting.until == engine.now and all(balls[i].is_on_table for i in hit.balls)
 
     # -- the instant is over ---------------------------------------------------------------------
 
@@ -221,15 +247,12 @@ class Steps(WatchedState):
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             engine.now, near.until = began, self.time
             near.foresee()
-            if self.sent:
-                sent, self.sent = dict.fromkeys(self.sent), []
-                engine.predict([i for i in sent if self.balls[i].is_on_table])
             try:
                 self._play_instants()
             except Exception:  # A law or pair has failed: the table stands at this contact.
                 engine.turn_back(engine.now)
                 self.set_clock(engine.now, self.dt)
-                engine.predict(list(self.moving))
+                self.sent = [*self.moving, *(near.changed.keys() - self.moving.keys())]
                 self.wake = -math.inf
                 self.carry_all()
                 raise
@@ -246,10 +269,15 @@ class Steps(WatchedState):
         """Play the instants of this step, and call the callbacks after each."""
         engine, callbacks, self.phase = self.engine, self.callbacks, Phase.ANSWERING
         try:
+            if self.sent:
+                sent, self.sent = dict.fromkeys(self.sent), []
+                engine.predict([i for i in sent if self.balls[i].is_on_table])
             while engine.upcoming() <= self.time and engine.is_finite and not engine.is_over:
                 engine.next()
                 if self.near.gone:
                     self.take_out_gone()
+                if engine.groups.lasting and engine.upcoming() > engine.now:
+                    callbacks.end_persistent()
                 if callbacks.pending:
                     callbacks.tell_all()
         finally:

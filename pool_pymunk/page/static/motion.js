@@ -1,7 +1,8 @@
 /* Where every ball is at any time: a breakpoint is [t, x, y, vx, vy, ax, ay] in s, m, m/s and m/s^2,
  * and the roll wx, wy (m/s) where balls roll. A ball has one wherever its motion changes; up to the
- * next one its acceleration is constant. The operations are those of Run.at and Run.roll_at, in the
- * same order, so that both give the same bits. */
+ * next one its acceleration is constant. Where contacts of a ball persist, a breakpoint also has how
+ * its roll changes (m/s^2). The operations are those of Run.at and Run.roll_at, in the same order, so
+ * that both give the same bits. */
 
 /** Return the last breakpoint of a ball that is not later than t. */
 function lastBreakpoint(breakpoints, t) {
@@ -17,16 +18,18 @@ function lastBreakpoint(breakpoints, t) {
 
 /** Return position (m), velocity and roll (m/s) of a ball at the time t, from its breakpoints. */
 function freeMotion(breakpoints, t) {
-  const [start, x, y, vx, vy, ax, ay, wx = vx, wy = vy] = lastBreakpoint(breakpoints, t);
+  const last = lastBreakpoint(breakpoints, t);
+  const [start, x, y, vx, vy, ax, ay, wx = vx, wy = vy] = last;
   const time = t - start;
   const turn = vx === wx && vy === wy ? 1 : -2.5; // While a ball slides, its roll changes by -5/2 a.
+  const [turnX = ax * turn, turnY = ay * turn] = last.slice(9);
   return {
     x: x + time * (vx + (time * ax) / 2),
     y: y + time * (vy + (time * ay) / 2),
     vx: vx + time * ax,
     vy: vy + time * ay,
-    wx: wx + time * (ax * turn),
-    wy: wy + time * (ay * turn),
+    wx: wx + time * turnX,
+    wy: wy + time * turnY,
   };
 }
 

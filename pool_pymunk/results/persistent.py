@@ -1,0 +1,138 @@
+"""A run tells of the contacts that persisted, and what a roll does while one lasts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.model import Point
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.surface import roll_rates
+
+if TYPE_CHECKING:
+    from pool_pymunk.results.run import Run
+
+Spell = tuple[float, float]  # from when to when (s)
+
+
+@dataclass(frozen=True, slots=True)
+class PersistentContact:
+    """A persistent contact is one that lasts: two sides touch from ``since`` to ``until`` (s).
+
+    Surface friction, a roll or an arc presses them together. ``balls`` are the ids of two balls, or
+    of the one that touches the ``cushion`` of this number. ``impulse`` (x, y) in N s is what the
+    contact has given to the last ball in all this time; the first of two balls got the opposite.
+    For each ball these impulses, those of the events and the friction of the surface add up to its
+    change of momentum.
+
+    A ball rolls into another one, does not bounce, and pushes it until both roll:
+
+    >>> from pool_pymunk import Ball, Friction, Restitution, Scene, simulate
+    >>> balls = (
+    ...     Ball("A", (0.0, 0.0), 0.03, 0.2, velocity=(1.0, 0.0), roll=1.0),
+    ...     Ball("B", (0.0601, 0.01), 0.03, 0.2),
+    ... )
+    >>> scene = Scene(balls, None, Restitution(0.0), Friction(0.1, rolling=0.01))
+    >>> [contact] = simulate(scene, solver="event-driven").persistent
+    >>> contact.balls, contact.cushion, round(contact.since, 4), round(contact.until, 3)
+    (('A', 'B'), None, 0.0009, 0.176)
+    """
+
+    balls: tuple[str, ...]
+    cushion: int | None
+    since: float
+    until: float
+    impulse: Point
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the contact as it stands in the JSON."""
+        said: dict[str, object] = {"balls": list(self.balls)}
+        said |= {} if self.cushion is None else {"cushion": self.cushion}
+        return said | {"since": self.since, "until": self.until, "impulse": list(self.impulse)}
+
+
+def contacts_of(lasting: Iterable[Lasting], ids: Sequence[str]) -> tuple[PersistentContact, ...]:
+    """Return what a run tells of lasting contacts, in the order of their beginnings."""
+    return tuple(
+        PersistentContact(
+            tuple(ids[i] for i in contact.balls), contact.cushion, since, until, (x, y)
+        )
+        for contact, since, until, x, y in sorted(lasting, key=lambda each: each.since)
+    )
+
+
+class Joined(NamedTuple):
+    """These were joined so many ``times``, from ``since`` until at last ``until`` (s).
+
+    ``balls`` and ``cushions`` are numbers.
+    """
+
+    balls: tuple[int, ...]
+    cushions: tuple[int, ...]
+    since: float
+    until: float
+    times: int = 1
+
+    def words(self, ids: Sequence[str]) -> str:
+        """Say in words what is pressed together: balls by their ids, cushions by their numbers."""
+        balls = _named("ball", [ids[i] for i in self.balls])
+        if len(self.balls) == 1:
+            return f"{balls} to {_named('cushion', self.cushions)}"
+        cushions = f" and {_named('cushion', self.cushions)}" if self.cushions else ""
+        return f"{balls}{cushions} together"
+
+
+def _named(what: str, those: Sequence[object]) -> str:
+    return f"{what}{'s' if len(those) > 1 else ''} {', '.join(map(str, those))}"
+
+
+def joined(lasting: Iterable[Lasting]) -> list[Joined]:
+    """Return which balls and cushions were joined by contacts that overlap in time.
+
+    Each set of them stands there once, in the order in which they were joined first.
+    """
+    now: list[Joined] = []
+    past: list[Joined] = []
+    for contact, since, until, _, _ in sorted(lasting, key=lambda each: each.since):
+        balls, group = set(contact.balls), [] if contact.cushion is None else [contact.cushion]
+        one = Joined(tuple(sorted(balls)), tuple(group), since, until)
+        past += [each for each in now if each.until < since]
+        now = [each for each in now if each.until >= since]
+        touching = [each for each in now if balls & {*each.balls}]
+        now = [each for each in now if each not in touching]
+        for each in touching:
+            one = Joined(
+                tuple(sorted({*one.balls, *each.balls})),
+                tuple(sorted({*one.cushions, *each.cushions})),
+                min(one.since, each.since), max(one.until, each.until),
+            )  # fmt: skip
+        now.append(one)
+    found: dict[tuple[object, object], Joined] = {}
+    for one in sorted(past + now, key=lambda each: each.since):
+        first = found.get(one[:2], one._replace(times=0))
+        found[one[:2]] = first._replace(until=max(first.until, one.until), times=first.times + 1)
+    return list(found.values())
+
+
+def spells(run: Run, ball: str) -> list[Spell]:
+    """Return from when until when (s) each persistent contact of a ball lasted."""
+    return [(each.since, each.until) for each in run.persistent if ball in each.balls]
+
+
+def turning(breakpoints: Array, persists: Iterable[Spell]) -> Array:
+    """Return how fast (K, 2) in m/s^2 a roll changes after a ball's breakpoints (K, 9).
+
+    In the spells in which a contact of the ball ``persists``, it goes evenly from each breakpoint
+    to the next one.
+    """
+    rates, t, rolls = roll_rates(breakpoints), breakpoints[:, 0], breakpoints[:, 7:9]
+    time = np.diff(t)
+    for since, until in persists:
+        inside = (since <= t[:-1]) & (t[:-1] < until) & (time > 0.0)
+        k = np.flatnonzero(inside)
+        rates[k] = (rolls[k + 1] - rolls[k]) / time[k, np.newaxis]
+    return rates
