@@ -164,8 +164,10 @@ class Groups:
         if soonest >= now + bounces or any(i in self.of for i in contact.balls):
             return True
         then = [engine.surface.then(path) if path.end == soonest else path for path in paths]
-        later = [path or standing(soonest, 0.0, 0.0) for path in then]
-        return pressing_of(contact, later, soonest) > 0.0
+        later = [path or standing(soonest, old.x, old.y) for path, old in zip(then, paths, strict=True)]
+        goes = {i: motion_at(path, soonest)[2:] for i, path in zip(contact.balls, later, strict=True)}
+        parting = max(-closing_speed(contact, goes), 0.0)
+        return persists(parting, pressing_of(contact, later, soonest), e, radius)
 
     def wear(self, hit: Hit) -> float:
         many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)

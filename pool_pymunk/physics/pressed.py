@@ -65,7 +65,7 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # state, `rate` its change, `push` (m/s^2) has f and c of each ball.
 Press = namedtuple(
     "Press",
-    "own pull drag rolls small mass radius phase one other what mu shape on slides into force normal "
+    "own pull drag rolls small mass radius phase one other what mu shape over on slides into force normal "
     "bend slip rate push unknown matrix",
 )
 
@@ -83,7 +83,7 @@ def press_of(surface: Any, mass: Any, radius: Any, contacts: Any) -> Press:
         own = surface.own if isinstance(surface, Press) else surface
     return Press(
         own, surface.pull, drag, surface.rolls, [0.0, 0.0, 1.0], list(mass), list(radius),
-        [REST] * n, one, other, what, mu, shape, [True] * count, [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
+        [REST] * n, one, other, what, mu, shape, [False] * count, [True] * count, [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
         [[0.0] * 2 for _ in range(count)], [0.0] * count, [0.0] * count, [0.0] * (6 * n),
         [[0.0] * 4 for _ in range(n)], [[0] * 2 for _ in range(most)],
         [[0.0] * (most + 1) for _ in range(most)],
@@ -99,7 +99,8 @@ def part_of(g: Any, balls: Any, contacts: Any) -> Press:
     ]
     part = press_of(g, [g.mass[i] for i in balls], [g.radius[i] for i in balls], rows)
     for m, k in enumerate(contacts):
-        part.on[m], part.slides[m], part.into[m] = g.on[k], g.slides[k], g.into[k]
+        part.on[m], part.over[m] = g.on[k], g.over[k]
+        part.slides[m], part.into[m] = g.slides[k], g.into[k]
     part.phase[:] = [g.phase[i] for i in balls]
     part.small[:] = g.small
     return part
@@ -478,7 +479,9 @@ def sign(x: float, least: float) -> int:
 
 def touches(g: Any, s: Any, k: int) -> bool:
     """Tell whether two sides touch and do not part."""
-    return gap_of(g, s, k) <= NEAR * g.radius[g.one[k]] and opening(g, s, k) <= 10.0 * g.small[0]
+    if g.over[k] or gap_of(g, s, k) > NEAR * g.radius[g.one[k]]:
+        return False
+    return opening(g, s, k) <= 10.0 * g.small[0]
 
 
 def decide(g: Any, s: Any) -> bool:
@@ -812,7 +815,7 @@ def change(g: Any, s: Any, which: int) -> None:
     if k >= len(g.one):
         set_free(g, s, which - 4 * len(g.one))
     elif kind in (0, 3):
-        g.on[k] = False
+        g.on[k], g.over[k] = False, kind == 3
     elif kind == 1:
         g.slides[k] = 0 if g.slides[k] else (-1 if g.force[k][1] > 0.0 else 1)
     else:
