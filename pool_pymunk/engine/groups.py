@@ -18,7 +18,7 @@ from pool_pymunk.physics import pressed
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
-from pool_pymunk.physics.pressed import BALL, REST, Piece
+from pool_pymunk.physics.pressed import BALL, REST, ROLL, Piece
 from pool_pymunk.physics.sides import shape_of
 
 if TYPE_CHECKING:
@@ -312,6 +312,9 @@ class Groups:
 
     def _go_on_in_parts(self, group: Group) -> None:
         """Go on with the balls of a group that contacts press together, and let go of the others."""
+        for i in group.balls:
+            if group.press.phase[group.number[i]] == REST:
+                self._rest(i, group)
         parts = parts_of(group)
         joined = {i for part in parts for i in part.balls}
         for i in group.balls:
@@ -329,9 +332,11 @@ class Groups:
         del self.of[i]
         x, y, vx, vy, wx, wy = group.of(i)
         path = engine.surface.path(engine.now, (x, y), (vx, vy), (wx, wy))
-        if path.moves or engine.paths[i].end != engine.paths[i].t:
+        if path.moves:
             engine.lead(i, path)
             self.loose[i] = None
+        else:
+            self._rest(i, group)
 
     def release(self, balls: Iterable[int]) -> None:
         """Take the groups of some balls apart, at the present time."""
@@ -407,16 +412,19 @@ class Groups:
         self._decide(group, before)
 
     def _has_settled(self, i: int, group: Group) -> None:
-        """Tell that a ball rolls or rests now."""
+        """Tell that a ball rolls now, or rests."""
+        if group.press.phase[group.number[i]] == ROLL:
+            self.engine.tally.listed += 1
+            self.engine.recorder.roll(i, self.engine.now)
+
+    def _rest(self, i: int, group: Group) -> None:
+        """Let a ball rest that has moved."""
         engine, (x, y, *_) = self.engine, group.of(i)
-        if group.press.phase[group.number[i]] == REST:
+        if engine.rested[i] == math.inf:
             engine.paths[i] = standing(engine.now, x, y)
             engine.speeds[i] = 0.0
             self.loose[i] = None
             engine.stop(i, engine.now, (x, y))
-        else:
-            engine.tally.listed += 1
-            engine.recorder.roll(i, engine.now)
 
     def _play(self, group: Group) -> None:
         """Play the next piece of a group, whose mode is known."""

@@ -782,7 +782,7 @@ def measures(g: Any, s: Any) -> list[float]:
     found = []
     for k in range(len(g.one)):
         force = slips = rolls_in = end = math.inf
-        if g.on[k]:
+        if g.on[k] and moves(g, k):
             unit, most = unit_of(g, k), g.mu[k] * g.force[k][0]
             force, end = g.force[k][0] / unit, room(g, s, k)
             if g.slides[k]:
