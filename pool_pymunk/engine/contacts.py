@@ -38,7 +38,6 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import (
     NOISE,
-    NOT_MET,
     Path,
     fastest_of,
     motion_at,
@@ -198,7 +197,7 @@ class ContactEngine:
         until = until if until < other else other
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
-        t = pair_time(a, b, radii[i] + radii[j], since, until, NOT_MET, noise)
+        t = pair_time(a, b, radii[i] + radii[j], since, until, noise)
         if t < math.inf and not self.groups.takes(hit, t):
             self.push(t, hit)
 

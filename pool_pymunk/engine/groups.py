@@ -164,8 +164,12 @@ class Groups:
         if soonest >= now + bounces or any(i in self.of for i in contact.balls):
             return True
         then = [engine.surface.then(path) if path.end == soonest else path for path in paths]
-        later = [path or standing(soonest, old.x, old.y) for path, old in zip(then, paths, strict=True)]
-        goes = {i: motion_at(path, soonest)[2:] for i, path in zip(contact.balls, later, strict=True)}
+        later = [
+            path or standing(soonest, old.x, old.y) for path, old in zip(then, paths, strict=True)
+        ]
+        goes = {
+            i: motion_at(path, soonest)[2:] for i, path in zip(contact.balls, later, strict=True)
+        }
         parting = max(-closing_speed(contact, goes), 0.0)
         return persists(parting, pressing_of(contact, later, soonest), e, radius)
 
@@ -461,9 +465,7 @@ def parts_of(group: Group) -> list[Group]:
     """Return the parts of a group that contacts press together; it may be all of it."""
     first = {i: i for i in group.balls}
     press = group.press
-    pressing = [
-        hit for k, hit in enumerate(group.hits) if press.on[k] and pressed.moves(press, k)
-    ]
+    pressing = [hit for k, hit in enumerate(group.hits) if press.on[k] and pressed.moves(press, k)]
     for hit in pressing * len(pressing):
         low = min(first[i] for i in hit.balls)
         for i in hit.balls:

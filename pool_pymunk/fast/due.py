@@ -12,7 +12,7 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.fast.kinds import time_of_contact
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
-from pool_pymunk.physics.path import NOT_MET, Path, motion_at, pair_time, standing
+from pool_pymunk.physics.path import Path, motion_at, pair_time, standing
 
 # Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
 # and boxes have the same margin (engine/near.py).
@@ -155,7 +155,7 @@ def meet(w: Work, i: int, j: int) -> None:
     if stay_apart(a, b, touching, since, until):
         return
     noise = max(a.noise, b.noise)
-    t = pair_time(path_of(a), path_of(b), touching, since, until, NOT_MET, noise)
+    t = pair_time(path_of(a), path_of(b), touching, since, until, noise)
     w.pair_t[i, j] = min(w.pair_t[i, j], t)
 
 

@@ -12,7 +12,6 @@ from typing import NamedTuple
 from pool_pymunk.physics.motion import (
     EPSILON,
     Vector,
-    closing_acceleration,
     path_to_disc,
     stopping_time,
     time_of_impact,
@@ -32,28 +31,9 @@ NOISE = 16.0 * EPSILON
 # A path that leads into a disc by less than this share of its speed is tangent: rounding of a place
 # on a circle, 1e-16 to 1e-13 of the radius, turns the normal by as much.
 SLIGHT = 1e-12
-# of the least bounce: touching balls that close more slowly have no hit yet. The worst end of 21
-# scenes of tests/data/hard_runs.json is 8e-7 m off; with half of it 2e-6 m, and with twice 9e-6 m,
-# where a least bounce, which comes back as fast as it went, is no hit any more.
-BARELY = 0.9
 
 
 HAIR = 1e-9  # of coordinates; bounds have this margin, far above rounding
-
-
-class Persistent(NamedTuple):
-    """A persistent contact is one of two balls that have met and that friction presses together.
-
-    ``time`` (s) is how long one contact of theirs takes (:func:`least_bounce`); it is 0 for balls
-    that have not met. Balls that touch and close more slowly than ``faint`` (m/s) meet a contact
-    time later.
-    """
-
-    time: float = 0.0
-    faint: float = 0.0
-
-
-NOT_MET = Persistent()
 
 
 class Path(NamedTuple):
@@ -251,18 +231,17 @@ def pair_time(
     touching: float,
     since: float,
     until: float,
-    persistent: Persistent = NOT_MET,
     noise: float = 0.0,
 ) -> float:
     """Return the time (s) at which two balls meet; infinite if they do not.
 
     Look between ``since`` and ``until`` (s). Balls meet when they are ``touching`` (m) apart, the
-    sum of their radii. Each may stop before and rest. ``persistent`` is for balls that have met.
-    ``noise`` (m/s) is how much of the velocities may be rounding, beyond that of their numbers.
+    sum of their radii. Each may stop before and rest. ``noise`` (m/s) is how much of the velocities
+    may be rounding, beyond that of their numbers.
     """
     first_end = a.end if a.end < b.end else b.end
     if since < first_end:
-        t = _both_move(a, b, touching, since, min(until, first_end), persistent, noise)
+        t = _both_move(a, b, touching, since, min(until, first_end), noise)
         if t < math.inf:
             return t
     mover, rester = (a, b) if b.end <= a.end else (b, a)
@@ -273,7 +252,7 @@ def pair_time(
         return t if since <= t <= until else math.inf
     x, y, _, _ = motion_at(rester, rester.end)
     at_rest, since = standing(rester.end, x, y), max(since, rester.end)
-    return _both_move(mover, at_rest, touching, since, min(until, mover.end), persistent, noise)
+    return _both_move(mover, at_rest, touching, since, min(until, mover.end), noise)
 
 
 def _one_moves(mover: Path, rester: Path, touching: float) -> float:
@@ -297,15 +276,10 @@ def _one_moves(mover: Path, rester: Path, touching: float) -> float:
 
 
 def _both_move(
-    a: Path, b: Path, touching: float, since: float, until: float, persistent: Persistent,
-    noise: float,
-) -> float:  # fmt: skip
+    a: Path, b: Path, touching: float, since: float, until: float, noise: float
+) -> float:
     offset, velocity, pull = _relative(a, b, since)
     noise += NOISE * (speed_of(a) + speed_of(b))
-    if persistent.time > 0.0:
-        (dx, dy), size = offset, abs(a.x) + abs(a.y) + abs(b.x) + abs(b.y) + touching
-        if math.sqrt(dx * dx + dy * dy) - touching <= 16.0 * EPSILON * size:
-            touching -= _allowed_penetration(offset, velocity, pull, touching, persistent)
     return since + time_of_impact(offset, velocity, pull, touching, until - since, noise)
 
 
@@ -314,37 +288,3 @@ def _relative(a: Path, b: Path, t: float) -> tuple[Vector, Vector, Vector]:
     ax, ay, avx, avy = motion_at(a, t)
     bx, by, bvx, bvy = motion_at(b, t)
     return (bx - ax, by - ay), (bvx - avx, bvy - avy), (b.ax - a.ax, b.ay - a.ay)
-
-
-def least_bounce(a: Path, b: Path, t: float, contact_time: float) -> float:
-    """Return the speed (m/s) at which touching balls part, so that they meet a contact time later.
-
-    Surface friction may drive together two balls that touch and both move. They would touch without
-    end, or hit each other infinitely often in finite time. With bounces of this least speed they
-    hit each other once in every ``contact_time`` (s). The speed is 0 where the balls are driven
-    apart.
-    """
-    if contact_time == 0.0 or t >= min(a.end, b.end):
-        return 0.0
-    offset, velocity, pull = _relative(a, b, t)
-    return max(closing_acceleration(offset, velocity, pull), 0.0) * contact_time / 2.0
-
-
-def _allowed_penetration(
-    offset: Vector, velocity: Vector, pull: Vector, touching: float, persistent: Persistent
-) -> float:
-    """Return how far (m) touching balls get nearer than ``touching`` until they hit each other.
-
-    Friction drives these balls together. If they close or part more slowly than ``BARELY`` times
-    the least bounce, they get nearer until they close as fast as the least bounce. Balls that close
-    faintly do so for a contact time. Otherwise the answer is 0.
-    """
-    (dx, dy), (vx, vy) = offset, velocity
-    distance = math.sqrt(dx * dx + dy * dy)
-    rate = (dx * vx + dy * vy) / distance
-    drive = closing_acceleration(offset, velocity, pull)
-    least = drive * persistent.time / 2.0
-    if drive <= 0.0 or abs(rate) >= BARELY * least:
-        sunk = max(touching - distance, 0.0)
-        return sunk - rate * persistent.time if -persistent.faint < rate < 0.0 else 0.0
-    return (least * least - rate * rate) / (2.0 * drive) + max(touching - distance, 0.0)

@@ -389,9 +389,7 @@ def solve(matrix: Any, count: int) -> float:
     return misfit
 
 
-def least_norm(
-    matrix: Any, count: int, rank: int, column: Any, is_free: Any, found: Any
-) -> None:
+def least_norm(matrix: Any, count: int, rank: int, column: Any, is_free: Any, found: Any) -> None:
     """Take from a solution what lies along forces that change nothing."""
     kept: list[list[float]] = []
     for q in range(count):
@@ -851,7 +849,6 @@ def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
     size = math.sqrt(x * x + y * y)
     loss = -(x * a + y * b)
     return size, size * size / loss if loss > 0.0 else math.inf
-
 
 
 # A piece has the state at its end, its length (s), its error (m, m/s), and how long the next one

@@ -172,20 +172,6 @@ def changed_by(change: Vector, roll: Vector) -> Vector:
     return wx + share * dx, wy + share * dy
 
 
-def as_rolling(mass: float, rolls: bool) -> float:
-    """Return the mass (kg) by which a ball resists an impulse in the plane.
-
-    A ball that rolls on is heavier: static friction changes its roll as its velocity.
-    """
-    return (1.0 + GYRATION) * mass if rolls else mass
-
-
-def turns_in_time(before: Vector, after: Vector, time: float, pull: float) -> bool:
-    """Tell whether friction can change a roll by this change of velocity (m/s) in a time (s)."""
-    x, y, most = after[0] - before[0], after[1] - before[1], pull * time / GYRATION
-    return x * x + y * y <= most * most
-
-
 def roll_rate(row: Any) -> Vector:
     """Return how fast (m/s^2) a roll changes after a breakpoint: i, t, x, y, and so on."""
     ax, ay = row[6], row[7]

@@ -31,13 +31,10 @@ from pool_pymunk.physics.contact import (
     NO_BALL,
     Contact,
     Respond,
-    Vector,
     Velocities,
     closing_speed,
     fastest,
-    wall_approach,
 )
-from pool_pymunk.physics.surface import GYRATION
 
 # For up to this many contacts all 24 orders are tried. Eight contacts would have 40,320.
 ALL_ORDERS = 4
@@ -52,9 +49,6 @@ MOST_EXCHANGES = 20
 # A contact is redundant if less than this share of its response is independent: rounding leaves
 # some 1e-15. In breaks of a frozen rack of fifteen the least share is 0.75.
 REDUNDANT = 1e-12
-# Balls are pushed apart if they part more slowly than this share of the least bounce. Half or twice
-# of it moves no ball in tests.halved.
-TOO_SLOW = 0.5
 
 
 # -- any law: the mean over orders -------------------------------------------------------------
@@ -214,53 +208,6 @@ def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> fl
         lightness += 1.0 / contact.pair.m_b
         among = max(among, shares[contact.b])
     return math.copysign(min(most, abs(slip) / (among * lightness)), -slip)
-
-
-def push_apart(contact: Contact, parting: float, velocity: Velocities) -> float:
-    """Let two balls part at ``parting`` (m/s) if they are much slower; return an impulse (N s)."""
-    lacking = parting + closing_speed(contact, velocity)
-    if lacking <= TOO_SLOW * parting:
-        return 0.0
-    m_a, m_b = contact.pair.m_a, contact.pair.m_b
-    impulse = lacking / (m_a + m_b) * m_a * m_b
-    push(contact, impulse, 0.0, velocity)
-    return impulse
-
-
-def push_off(contact: Contact, parting: float, velocity: Any, into: float) -> tuple[float, float]:
-    """Make a ball part from a wall at ``parting`` (m/s), if slower, as :func:`pushed_off` does.
-
-    Return the impulse (N s), and what it has taken of the roll (m/s).
-    """
-    v, normal = (velocity[contact.a][0], velocity[contact.a][1]), contact.normal
-    after, faster, taken = pushed_off(v, normal, contact.pair.friction, parting, into)
-    velocity[contact.a] = after
-    return contact.pair.m_a * faster, taken
-
-
-def pushed_off(
-    v: Vector, normal: Vector, friction: float, parting: float, into: float
-) -> tuple[Vector, float, float]:
-    """Return the velocity of a ball that parts from a wall at ``parting`` (m/s) at least.
-
-    This adds no energy: the wall turns the ball's velocity. If the ball is too slow, its roll
-    ``into`` the wall (m/s; negative if balls never roll) gives the rest. The push has friction,
-    too. Return also how much faster the ball parts, and what this took of its roll.
-    """
-    (vx, vy), (nx, ny), taken = v, normal, 0.0
-    lacking = parting + wall_approach(v, normal)
-    if lacking <= 0.0:
-        return v, 0.0, taken
-    spare = vx * vx + vy * vy - parting * parting
-    if spare < 0.0 and into >= 0.0:
-        left = into * into + spare / GYRATION
-        taken = into - math.sqrt(max(left, 0.0))
-        parting = math.sqrt(parting * parting + GYRATION * min(left, 0.0))
-        lacking = max(parting + wall_approach(v, normal), 0.0)
-    along = vy * nx - vx * ny
-    slower = max(math.sqrt(max(spare, 0.0)) - friction * lacking, 0.0)
-    more = math.copysign(slower, along) - along
-    return (vx - more * ny + lacking * nx, vy + more * nx + lacking * ny), lacking, taken
 
 
 # -- the complementarity problem -----------------------------------------------------------------
