@@ -20,9 +20,9 @@ SHORT = 1000  # A shorter queue is not searched for void predictions: that takes
 class What(NamedTuple):
     """A prediction has a kind and a ball ``i``; ``j`` > ``i`` is a hit's other ball, or the wall.
 
-    At a "stop" the ball comes to its path's end, at a "look" to the horizon, at a "piece" to the end
-    of a half of one (:mod:`pool_pymunk.engine.groups`). At a "press" its contacts persist from now
-    on, if nothing else comes at this instant.
+    At a "stop" the ball comes to its path's end, at a "look" to the horizon, at a "piece" to the
+    end of a half of one (:mod:`pool_pymunk.engine.groups`). At a "press" its contacts persist from
+    now on, if nothing else comes at this instant.
     """
 
     kind: Literal["pair", "wall", "stop", "look", "piece", "press"]

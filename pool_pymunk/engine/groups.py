@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.due import Hit, What
 from pool_pymunk.engine.recorder import Lasting
-from pool_pymunk.physics import pressed
+from pool_pymunk.physics import pieces, pressed
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
-from pool_pymunk.physics.pressed import BALL, REST, ROLL, Piece
+from pool_pymunk.physics.pieces import Piece
+from pool_pymunk.physics.pressed import BALL, REST, ROLL
 from pool_pymunk.physics.sides import shape_of
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ class Group:
             self.total = [[0.0] * 3 for _ in self.hits]
             return self.state
         pressed.find_forces(self.press, self.state)
-        return pressed.step(self.press, self.state, t - self.began, self.total)[0]
+        return pieces.step(self.press, self.state, t - self.began, self.total)[0]
 
     def path(self, i: int, is_second: bool) -> Path | None:
         """Return the path of a ball in a half of the piece; None for one that rests."""
@@ -97,7 +98,7 @@ class Group:
             return None
         p, middle = 6 * k, h / 2.0
         x, y, vx, vy, wx, wy = s[p : p + 6]
-        ax, ay, bx, by = pressed.halves(self.press, s, end, h, k)
+        ax, ay, bx, by = pieces.halves(self.press, s, end, h, k)
         if not is_second:
             return Path(self.began, x, y, vx, vy, ax, ay, self.began + middle, False, wx, wy)
         x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
@@ -242,6 +243,7 @@ class Groups:
             group = Group(engine, hits, balls)
             self._join(group)
             pressed.begin(group.press, group.state)
+            pieces.close(group.press, group.state)
             self._decide(group)
         if self.loose:
             engine.predict(())
@@ -252,7 +254,7 @@ class Groups:
         pressed.set_scale(press, s)
         noise = engine.noise(group.balls)
         if any(abs(pressed.opening(press, s, k)) > noise for k in range(len(group.hits))):
-            pressed.join(press, s, noise, group.total)
+            pieces.join(press, s, noise, group.total)
 
     def _stays(self, hit: Hit) -> bool:
         """Tell whether two sides that touch neither part nor close, to the eye."""
@@ -291,8 +293,7 @@ class Groups:
             self._note(group)
             self._go_on_in_parts(group)
             return
-        engine = self.engine
-        pressed.join(group.press, group.state, 0.0, group.total)
+        pieces.join(group.press, group.state, 0.0, group.total)
         self._note(group)
         for hit in group.hits:
             self._wait(hit)
@@ -308,14 +309,14 @@ class Groups:
         """
         engine = self.engine
         radius = min(engine.radii[i] for i in hit.balls)
-        first = math.sqrt(2.0 * pressed.DEVIATION * radius / max(engine.surface.pull, 1.0))
+        first = math.sqrt(2.0 * pieces.DEVIATION * radius / max(engine.surface.pull, 1.0))
         until, length = self.waits.get(hit, NEVER)
         length = first if until < engine.now - length else 2.0 * length
         self.waits[hit] = engine.now + length, length
         engine.push(engine.now + length, What("press", hit.i))
 
     def _go_on_in_parts(self, group: Group) -> None:
-        """Go on with the balls of a group that contacts press together, and let go of the others."""
+        """Go on with the balls that contacts press together, and let go of the others."""
         for i in group.balls:
             if group.press.phase[group.number[i]] == REST:
                 self._rest(i, group)
@@ -406,11 +407,11 @@ class Groups:
         """Change the mode of a group at the end of a piece."""
         press, s, piece = group.press, group.state, group.piece
         if piece.faded:
-            for k in pressed.settle(press, s):
+            for k in pieces.settle(press, s):
                 self._has_settled(group.balls[k], group)
         before = sum(press.on)
         if piece.fell >= 0:
-            pressed.change(press, s, piece.fell)
+            pieces.change(press, s, piece.fell)
             if piece.time == 0.0 and piece.fell < 4 * len(group.hits):
                 self._wait(group.hits[piece.fell // 4])
         self._decide(group, before)
@@ -433,7 +434,7 @@ class Groups:
     def _play(self, group: Group) -> None:
         """Play the next piece of a group, whose mode is known."""
         press = group.press
-        group.piece = pressed.piece_of(press, group.state, group.longest, group.total)
+        group.piece = pieces.piece_of(press, group.state, group.longest, group.total)
         if group.piece.time == 0.0:
             group.changes += 1
             self._turn(group)
@@ -465,7 +466,7 @@ def parts_of(group: Group) -> list[Group]:
     """Return the parts of a group that contacts press together; it may be all of it."""
     first = {i: i for i in group.balls}
     press = group.press
-    pressing = [hit for k, hit in enumerate(group.hits) if press.on[k] and pressed.moves(press, k)]
+    pressing = [hit for k, hit in enumerate(group.hits) if press.on[k] and pieces.moves(press, k)]
     for hit in pressing * len(pressing):
         low = min(first[i] for i in hit.balls)
         for i in hit.balls:

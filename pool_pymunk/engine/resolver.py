@@ -86,9 +86,7 @@ class Resolver:
         self.slip: Slip | None = None  # Friction is left out where the law jumps.
         self.collapses = 0  # of more than two contacts, so far
 
-    def resolve(
-        self, contacts: Sequence[Contact], before: Mapping[int, Vector]
-    ) -> Resolution:
+    def resolve(self, contacts: Sequence[Contact], before: Mapping[int, Vector]) -> Resolution:
         """Answer the contacts of this instant; ``before`` (m/s) is the velocity of their balls."""
         velocity = dict(before)
         answers = [self._look_at(contact, velocity) for contact in contacts]

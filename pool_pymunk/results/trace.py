@@ -36,7 +36,7 @@ PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
 FROZEN = "frozen balls"
 
-# In these variants much more is left out of contacts that persist: they show how far that moves ends.
+# In these variants much more is left out of contacts that persist, to show how far that moves ends.
 COARSER = tuple(Variant(coarser=coarser) for coarser in (30.0, 300.0))
 # These variants have both signs of a slip that is rounding: of balls that move against each other
 # along the tangent, and of balls that both move to one side. So `published` gives all its answers.

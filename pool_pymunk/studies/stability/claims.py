@@ -22,10 +22,10 @@ from typing import Concatenate, ParamSpec
 
 import numpy as np
 
-from pool_pymunk.engine.decisions import DEEPEST
 from pool_pymunk.model import Point, Scene, SceneError, Table
 from pool_pymunk.model.outline import lies_between
 from pool_pymunk.physics.motion import EPSILON, Array
+from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.results.trace import PERSISTENT
 from pool_pymunk.studies.compare import Comparison, end_distances, longest
 from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
@@ -145,7 +145,7 @@ def overlap(trial: Trial) -> Measure | None:
         depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
         deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
-    bound = max(bound, DEEPEST * trial.smallest * (PERSISTENT in trial.run.policies))
+    bound = max(bound, DEVIATION * trial.smallest * (PERSISTENT in trial.run.policies))
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 
