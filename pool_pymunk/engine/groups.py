@@ -13,7 +13,7 @@ from copy import copy
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.due import Hit, What
-from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.engine.recorder import Lasting, Motions
 from pool_pymunk.physics import pieces, pressed
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 # s; the first piece of a group is no longer, and the next ones are up to three times as long. Where
 # a contact has just opened it is shorter, because the gap is still narrower than pieces deviate.
+Totals = list[list[float]]
 FIRST, OPENED = 5e-5, 1e-6
 # After this many changes of the mode at one instant a group is given up, and its hits are played.
 MOST_CHANGES = 100
@@ -47,7 +48,10 @@ class Group:
         self.state: list[float] = []
         for i in balls:
             self.state += engine.groups.state_of(i)
-        motions = {i: tuple(self.of(i)[:4]) for i in balls}
+        motions: Motions = {}
+        for i in balls:
+            x, y, vx, vy, _, _ = self.of(i)
+            motions[i] = x, y, vx, vy
         self.contacts = [engine.contact(hit, motions) for hit in hits]
         rows = [self._row(engine, *pair) for pair in zip(hits, self.contacts, strict=True)]
         masses, radii = ([of[i] for i in self.balls] for of in (engine.masses, engine.radii))
@@ -75,21 +79,32 @@ class Group:
     @property
     def end(self) -> float:
         """The time (s) at which the present piece ends."""
-        return self.began + self.piece.time
+        return self.began + float(self.piece.time)
 
     def is_on(self, hit: Hit) -> bool:
         """Tell whether a contact presses."""
         return hit in self.hits and bool(self.press.on[self.hits.index(hit)])
 
-    def state_at(self, t: float) -> list[float]:
-        """Return the state at a time (s) within the piece; the impulses are those until then."""
+    def state_at(self, t: float, total: Totals | None = None) -> list[float]:
+        """Return the state at a time (s) within the piece; ``total`` becomes the impulses."""
+        total = [[0.0] * 3 for _ in self.hits] if total is None else total
         if t >= self.end:
-            return self.piece.end
+            total[:] = self.total
+            return list(self.piece.end)
         if t <= self.began:
-            self.total = [[0.0] * 3 for _ in self.hits]
-            return self.state
-        pressed.find_forces(self.press, self.state)
-        return pieces.step(self.press, self.state, t - self.began, self.total)[0]
+            return list(self.state)
+        press = self.press
+        rate, forces = list(press.rate), [list(force) for force in press.force]
+        pressed.find_forces(press, self.state)
+        state, _ = pieces.step(press, self.state, t - self.began, total)
+        pieces.recall(press, rate, forces)
+        return list(state)
+
+    def cut(self, t: float) -> None:
+        """End the piece at a time (s); its impulses are those until then."""
+        total = [[0.0] * 3 for _ in self.hits]
+        self.state[:] = self.state_at(t, total)
+        self.total[:] = total
 
     def path(self, i: int, is_second: bool) -> Path | None:
         """Return the path of a ball in a half of the piece; None for one that rests."""
@@ -347,9 +362,8 @@ class Groups:
         """Take the groups of some balls apart, at the present time."""
         engine = self.engine
         for group in {id(g): g for i in balls if (g := self.of.get(i)) is not None}.values():
-            end = group.state_at(engine.now)
+            group.cut(engine.now)
             self._note(group)
-            group.state[:] = end
             for i in group.balls:
                 self._let_go(i, group)
 
@@ -375,7 +389,7 @@ class Groups:
     def tell_all(self) -> None:
         """Tell the recorder about all lasting contacts, because the run is over now."""
         for group in {id(group): group for group in self.of.values()}.values():
-            group.state_at(self.engine.now)
+            group.cut(self.engine.now)
             self._note(group)
         for hit in list(self.lasting):
             self.tell(hit)
@@ -390,9 +404,10 @@ class Groups:
         if engine.now == engine.paths[i].end < group.end:
             self._set_out(group, is_second=True)
         else:
-            is_cut, end = engine.now < group.end, group.state_at(engine.now)
+            is_cut = engine.now < group.end
+            group.cut(engine.now)
             self._note(group)
-            group.state[:], group.began = end, engine.now
+            group.began = engine.now
             if is_cut:
                 group.longest = group.piece.time
                 self._play(group)

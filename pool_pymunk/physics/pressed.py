@@ -257,7 +257,8 @@ def find_rate(g: Any, s: Any, i: int) -> None:
 
 def opening_rate(g: Any, k: int) -> float:
     """Return the acceleration (m/s^2) at which a gap opens."""
-    return rate_along(g, k, g.normal[k][0], g.normal[k][1]) + g.bend[k] * g.slip[k] * g.slip[k]
+    turns = float(g.bend[k] * g.slip[k] * g.slip[k])
+    return rate_along(g, k, g.normal[k][0], g.normal[k][1]) + turns
 
 
 def rate_along(g: Any, k: int, x: float, y: float) -> float:
@@ -469,7 +470,7 @@ def touches(g: Any, s: Any, k: int) -> bool:
     """Tell whether two sides touch and do not part."""
     if g.over[k] or gap_of(g, s, k) > NEAR * g.radius[g.one[k]]:
         return False
-    return opening(g, s, k) <= 10.0 * g.small[0]
+    return bool(opening(g, s, k) <= 10.0 * g.small[0])
 
 
 def decide(g: Any, s: Any) -> bool:
