@@ -128,8 +128,8 @@ class ContactEngine:
 
     def turn_back(self, t: float) -> None:
         """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
+        self.groups.clear()
         self.now, self.instant = t, Instant()
-        self.groups.of.clear()
         self.queue.clear()
 
     def set_off(self, i: int, path: Path) -> None:
@@ -249,6 +249,8 @@ class ContactEngine:
             hits = self._pocket(hits)
         if hits and not self.groups.absorb(hits):
             self._answer(hits)
+        elif self.groups.loose:  # A pocket has taken a ball out of a group.
+            self.predict(())
 
     def _end(self, i: int, path: Path) -> None:
         """Let ball ``i`` rest at the end of its path, or go on as the surface says."""

@@ -87,6 +87,14 @@ class Group:
         pressed.find_forces(self.press, self.state)
         return pressed.step(self.press, self.state, t - self.began, self.total)[0]
 
+    def seen_at(self, t: float) -> list[float]:
+        """Return the state at a time (s) within the piece, and leave the group as it is."""
+        seen, press = copy(self), self.press
+        rows = {key: pressed.copy_of(getattr(press, key)) for key in ("force", "normal", "push")}
+        lines = {key: list(getattr(press, key)) for key in ("bend", "slip", "rate")}
+        seen.press, seen.total = press._replace(**rows, **lines), pressed.copy_of(self.total)
+        return seen.state_at(t)
+
     def path(self, i: int, is_second: bool) -> Path | None:
         """Return the path of a ball in a half of the piece; None for one that rests."""
         k, s, end, h = self.number[i], self.state, self.piece.end, self.piece.time
@@ -123,7 +131,7 @@ class Groups:
         engine, group = self.engine, self.of.get(i)
         if group is not None:
             p = 6 * group.number[i]
-            return group.state_at(engine.now)[p : p + 6]
+            return group.seen_at(engine.now)[p : p + 6]
         path = engine.paths[i]
         return [*motion_at(path, engine.now), *engine.surface.roll(path, engine.now)]
 
@@ -189,6 +197,13 @@ class Groups:
             self.look_at(hit)
 
     # -- groups begin and end ------------------------------------------------------------------
+
+    def clear(self) -> None:
+        """Take all groups apart, and forget what has been until now."""
+        self.release(list(self.of))
+        self.lasting.clear()
+        self.waits.clear()
+        self.loose.clear()
 
     def begin(self, i: int) -> None:
         """Let the contacts around ball ``i`` press that persist from now on."""

@@ -136,7 +136,7 @@ def _of_any_two(pair: Pair, i: int, j: int) -> Pair:
 
 
 class TableState(NamedTuple):
-    """A table's state has the time (s), each ball's motion (m, m/s), and which contacts persist.
+    """A table's state has the time (s), and each ball's motion (m, m/s).
 
     Where balls roll, it has their ``rolls`` (m/s). Balls are numbers, so it can be pickled.
     """

@@ -229,7 +229,7 @@ class Steps(WatchedState):
             except Exception:  # A law or pair has failed: the table stands at this contact.
                 engine.turn_back(engine.now)
                 self.set_clock(engine.now, self.dt)
-                engine.predict(list(self.moving))
+                engine.predict([*self.moving, *(near.changed.keys() - self.moving.keys())])
                 self.wake = -math.inf
                 self.carry_all()
                 raise
