@@ -319,8 +319,9 @@ class ContactEngine:
         """Return how a ball moves now."""
         return motion_at(self.paths[i], self.now)
 
-    def contact(self, hit: Hit, motions: Motions) -> Contact:
-        """Return the contact of two balls, or of a ball and a wall."""
+    def contact(self, hit: Hit, motions: Motions, pair: Pair | None = None) -> Contact:
+        """Return the contact of two balls, or of a ball and a wall; the ``pair`` of two is asked
+        for, unless it is given."""
         i = hit.i
         x, y, _, _ = motions[i]
         r = self.radii[i]
@@ -333,7 +334,8 @@ class ContactEngine:
             return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends)
         bx, by, _, _ = motions[hit.j]
         nx, ny = normal = unit(bx - x, by - y)
-        return Contact(i, hit.j, normal, self.pair(i, hit.j), None, (x + r * nx, y + r * ny))
+        pair = pair or self.pair(i, hit.j)
+        return Contact(i, hit.j, normal, pair, None, (x + r * nx, y + r * ny))
 
     def gap(self, hit: Hit, motions: Motions) -> float:
         """Return the distance (m) between two surfaces; it is negative where they overlap."""

@@ -13,9 +13,9 @@ from copy import copy
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.due import Hit, What
-from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.engine.recorder import Lasting, Motions
 from pool_pymunk.physics import pressed
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, closing_speed
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
 from pool_pymunk.physics.pressed import BALL, REST, Piece
@@ -32,6 +32,7 @@ MOST_CHANGES = 100
 
 
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
+DEAD = Pair(1.0, 1.0, restitution=0.0, friction=0.0)  # What does not persist with it never does.
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
 
 
@@ -144,16 +145,22 @@ class Groups:
             return True
         return self.look_at(hit) or self.cuts(hit, t)
 
-    def is_pressed(self, hit: Hit, contact: Contact) -> bool:
-        """Tell whether two sides are in persistent contact from now on, by their present paths."""
+    def is_pressed(self, hit: Hit, motions: Motions) -> bool:
+        """Tell whether two sides are in persistent contact from now on, by their present paths.
+
+        The pair is asked only where its restitution matters.
+        """
         engine = self.engine
+        contact = engine.contact(hit, motions, DEAD)
         parting = -closing_speed(contact, self._velocities(contact))
         noise = engine.noise(contact.balls)
         if parting < -noise:
             return False
         parting = parting if parting > noise else 0.0
-        radius = min(engine.radii[i] for i in contact.balls)
-        return persists(parting, self._pressing(contact), contact.pair.restitution, radius)
+        radius, pressing = min(engine.radii[i] for i in contact.balls), self._pressing(contact)
+        if parting > 0.0 and persists(parting, pressing, DEAD.restitution, radius):
+            contact = engine.contact(hit, motions)
+        return persists(parting, pressing, contact.pair.restitution, radius)
 
     def _pressing(self, contact: Contact) -> float:
         """Return how strongly (m/s^2) two sides are pressed together on their present paths."""
@@ -172,7 +179,7 @@ class Groups:
         if hit.kind == "wall" and engine.walls[hit.j].is_pocket:
             return False
         motions = engine.motions([hit])
-        if engine.is_closed(hit, motions) and self.is_pressed(hit, engine.contact(hit, motions)):
+        if engine.is_closed(hit, motions) and self.is_pressed(hit, motions):
             engine.push(engine.now, What("press", hit.i))
             return True
         return False

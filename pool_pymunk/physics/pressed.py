@@ -250,14 +250,20 @@ def find_rate(g: Any, s: Any, i: int) -> None:
     d[p], d[p + 1] = vx, vy
     if g.phase[i] == SLIP:
         ux, uy = vx - s[p + 4], vy - s[p + 5]
-        share = g.pull / math.sqrt(ux * ux + uy * uy) if g.pull > 0.0 else 0.0
+        share = holding(g.pull, ux, uy)
         d[p + 2], d[p + 3] = fx - share * ux, fy - share * uy
         spun = share / GYRATION if g.rolls else 0.0
         d[p + 4], d[p + 5] = cx + spun * ux, cy + spun * uy
         return
-    share = g.drag / math.sqrt(vx * vx + vy * vy) if g.drag > 0.0 else 0.0
+    share = holding(g.drag, vx, vy)
     d[p + 2] = d[p + 4] = (1.0 - SHARE) * fx + SHARE * cx - share * vx
     d[p + 3] = d[p + 5] = (1.0 - SHARE) * fy + SHARE * cy - share * vy
+
+
+def holding(most: float, x: float, y: float) -> float:
+    """Return what share (1/s) of a velocity friction of this size (m/s^2) takes off; 0 of none."""
+    speed = math.sqrt(x * x + y * y)
+    return most / speed if speed > 0.0 else 0.0
 
 
 def opening_rate(g: Any, k: int) -> float:
