@@ -143,7 +143,7 @@ class Groups:
             return True
         if self.waits and self.waits.get(hit, -math.inf) > self.engine.now:
             return True
-        return self.look_at(hit) or self.cuts(hit, t)
+        return self.look_at(hit) or self.cuts(hit, t) or (t <= self.engine.now and self.rubs(hit))
 
     def is_pressed(self, hit: Hit, motions: Motions) -> bool:
         """Tell whether two sides are in persistent contact from now on, by their present paths.
@@ -168,6 +168,14 @@ class Groups:
         if contact.b != NO_BALL:
             return pressing_of_balls(*paths, now)
         return pressing_of_wall(paths[0], contact.normal, contact.curvature, now)
+
+    def rubs(self, hit: Hit) -> bool:
+        """Tell whether two sides that touch close no faster than rounding explains."""
+        engine = self.engine
+        motions = engine.motions([hit])
+        contact = engine.contact(hit, motions, DEAD)
+        closing = closing_speed(contact, self._velocities(contact))
+        return engine.is_closed(hit, motions) and closing <= engine.noise(contact.balls)
 
     def _velocities(self, contact: Contact) -> dict[int, Vector]:
         motions = {i: self.engine.motion(i) for i in contact.balls}
