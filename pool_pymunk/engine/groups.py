@@ -90,11 +90,24 @@ class Group:
 
     def seen_at(self, t: float) -> list[float]:
         """Return the state at a time (s) within the piece, and leave the group as it is."""
+        return self._twin().state_at(t)
+
+    def tangent(self, i: int, t: float) -> Path:
+        """Return a path with the exact motion and acceleration of a ball at a time (s)."""
+        twin, p = self._twin(), 6 * self.number[i]
+        s = twin.state_at(t)
+        pressed.find_forces(twin.press, s)
+        x, y, vx, vy, wx, wy = s[p : p + 6]
+        ax, ay = twin.press.rate[p + 2 : p + 4]
+        return Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
+
+    def _twin(self) -> Group:
+        """Return a group whose forces may change without those of this one."""
         seen, press = copy(self), self.press
         rows = {key: pressed.copy_of(getattr(press, key)) for key in ("force", "normal", "push")}
         lines = {key: list(getattr(press, key)) for key in ("bend", "slip", "rate")}
         seen.press, seen.total = press._replace(**rows, **lines), pressed.copy_of(self.total)
-        return seen.state_at(t)
+        return seen
 
     def path(self, i: int, is_second: bool) -> Path | None:
         """Return the path of a ball in a half of the piece; None for one that rests."""
@@ -142,6 +155,7 @@ class Groups:
         if any(group.is_on(hit) for group in groups):
             return True
         if self.waits and self.waits.get(hit, -math.inf) > self.engine.now:
+            self.engine.push(self.waits[hit], What("press", hit.i))
             return True
         return self.look_at(hit) or self.cuts(hit, t) or (t <= self.engine.now and self.rubs(hit))
 
@@ -163,11 +177,16 @@ class Groups:
         return persists(parting, pressing, contact.pair.restitution, radius)
 
     def _pressing(self, contact: Contact) -> float:
-        """Return how strongly (m/s^2) two sides are pressed together on their present paths."""
-        paths, now = [self.engine.paths[i] for i in contact.balls], self.engine.now
+        """Return how strongly (m/s^2) two sides are pressed together now."""
+        paths, now = [self._path(i) for i in contact.balls], self.engine.now
         if contact.b != NO_BALL:
             return pressing_of_balls(*paths, now)
         return pressing_of_wall(paths[0], contact.normal, contact.curvature, now)
+
+    def _path(self, i: int) -> Path:
+        """Return a path with the exact motion of a ball now; those of groups are mean ones."""
+        group, engine = self.of.get(i), self.engine
+        return engine.paths[i] if group is None else group.tangent(i, engine.now)
 
     def rubs(self, hit: Hit) -> bool:
         """Tell whether two sides that touch close no faster than rounding explains."""
@@ -223,6 +242,9 @@ class Groups:
     def begin(self, i: int) -> None:
         """Let the contacts around ball ``i`` press that persist from now on."""
         engine = self.engine
+        for hit in [hit for hit, until in self.waits.items() if until <= engine.now]:
+            del self.waits[hit]
+            self.loose |= dict.fromkeys(hit.balls)  # Their hits are predicted again.
         hits = [hit for hit in engine.touching((), (i,)) if self._stays(hit)]
         balls = sorted({i for hit in hits for i in hit.balls})
         self.release(balls)
@@ -292,7 +314,6 @@ class Groups:
             self.of[i] = group
         for i in group.balls:
             self._let_go(i, group)
-        engine.push(engine.now + wait, What("press", group.balls[0]))
 
     def _go_on_in_parts(self, group: Group) -> None:
         """Go on with the balls of a group that contacts press together, and let go of the others."""
