@@ -558,8 +558,8 @@ def close_closing(g: Any, s: Any, closed: Any, all_at_once: bool) -> bool:
 def drive(g: Any, i: int) -> tuple[float, float]:
     """Return what surface friction has to hold of the pushes on a ball (m/s^2).
 
-    That is what would move a ball at rest, without what walls take, or what would make one slip
-    that rolls.
+    That is what would move a ball at rest, without what walls and their friction take, or what
+    would make one slip that rolls.
     """
     fx, fy, cx, cy = g.push[i]
     if g.phase[i] == ROLL:
@@ -569,8 +569,9 @@ def drive(g: Any, i: int) -> tuple[float, float]:
     for k in range(len(g.one)):
         if g.on[k] and g.one[k] == i and g.other[k] < 0:
             nx, ny = g.normal[k]
-            into = min(fx * nx + fy * ny, 0.0)
-            fx, fy = fx - into * nx, fy - into * ny
+            into, along = min(fx * nx + fy * ny, 0.0), fy * nx - fx * ny
+            held = min(max(along, g.mu[k] * into), -g.mu[k] * into)
+            fx, fy = fx - into * nx + held * ny, fy - into * ny - held * nx
     return fx, fy
 
 
