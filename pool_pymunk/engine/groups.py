@@ -282,7 +282,7 @@ class Groups:
         if not all(self._is_faint(hit) for hit in hits):
             return False
         self.begin(hits[0].i)
-        return all(i in self.of for hit in hits for i in hit.balls)
+        return all(self.of.keys() >= set(hit.balls) or self.rubs(hit) for hit in hits)
 
     def _is_faint(self, hit: Hit) -> bool:
         """Tell whether two sides would bounce too low to be seen."""
@@ -390,10 +390,11 @@ class Groups:
             if is_cut:
                 group.longest = group.piece.time
                 self._play(group)
-            elif group.piece.fell < 0 and not group.piece.faded:
+            elif group.piece.fell < 0 and not group.piece.faded and not any(group.press.stuck):
                 group.longest = group.piece.next
                 self._play(group)
             else:
+                group.press.stuck[:] = [False] * len(group.balls)
                 self._turn(group)
         engine.predict(())
 
@@ -412,10 +413,11 @@ class Groups:
         """Tell that a ball rolls or rests now."""
         engine, (x, y, *_) = self.engine, group.of(i)
         if group.press.phase[group.number[i]] == REST:
-            engine.paths[i] = standing(engine.now, x, y)
-            engine.speeds[i] = 0.0
-            self.loose[i] = None
-            engine.stop(i, engine.now, (x, y))
+            if engine.rested[i] == math.inf:
+                engine.paths[i] = standing(engine.now, x, y)
+                engine.speeds[i] = 0.0
+                self.loose[i] = None
+                engine.stop(i, engine.now, (x, y))
         else:
             engine.tally.listed += 1
             engine.recorder.roll(i, engine.now)

@@ -52,7 +52,8 @@ ERROR = 1e-8  # of the largest speed at the beginning; a step errs by less, by i
 FADED = 1e5  # A slip has faded that is not larger than this many times what is none.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
 
-# A press has `mass` (kg) and `phase` of each ball. Each contact has its balls `one` and `other` (-1
+# A press has `mass` (kg) and `phase` of each ball, and whether it is `stuck`: other balls and walls
+# hold it at rest, because it came back to rest as soon as it was let go. Each contact has its balls `one` and `other` (-1
 # for a wall), `what` is touched, its friction `mu`, and the numbers of its `shape`: of two balls the
 # sum of their radii (m); of a flat wall its normal, the height of a touching ball's centre along
 # it, and its ends along the tangent (m); of a round one its center, 1 or -1 for balls that are
@@ -63,7 +64,7 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # state, `rate` its change, `push` (m/s^2) has f and c of each ball.
 Press = namedtuple(
     "Press",
-    "pull drag rolls small mass radius phase one other what mu shape on slides into force normal "
+    "pull drag rolls small mass radius phase stuck one other what mu shape on slides into force normal "
     "bend slip rate push unknown matrix",
 )
 
@@ -78,7 +79,7 @@ def press_of(surface: Any, mass: Any, radius: Any, contacts: Any) -> Press:
     most = 3 * count
     return Press(
         surface.pull, surface.drag, surface.rolls, [0.0, 0.0], list(mass), list(radius),
-        [REST] * n, one, other, what, mu, shape, [True] * count, [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
+        [REST] * n, [False] * n, one, other, what, mu, shape, [True] * count, [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
         [[0.0] * 2 for _ in range(count)], [0.0] * count, [0.0] * count, [0.0] * (6 * n),
         [[0.0] * 4 for _ in range(n)], [[0] * 2 for _ in range(most)],
         [[0.0] * (most + 1) for _ in range(most)],
@@ -95,7 +96,7 @@ def part_of(g: Any, balls: Any, contacts: Any) -> Press:
     part = press_of(g, [g.mass[i] for i in balls], [g.radius[i] for i in balls], rows)
     for m, k in enumerate(contacts):
         part.on[m], part.slides[m], part.into[m] = g.on[k], g.slides[k], g.into[k]
-    part.phase[:] = [g.phase[i] for i in balls]
+    part.phase[:], part.stuck[:] = [g.phase[i] for i in balls], [g.stuck[i] for i in balls]
     part.small[:] = g.small
     return part
 
@@ -577,7 +578,7 @@ def drive(g: Any, i: int) -> tuple[float, float]:
 
 def spare_hold(g: Any, i: int) -> float:
     """Return how much more (m/s^2) the surface friction that holds a ball could hold."""
-    if g.phase[i] == SLIP:
+    if g.phase[i] == SLIP or g.stuck[i]:
         return math.inf
     x, y = drive(g, i)
     most = g.drag if g.rolls and g.phase[i] == REST else g.pull
@@ -960,7 +961,7 @@ def settle(g: Any, s: Any) -> list[int]:
             size, time = fading(g, s, i)
         if size <= 10.0 * FADED * g.small[0]:
             s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
-            g.phase[i] = REST
+            g.phase[i], g.stuck[i] = REST, size <= 2.0 * g.small[0]
         if g.phase[i] != was:
             found.append(i)
     close(g, s)
