@@ -42,10 +42,10 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # state. A ball is `stuck` that other balls and walls hold at rest, because it came back to rest as
 # soon as it was let go. Each contact has its balls `one` and `other` (-1 for a wall), `what` is
 # touched, its friction `mu`, and its `shape`: of two balls the sum of their radii (m); of a flat
-# wall its normal, the height of a touching ball's centre along it, and its ends along the tangent (m); of a
-# round one its center, 1 or -1 for balls that are outside or inside, the distance of the centres
-# (m), its middle direction, and half its angle. `unit` (kg) is that of its forces, in which its own
-# response is about 1. `over` tells whether its side has ended, and `on` whether it presses;
+# wall its normal, the height of a touching ball's centre along it, and its ends along the tangent
+# (m); of a round one its center, 1 or -1 for balls that are outside or inside, the distance of the
+# centres (m), its middle direction, and half its angle. `unit` (kg) is that of its forces, in which
+# its own response is about 1. `over` tells whether its side has ended, and `on` whether it presses;
 # `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
