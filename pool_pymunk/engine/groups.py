@@ -450,9 +450,7 @@ def parts_of(group: Group) -> list[Group]:
     """Return the parts of a group that contacts press together; it may be all of it."""
     first = {i: i for i in group.balls}
     press = group.press
-    pressing = [
-        hit for k, hit in enumerate(group.hits) if press.on[k] and pressed.moves(press, k)
-    ]
+    pressing = [hit for k, hit in enumerate(group.hits) if press.on[k] and pressed.moves(press, k)]
     for hit in pressing * len(pressing):
         low = min(first[i] for i in hit.balls)
         for i in hit.balls:
