@@ -128,8 +128,8 @@ class ContactEngine:
 
     def turn_back(self, t: float) -> None:
         """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
+        self.groups.clear()
         self.now, self.instant = t, Instant()
-        self.groups.of.clear()
         self.queue.clear()
 
     def set_off(self, i: int, path: Path) -> None:
@@ -249,6 +249,8 @@ class ContactEngine:
             hits = self._pocket(hits)
         if hits and not self.groups.absorb(hits):
             self._answer(hits)
+        elif self.groups.loose:  # A pocket has taken a ball out of a group.
+            self.predict(())
 
     def _end(self, i: int, path: Path) -> None:
         """Let ball ``i`` rest at the end of its path, or go on as the surface says."""
@@ -317,8 +319,9 @@ class ContactEngine:
         """Return how a ball moves now."""
         return motion_at(self.paths[i], self.now)
 
-    def contact(self, hit: Hit, motions: Motions) -> Contact:
-        """Return the contact of two balls, or of a ball and a wall."""
+    def contact(self, hit: Hit, motions: Motions, pair: Pair | None = None) -> Contact:
+        """Return the contact of two balls, or of a ball and a wall; the ``pair`` of two is asked
+        for, unless it is given."""
         i = hit.i
         x, y, _, _ = motions[i]
         r = self.radii[i]
@@ -331,7 +334,8 @@ class ContactEngine:
             return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends)
         bx, by, _, _ = motions[hit.j]
         nx, ny = normal = unit(bx - x, by - y)
-        return Contact(i, hit.j, normal, self.pair(i, hit.j), None, (x + r * nx, y + r * ny))
+        pair = pair or self.pair(i, hit.j)
+        return Contact(i, hit.j, normal, pair, None, (x + r * nx, y + r * ny))
 
     def gap(self, hit: Hit, motions: Motions) -> float:
         """Return the distance (m) between two surfaces; it is negative where they overlap."""

@@ -13,9 +13,9 @@ from copy import copy
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.due import Hit, What
-from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.engine.recorder import Lasting, Motions
 from pool_pymunk.physics import pieces, pressed
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, closing_speed
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
 from pool_pymunk.physics.pieces import Piece
@@ -27,12 +27,14 @@ if TYPE_CHECKING:
 
 # s; the first piece of a group is no longer, and the next ones are up to three times as long. Where
 # a contact has just opened it is shorter, because the gap is still narrower than pieces deviate.
+Totals = list[list[float]]
 FIRST, OPENED = 5e-5, 1e-6
 # After this many changes of the mode at one instant a group is given up, and its hits are played.
 MOST_CHANGES = 100
 
 
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
+DEAD = Pair(1.0, 1.0, restitution=0.0, friction=0.0)  # What does not persist with it never does.
 NEVER = -math.inf, 0.0
 GROWTH, FEW, MOST, AGO = 1.3, 30, 50, 0.05
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
@@ -47,7 +49,10 @@ class Group:
         self.state: list[float] = []
         for i in balls:
             self.state += engine.groups.state_of(i)
-        motions = {i: tuple(self.of(i)[:4]) for i in balls}
+        motions: Motions = {}
+        for i in balls:
+            x, y, vx, vy, _, _ = self.of(i)
+            motions[i] = x, y, vx, vy
         self.contacts = [engine.contact(hit, motions) for hit in hits]
         rows = [self._row(engine, *pair) for pair in zip(hits, self.contacts, strict=True)]
         masses, radii = ([of[i] for i in self.balls] for of in (engine.masses, engine.radii))
@@ -75,21 +80,44 @@ class Group:
     @property
     def end(self) -> float:
         """The time (s) at which the present piece ends."""
-        return self.began + self.piece.time
+        return self.began + float(self.piece.time)
 
     def is_on(self, hit: Hit) -> bool:
         """Tell whether a contact presses."""
         return hit in self.hits and bool(self.press.on[self.hits.index(hit)])
 
-    def state_at(self, t: float) -> list[float]:
-        """Return the state at a time (s) within the piece; the impulses are those until then."""
+    def state_at(self, t: float, total: Totals | None = None) -> list[float]:
+        """Return the state at a time (s) within the piece; ``total`` becomes the impulses."""
+        total = [[0.0] * 3 for _ in self.hits] if total is None else total
         if t >= self.end:
-            return self.piece.end
+            total[:] = self.total
+            return list(self.piece.end)
         if t <= self.began:
-            self.total = [[0.0] * 3 for _ in self.hits]
-            return self.state
-        pressed.find_forces(self.press, self.state)
-        return pieces.step(self.press, self.state, t - self.began, self.total)[0]
+            total[:] = [[0.0] * 3 for _ in self.hits]
+            return list(self.state)
+        press = self.press
+        rate, forces = list(press.rate), [list(force) for force in press.force]
+        pressed.find_forces(press, self.state)
+        state, _ = pieces.step(press, self.state, t - self.began, total)
+        pieces.recall(press, rate, forces)
+        return list(state)
+
+    def cut(self, t: float) -> None:
+        """End the piece at a time (s); its impulses are those until then."""
+        total = [[0.0] * 3 for _ in self.hits]
+        self.state[:] = self.state_at(t, total)
+        self.total[:] = total
+
+    def tangent(self, i: int, t: float) -> Path:
+        """Return a path with the exact motion and acceleration of a ball at a time (s)."""
+        press, p = self.press, 6 * self.number[i]
+        rate, forces = list(press.rate), [list(force) for force in press.force]
+        s = self.state_at(t)
+        pressed.find_forces(press, s)
+        x, y, vx, vy, wx, wy = s[p : p + 6]
+        ax, ay = press.rate[p + 2 : p + 4]
+        pieces.recall(press, rate, forces)
+        return Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
 
     def path(self, i: int, is_second: bool) -> Path | None:
         """Return the path of a ball in a half of the piece; None for one that rests."""
@@ -119,8 +147,8 @@ class Groups:
         self.of: dict[int, Group] = {}
         self.lasting: dict[Hit, Lasting] = {}
         self.met: dict[int, tuple[float, int]] = {}
-        # These contacts have no forces until a time (s), for so long (s).
-        self.waits: dict[Hit, tuple[float, float]] = {}
+        self.waits: dict[Hit, float] = {}  # s; until then these contacts have no forces
+        self.waited: dict[Hit, tuple[float, float]] = {}  # s; until when they had none, how long
         self.loose: dict[int, None] = {}  # balls of groups that were taken apart
 
     # -- what the engine asks ----------------------------------------------------------------------
@@ -139,28 +167,39 @@ class Groups:
         groups = [self.of[i] for i in hit.balls if i in self.of]
         if any(group.is_on(hit) or self._is_idle(hit, group) for group in groups):
             return True
-        if self.waits and self.waits.get(hit, NEVER)[0] > self.engine.now:
+        if (until := self.waits.get(hit, -math.inf)) > self.engine.now:
+            self.engine.push(until, What("press", hit.i))
             return True
-        return self.look_at(hit) or self.cuts(hit, t)
+        return self.look_at(hit) or self.cuts(hit, t) or (t <= self.engine.now and self.rubs(hit))
 
-    def is_pressed(self, hit: Hit, contact: Contact) -> bool:
-        """Tell whether two sides are in persistent contact from now on, by their present paths."""
+    def is_pressed(self, hit: Hit, motions: Motions) -> bool:
+        """Tell whether two sides are in persistent contact from now on, by their present paths.
+
+        The pair is asked only where its restitution matters.
+        """
         engine = self.engine
+        contact = engine.contact(hit, motions, DEAD)
         parting = -closing_speed(contact, self._velocities(contact))
         noise = engine.noise(contact.balls)
         if parting < -noise:
             return False
-        return self._persists(hit, contact, parting if parting > noise else 0.0)
+        return self._persists(hit, motions, parting if parting > noise else 0.0)
 
-    def _persists(self, hit: Hit, contact: Contact, parting: float) -> bool:
-        """Tell whether two sides that part at this speed (m/s) stay in contact, to the eye."""
-        engine, e, now = self.engine, contact.pair.restitution, self.engine.now
-        paths, pressing = [engine.paths[i] for i in contact.balls], 0.0
+    def _persists(self, hit: Hit, motions: Motions, parting: float) -> bool:
+        """Tell whether two sides that part at this speed (m/s) stay in contact, to the eye.
+
+        They are pressed now, and so they are at the end of a slip that ends before the bounces do.
+        """
+        engine, contact, now = self.engine, self.engine.contact(hit, motions, DEAD), self.engine.now
+        paths = [self._path(i) for i in contact.balls]
         pressing = pressing_of(contact, paths, now)
         radius = min(engine.radii[i] for i in contact.balls) * self.wear(hit)
+        if parting <= 0.0 or not persists(parting, pressing, DEAD.restitution, radius):
+            return parting <= 0.0 < pressing
+        e = engine.contact(hit, motions).pair.restitution
         if not persists(parting, pressing, e, radius):
             return False
-        bounces = 2.0 * parting / (pressing * (1.0 - e)) if parting > 0.0 else 0.0
+        bounces = 2.0 * parting / (pressing * (1.0 - e))
         soonest = min(path.end if not path.slows else math.inf for path in paths)
         if soonest >= now + bounces or any(i in self.of for i in contact.balls):
             return True
@@ -184,6 +223,19 @@ class Groups:
             t, many = self.met.get(i, (-math.inf, 0))
             self.met[i] = (now, many + 1 if now - t < AGO else 1)
 
+    def _path(self, i: int) -> Path:
+        """Return a path with the exact motion of a ball now; those of groups are mean ones."""
+        group, engine = self.of.get(i), self.engine
+        return engine.paths[i] if group is None else group.tangent(i, engine.now)
+
+    def rubs(self, hit: Hit) -> bool:
+        """Tell whether two sides that touch close no faster than rounding explains."""
+        engine = self.engine
+        motions = engine.motions([hit])
+        contact = engine.contact(hit, motions, DEAD)
+        closing = closing_speed(contact, self._velocities(contact))
+        return engine.is_closed(hit, motions) and closing <= engine.noise(contact.balls)
+
     def _velocities(self, contact: Contact) -> dict[int, Vector]:
         motions = {i: self.engine.motion(i) for i in contact.balls}
         return {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
@@ -194,7 +246,7 @@ class Groups:
         if hit.kind == "wall" and engine.walls[hit.j].is_pocket:
             return False
         motions = engine.motions([hit])
-        if engine.is_closed(hit, motions) and self.is_pressed(hit, engine.contact(hit, motions)):
+        if engine.is_closed(hit, motions) and self.is_pressed(hit, motions):
             engine.push(engine.now, What("press", hit.i))
             return True
         return False
@@ -233,9 +285,19 @@ class Groups:
 
     # -- groups begin and end ------------------------------------------------------------------
 
+    def clear(self) -> None:
+        """Take all groups apart, and forget what has been until now."""
+        self.release(list(self.of))
+        self.lasting.clear()
+        self.waits.clear()
+        self.loose.clear()
+
     def begin(self, i: int) -> None:
         """Let the contacts around ball ``i`` press that persist from now on."""
         engine = self.engine
+        for hit in [hit for hit, until in self.waits.items() if until <= engine.now]:
+            del self.waits[hit]
+            self.loose |= dict.fromkeys(hit.balls)  # Their hits are predicted again.
         hits = [hit for hit in engine.touching((), (i,)) if self._stays(hit)]
         balls = sorted({i for hit in hits for i in hit.balls})
         self.release(balls)
@@ -261,26 +323,27 @@ class Groups:
         engine = self.engine
         if any(group.is_on(hit) for i in hit.balls if (group := self.of.get(i)) is not None):
             return True
-        contact = engine.contact(hit, engine.motions([hit]))
+        motions = engine.motions([hit])
+        contact = engine.contact(hit, motions, DEAD)
         speed = abs(closing_speed(contact, self._velocities(contact)))
         radius = min(engine.radii[i] for i in contact.balls)
         still = STILL * math.sqrt(engine.surface.pull * radius)
         if speed <= max(engine.noise(contact.balls), still):
             return True
-        return self._persists(hit, contact, speed)
+        return self._persists(hit, motions, speed)
 
     def absorb(self, hits: list[Hit]) -> bool:
         """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
         if not all(self._is_faint(hit) for hit in hits):
             return False
         self.begin(hits[0].i)
-        return all(i in self.of for hit in hits for i in hit.balls)
+        return all(self.of.keys() >= set(hit.balls) or self.rubs(hit) for hit in hits)
 
     def _is_faint(self, hit: Hit) -> bool:
         """Tell whether two sides would bounce too low to be seen."""
-        engine = self.engine
-        contact = engine.contact(hit, engine.motions([hit]))
-        return self._persists(hit, contact, closing_speed(contact, self._velocities(contact)))
+        motions = self.engine.motions([hit])
+        contact = self.engine.contact(hit, motions, DEAD)
+        return self._persists(hit, motions, closing_speed(contact, self._velocities(contact)))
 
     def _decide(self, group: Group, before: int = 0) -> None:
         """Go on with a group in a mode that fits, or without forces for a moment if there is none.
@@ -310,9 +373,10 @@ class Groups:
         engine = self.engine
         radius = min(engine.radii[i] for i in hit.balls)
         first = math.sqrt(2.0 * pieces.DEVIATION * radius / max(engine.surface.pull, 1.0))
-        until, length = self.waits.get(hit, NEVER)
+        until, length = self.waited.get(hit, NEVER)
         length = first if until < engine.now - length else 2.0 * length
-        self.waits[hit] = engine.now + length, length
+        self.waits[hit] = engine.now + length
+        self.waited[hit] = engine.now + length, length
         engine.push(engine.now + length, What("press", hit.i))
 
     def _go_on_in_parts(self, group: Group) -> None:
@@ -347,9 +411,8 @@ class Groups:
         """Take the groups of some balls apart, at the present time."""
         engine = self.engine
         for group in {id(g): g for i in balls if (g := self.of.get(i)) is not None}.values():
-            end = group.state_at(engine.now)
+            group.cut(engine.now)
             self._note(group)
-            group.state[:] = end
             for i in group.balls:
                 self._let_go(i, group)
 
@@ -375,7 +438,7 @@ class Groups:
     def tell_all(self) -> None:
         """Tell the recorder about all lasting contacts, because the run is over now."""
         for group in {id(group): group for group in self.of.values()}.values():
-            group.state_at(self.engine.now)
+            group.state_at(self.engine.now, group.total)
             self._note(group)
         for hit in list(self.lasting):
             self.tell(hit)
@@ -390,16 +453,18 @@ class Groups:
         if engine.now == engine.paths[i].end < group.end:
             self._set_out(group, is_second=True)
         else:
-            is_cut, end = engine.now < group.end, group.state_at(engine.now)
+            is_cut = engine.now < group.end
+            group.cut(engine.now)
             self._note(group)
-            group.state[:], group.began = end, engine.now
+            group.began = engine.now
             if is_cut:
                 group.longest = group.piece.time
                 self._play(group)
-            elif group.piece.fell < 0 and not group.piece.faded:
+            elif group.piece.fell < 0 and not group.piece.faded and not any(group.press.stuck):
                 group.longest = group.piece.next
                 self._play(group)
             else:
+                group.press.stuck[:] = [False] * len(group.balls)
                 self._turn(group)
         engine.predict(())
 

@@ -39,11 +39,12 @@ def pressing_of_balls(a: Path, b: Path, t: float) -> float:
 
 
 def pressing_of_wall(path: Path, normal: Vector, curvature: float, t: float) -> float:
-    """Return how strongly (m/s^2) a ball is pressed on to a wall that it touches."""
+    """Return how strongly (m/s^2) a wall is pressed on by a ball that touches it; 0 if rounding."""
     (_, _, vx, vy), (nx, ny) = motion_at(path, t), normal
     along = vy * nx - vx * ny
-    ax, ay = pull_at(path, t)
-    return -(ax * nx + ay * ny) - curvature * along * along
+    (ax, ay), turning = pull_at(path, t), curvature * along * along
+    press = -(ax * nx + ay * ny) - turning
+    return press if press > PRESSES * (pull_of(path) + abs(turning)) else 0.0
 
 
 def pull_at(path: Path, t: float) -> Vector:

@@ -39,20 +39,21 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # accelerated; else `pull` and `drag` tell it, and whether it `rolls` balls. `small` has the speed
 # and the acceleration below which there is none, and a factor of all tolerances. Each ball has its
 # `mass` (kg), `radius` (m), `phase`, and as `push` its f and c (m/s^2); `rate` is the change of the
-# state. Each contact has its balls `one` and `other` (-1 for a wall), `what` is touched, its
-# friction `mu`, and its `shape`: of two balls the sum of their radii (m); of a flat wall its
-# normal, the height of a touching ball's centre along it, and its ends along the tangent (m); of a
-# round one its center, 1 or -1 for balls that are outside or inside, the distance of the centres
-# (m), its middle direction, and half its angle. `unit` (kg) is that of its forces, in which its own
-# response is about 1. `over` tells whether its side has ended, and `on` whether it presses;
+# state. A ball is `stuck` that other balls and walls hold at rest, because it came back to rest as
+# soon as it was let go. Each contact has its balls `one` and `other` (-1 for a wall), `what` is
+# touched, its friction `mu`, and its `shape`: of two balls the sum of their radii (m); of a flat
+# wall its normal, the height of a touching ball's centre along it, and its ends along the tangent
+# (m); of a round one its center, 1 or -1 for balls that are outside or inside, the distance of the
+# centres (m), its middle direction, and half its angle. `unit` (kg) is that of its forces, in which
+# its own response is about 1. `over` tells whether its side has ended, and `on` whether it presses;
 # `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
 # linear system.
 Press = namedtuple(
     "Press",
-    "own pull drag rolls small mass radius phase push rate one other what mu shape unit over on "
-    "slides into force normal bend slip unknown matrix",
+    "own pull drag rolls small mass radius phase stuck push rate one other what mu shape unit over "
+    "on slides into force normal bend slip unknown matrix",
 )
 
 
@@ -74,7 +75,7 @@ def press_of(surface: Any, mass: Any, radius: Any, contacts: Any) -> Press:
     rows = [[0.0] * (most + 1) for _ in range(most)]
     return Press(
         own, surface.pull, drag, surface.rolls, [0.0, 0.0, 1.0], list(mass), list(radius),
-        [REST] * n, [[0.0] * 4 for _ in range(n)], [0.0] * (6 * n),
+        [REST] * n, [False] * n, [[0.0] * 4 for _ in range(n)], [0.0] * (6 * n),
         one, other, what, mu, shape, unit, [False] * count, [True] * count,
         [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
         [[0.0] * 2 for _ in range(count)], [0.0] * count, [0.0] * count,
@@ -94,6 +95,7 @@ def part_of(g: Any, balls: Any, contacts: Any) -> Press:
         part.on[m], part.over[m] = g.on[k], g.over[k]
         part.slides[m], part.into[m] = g.slides[k], g.into[k]
     part.phase[:] = [g.phase[i] for i in balls]
+    part.stuck[:] = [g.stuck[i] for i in balls]
     part.small[:] = g.small
     return part
 
@@ -245,19 +247,26 @@ def find_rate(g: Any, s: Any, i: int) -> None:
         return
     if g.phase[i] == SLIP:
         ux, uy = vx - s[p + 4], vy - s[p + 5]
-        share = g.pull / math.sqrt(ux * ux + uy * uy) if g.pull > 0.0 else 0.0
+        share = holding(g.pull, ux, uy)
         d[p + 2], d[p + 3] = fx - share * ux, fy - share * uy
         spun = share / GYRATION if g.rolls else 0.0
         d[p + 4], d[p + 5] = cx + spun * ux, cy + spun * uy
         return
-    share = g.drag / math.sqrt(vx * vx + vy * vy) if g.drag > 0.0 else 0.0
+    share = holding(g.drag, vx, vy)
     d[p + 2] = d[p + 4] = (1.0 - SHARE) * fx + SHARE * cx - share * vx
     d[p + 3] = d[p + 5] = (1.0 - SHARE) * fy + SHARE * cy - share * vy
 
 
+def holding(most: float, x: float, y: float) -> float:
+    """Return what share (1/s) of a velocity friction of this size (m/s^2) takes off; 0 of none."""
+    speed = math.sqrt(x * x + y * y)
+    return most / speed if speed > 0.0 else 0.0
+
+
 def opening_rate(g: Any, k: int) -> float:
     """Return the acceleration (m/s^2) at which a gap opens."""
-    return rate_along(g, k, g.normal[k][0], g.normal[k][1]) + g.bend[k] * g.slip[k] * g.slip[k]
+    turns = float(g.bend[k] * g.slip[k] * g.slip[k])
+    return rate_along(g, k, g.normal[k][0], g.normal[k][1]) + turns
 
 
 def rate_along(g: Any, k: int, x: float, y: float) -> float:
@@ -469,7 +478,7 @@ def touches(g: Any, s: Any, k: int) -> bool:
     """Tell whether two sides touch and do not part."""
     if g.over[k] or gap_of(g, s, k) > NEAR * g.radius[g.one[k]]:
         return False
-    return opening(g, s, k) <= 10.0 * g.small[0]
+    return bool(opening(g, s, k) <= 10.0 * g.small[0])
 
 
 def decide(g: Any, s: Any) -> bool:
@@ -555,8 +564,8 @@ def close_closing(g: Any, s: Any, closed: Any, all_at_once: bool) -> bool:
 def drive(g: Any, i: int) -> tuple[float, float]:
     """Return what surface friction has to hold of the pushes on a ball (m/s^2).
 
-    That is what would move a ball at rest, without what walls take, or what would make one slip
-    that rolls.
+    That is what would move a ball at rest, without what walls and their friction take, or what
+    would make one slip that rolls.
     """
     fx, fy, cx, cy = g.push[i]
     if g.phase[i] == ROLL:
@@ -566,14 +575,15 @@ def drive(g: Any, i: int) -> tuple[float, float]:
     for k in range(len(g.one)):
         if g.on[k] and g.one[k] == i and g.other[k] < 0:
             nx, ny = g.normal[k]
-            into = min(fx * nx + fy * ny, 0.0)
-            fx, fy = fx - into * nx, fy - into * ny
+            into, along = min(fx * nx + fy * ny, 0.0), fy * nx - fx * ny
+            held = min(max(along, g.mu[k] * into), -g.mu[k] * into)
+            fx, fy = fx - into * nx + held * ny, fy - into * ny - held * nx
     return fx, fy
 
 
 def spare_hold(g: Any, i: int) -> float:
     """Return how much more (m/s^2) the surface friction that holds a ball could hold."""
-    if g.phase[i] == SLIP:
+    if g.phase[i] == SLIP or g.stuck[i]:
         return math.inf
     x, y = drive(g, i)
     most = g.drag if g.rolls and g.phase[i] == REST else g.pull

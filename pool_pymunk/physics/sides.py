@@ -144,7 +144,7 @@ class Face(NamedTuple):
             return math.inf
         gap = height - r - radius
         rounding = EPSILON * (abs(path.x) + abs(path.y) + r)
-        if gap <= rounding and closing < GRAZING * speed_of(path):
+        if gap <= rounding and closing <= GRAZING * speed_of(path):
             if path.slows:
                 return math.inf
             gap, closing = (0.0 if gap > -OVERLAP * r else gap), min(closing, 0.0)

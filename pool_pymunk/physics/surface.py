@@ -21,6 +21,7 @@ SHARE = 2.0 / 7.0  # k / (1 + k), k = GYRATION: this share of a slip is taken of
 # A slip of this share of the speeds is none: rounding leaves as much. Half or twice of it moves no
 # end of tests.halved.
 NO_SLIP = 8.0 * EPSILON
+SLIPS = 1e-9  # of the speeds; a ball that slides until it rolls slips less than this at the end
 
 
 class Surface(Protocol):
@@ -150,6 +151,20 @@ def roll_at(path: Path, t: float) -> Vector:
         return vx, vy
     time = min(t, path.end) - path.t
     return path.wx - time * path.ax / GYRATION, path.wy - time * path.ay / GYRATION
+
+
+def is_piece(path: Path) -> bool:
+    """Tell whether a path is a piece of a motion in persistent contact, and ends while it slips.
+
+    >>> is_piece(slide_or_roll(0.0, (0.0, 0.0), (7.0, 0.0), (0.0, 0.0), 2.0, 0.1))
+    False
+    """
+    if path.slows:
+        return False
+    _, _, vx, vy = motion_at(path, path.end)
+    wx, wy = roll_at(path, path.end)
+    sizes = abs(path.vx) + abs(path.vy) + abs(path.wx) + abs(path.wy)
+    return abs(vx - wx) + abs(vy - wy) > SLIPS * sizes
 
 
 def slowed_by(push: Push, roll: Vector, change: Vector) -> Vector:

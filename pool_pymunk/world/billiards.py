@@ -23,7 +23,6 @@ from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Side, Wall, pocket
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
@@ -355,10 +354,10 @@ class Billiards:
     def save_state(self) -> TableState:
         """Return where the balls are and how they move, for :meth:`restore_state`."""
         self._catch_up()
-        state, paths = self.state, self.engine.paths
-        numbers = [ball.number for ball in self.on_table()]
-        motions = {i: motion_at(paths[i], state.now) for i in numbers}
-        rolls = {i: state.roll_of(i) for i in numbers} if state.surface.rolls else None
+        state = self.state
+        states = {ball.number: state.state_of(ball.number) for ball in self.on_table()}
+        motions = {i: motion for i, (motion, _) in states.items()}
+        rolls = {i: roll for i, (_, roll) in states.items()} if state.surface.rolls else None
         return TableState(state.now, motions, rolls)
 
     def restore_state(self, state: TableState) -> None:

@@ -128,9 +128,7 @@ class WatchedState(LiveState):
                 del discs[ball]
                 place = self.room_for(ball, place, discs)
                 discs[ball] = place, ball.radius
-            self.begin_path(
-                ball, place or self.engine.paths[ball.number].at(self.time)[0], velocity
-            )
+            self.begin_path(ball, place or self.state_of(ball.number)[0][:2], velocity)
         self._touched.update(new)
         return list(new)
 

@@ -15,7 +15,7 @@ import pymunk
 
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.surface import SHARE
 from pool_pymunk.world.ball import TableBall
 from pool_pymunk.world.bodies import Moves, Snapshot
@@ -194,7 +194,7 @@ class SharedSteps(Steps):
     def _kick(self, ball: TableBall, gain: Vector, share: float) -> None:
         """Add a push to the damped velocity (m/s), unless friction holds the ball at rest."""
         path, surface = self.engine.paths[ball.number], self.surface
-        (gx, gy), (x, y, vx, vy) = gain, motion_at(path, self.time)
+        (gx, gy), ((x, y, vx, vy), roll) = gain, self.state_of(ball.number)
         # A ball that rolls keeps 5/7 of a push.
         holds = min(surface.pull, surface.drag / (1.0 - SHARE)) * self.dt
         if path.slows and vx == vy == 0.0 and math.sqrt(gx * gx + gy * gy) <= holds:
@@ -205,5 +205,5 @@ class SharedSteps(Steps):
         if not is_sound(move):
             self.carry(ball)
             check_sound(ball, move)
-        self.begin_path(ball, (x, y), velocity)
+        self.begin_path(ball, (x, y), velocity, roll)
         self.set_out([ball])

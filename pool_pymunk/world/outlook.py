@@ -14,12 +14,13 @@ from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.places import TOUCHING, overlap
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Pair, Vector
-from pool_pymunk.physics.path import Path, set_off
+from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Round, Straight, unit
 from pool_pymunk.world.ball import HAIR, Disc, TableBall
 from pool_pymunk.world.checks import Obstacle
 from pool_pymunk.world.state import LiveState
 
+VISIBLE = 1e-3  # of a speed; lines that turn by less are straight
 MOST = 2_000  # This many instants are played at most; those of nine balls take 0.2 s.
 
 Locus = Round | Straight  # on which the centre of a touching ball lies
@@ -33,7 +34,7 @@ class Prediction(NamedTuple):
     ``t`` (s) from now, infinite if nothing is met, and the ball is ``where`` then. ``way`` has the
     ball's turning points: its place now, that at the contact, and where it turns next or stops.
     ``other_way`` has those of the ball met, from the contact on. Both have the places, too, where
-    balls begin to roll; up to such a place the line may be curved.
+    balls begin to roll, up to which the line may be curved, and places along contacts that persist.
     """
 
     met: TableBall | None
@@ -58,6 +59,7 @@ class Witness(Recorder):
         # the first two turns of each ball, with the places where it began to roll before them
         self.lines: defaultdict[int, list[Vector]] = defaultdict(list)
         self.turns: defaultdict[int, int] = defaultdict(int)
+        self.paths: dict[int, Path] = {}  # the last one of each ball, unless it has hit since
 
     def contact(self, contact: Contact, t: float) -> None:
         if self.at == math.inf and self.ball in contact.balls:
@@ -65,12 +67,16 @@ class Witness(Recorder):
             self.met = next((i for i in contact.balls if i != self.ball), None)
             if self.met is not None:  # Its line begins here.
                 self.lines[self.met], self.turns[self.met] = [], 0
+        for i in contact.balls:
+            self.paths.pop(i, None)
 
     def path(self, i: int, path: Path) -> None:
-        self._turn(i, (path.x, path.y))
-
-    def roll(self, i: int, t: float) -> None:
-        self.turns[i] -= self.turns[i] < 2  # The path that comes now begins at no turn.
+        before, place = self.paths.get(i), (path.x, path.y)
+        self.paths[i] = path
+        if before is None or turns(before, path):
+            self._turn(i, place)
+        elif self.turns[i] < 2:
+            self.lines[i].append(place)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         self._turn(i, position)
@@ -95,11 +101,18 @@ class Witness(Recorder):
         return self.at < math.inf and all(self.turns[i] == 2 for i in both)
 
 
+def turns(before: Path, path: Path) -> bool:
+    """Tell whether a ball turns visibly where it begins a new path."""
+    _, _, vx, vy = motion_at(before, path.t)
+    return abs(path.vx - vx) + abs(path.vy - vy) > VISIBLE * (abs(vx) + abs(vy))
+
+
 def sketch(state: LiveState, ball: TableBall, struck: Going) -> Prediction:
     """Strike a ball in a copy of the table; play until it and what it met have turned."""
     balls = state.on_table()
     witness = Witness(balls.index(ball))
     engine = copy_of(state, witness, {ball: struck})
+    witness.paths.update(enumerate(engine.paths))
     start = engine.paths[witness.ball]
     for _ in range(MOST):
         if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
@@ -124,16 +137,16 @@ def copy_of(
 
     Some balls may be ``going`` otherwise than they do. What the engine plays changes no ball.
     """
-    balls, table, now = state.on_table(), state.engine, state.now
+    balls, table = state.on_table(), state.engine
 
     def pair(i: int, j: int) -> Pair:
         return table.pair(balls[i].number, balls[j].number)
 
     engine = ContactEngine(table.resolver.law, pair, table.surface, recorder)
     for each in balls:
-        place, velocity = table.paths[each.number].at(now)
-        goes = (going or {}).get(each, (velocity, state.roll_of(each.number)))
-        path = table.surface.path(0.0, place, *goes)
+        (x, y, vx, vy), roll = state.state_of(each.number)
+        goes = (going or {}).get(each, ((vx, vy), roll))
+        path = table.surface.path(0.0, (x, y), *goes)
         engine.add_ball(path, each.radius, table.masses[each.number])
     engine.walls = list(table.walls)
     engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))

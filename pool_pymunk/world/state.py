@@ -19,7 +19,7 @@ from pool_pymunk.model.places import lies_in
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.physics.surface import NO_ROLL
+from pool_pymunk.physics.surface import NO_ROLL, is_piece
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import Bodies
 from pool_pymunk.world.broad_phase import BroadPhase
@@ -169,6 +169,7 @@ class LiveState:
             self.engine.now = self.now
             self.engine.remove(ball.number)
             self.take_out_gone()
+            self.set_out(())
 
     def take_out_gone(self) -> None:
         """Take the bodies and shapes of balls that have left the table out of the space."""
@@ -211,16 +212,18 @@ class LiveState:
 
     # -- balls on new paths ----------------------------------------------------------------------
 
-    def roll_of(self, i: int) -> Vector:
-        """Return the roll (m/s) of ball ``i`` now."""
-        return self.surface.roll(self.engine.paths[i], self.now)
+    def state_of(self, i: int) -> tuple[Motion, Vector]:
+        """Return the motion (m, m/s) and the roll (m/s) of ball ``i`` now."""
+        self.engine.now = self.now
+        x, y, vx, vy, wx, wy = self.engine.groups.state_of(i)
+        return (x, y, vx, vy), (wx, wy)
 
     def begin_path(
         self, ball: TableBall, position: Vector, velocity: Vector, roll: Given = None
     ) -> None:
         """Give a ball a new path, by default with its roll; what it meets is not predicted yet."""
         now = self.engine.now = self.now
-        roll = self.roll_of(ball.number) if roll is None else roll
+        roll = self.state_of(ball.number)[1] if roll is None else roll
         path = self.surface.path(now, position, velocity, roll)
         self.engine.set_off(ball.number, path)
         if not path.moves:
@@ -236,8 +239,8 @@ class LiveState:
 
     def send(self, ball: TableBall, position: Given, velocity: Given, roll: Given = None) -> None:
         """Set a ball off from a position, with a velocity and a roll; by default with its own."""
-        place, goes = self.engine.paths[ball.number].at(self.now)
-        self.begin_path(ball, position or place, velocity or goes, roll)
+        (x, y, vx, vy), _ = self.state_of(ball.number)
+        self.begin_path(ball, position or (x, y), velocity or (vx, vy), roll)
         if position is not None:
             self.carry(ball)
             self._move_sensor(ball)
@@ -245,14 +248,18 @@ class LiveState:
         self.drop_in(ball)
 
     def set_out(self, balls: Collection[TableBall]) -> None:
-        """Predict what balls on new paths meet, and put their bodies on these paths."""
-        for ball in balls:
-            self.sent_off.add(ball)
+        """Predict what balls on new paths meet, and put their bodies on these paths.
+
+        The balls of groups that came apart go on by themselves.
+        """
+        self.sent_off.update(balls)
+        loose = [self.balls[i] for i in self.engine.groups.loose]
+        for ball in dict.fromkeys((*balls, *loose)):
             self.carry(ball)
-        numbers = [ball.number for ball in balls]
+        numbers = [ball.number for ball in (*balls, *loose)]
         if self.phase is Phase.STEPPING:
             self.sent += numbers  # The answer to this step predicts it.
-        else:
+        elif numbers:
             self.engine.predict(numbers)
         self.wake = -math.inf
 
@@ -264,8 +271,9 @@ class LiveState:
             self.near.until = self.engine.now = self.time
         now, engine = self.now, self.engine
         for i in (numbers := [ball.number for ball in self.ball_of.values()]):
-            x, y, vx, vy = motions[i] if motions else motion_at(engine.paths[i], now)
-            roll = self.roll_of(i) if rolls is None else rolls.get(i, NO_ROLL)
+            (x, y, vx, vy), roll = self.state_of(i)
+            if motions:
+                (x, y, vx, vy), roll = motions[i], (rolls or {}).get(i, NO_ROLL)
             path = self.surface.path(now, (x, y), (vx, vy), roll)
             if motions:
                 engine.rested[i] = -math.inf
@@ -315,7 +323,7 @@ class LiveState:
     def mean_of(self, path: Path, rest: float, vx: float, vy: float) -> Vector:
         """Return the mean velocity over a step of a ball whose path ends in ``rest`` s."""
         dt = self.dt
-        if rest > dt:
+        if rest > dt or is_piece(path):
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
         then = None if path.slows else self.surface.then(path)
         if then is not None and rest <= 0.0:

@@ -1,0 +1,449 @@
+"""A group in persistent contact is played in pieces, by a method of high order.
+
+What ends the mode of a group is a measure that falls to 0: a force, what friction has left, a slip,
+what holds a ball, or the way to the end of a side. A slip or a speed that fades ends it, too. A
+piece ends there, or where two parabolas would deviate too far from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import namedtuple
+from typing import Any
+
+from pool_pymunk.physics.pressed import (
+    BALL,
+    FLAT,
+    NEAR,
+    REST,
+    ROLL,
+    SLIP,
+    SLOW,
+    find_forces,
+    gap_of,
+    look,
+    opening,
+    roll_into,
+    set_free,
+    set_phases,
+    solve,
+    spare_hold,
+    wrings,
+)
+from pool_pymunk.physics.surface import GYRATION, SHARE
+
+# This is the method of Dormand and Prince, of order five, and its difference to that of order four
+# (J. Comp. Appl. Math. 6, 1980, 19). Its last stage is its end.
+STAGES = (
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+)
+SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+# A piece is short enough that two parabolas deviate from it by less than this share of a radius.
+DEVIATION = 1e-8
+BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
+ERROR = 1e-8  # of the largest speed of a group; a step errs by less, by its estimate
+FADED = 1e4  # A slip has faded that is not larger than this many times what is none.
+MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
+
+
+def step(g: Any, s: Any, h: float, total: Any) -> tuple[Any, float]:
+    """Return the state a time h (s) later, in the same mode, and its error (m, m/s).
+
+    ``g`` has the forces of the state first, and those of the end at last. ``total`` (N s) becomes
+    the impulses of the forces: along the normal, and as x and y.
+    """
+    look(g, s)
+    size, count, rates, forces = len(s), len(g.one), [list(g.rate)], [vectors(g)]
+    for weights in STAGES:
+        state = list(s)
+        for weight, rate in zip(weights, rates, strict=True):
+            if weight != 0.0:
+                for p in range(size):
+                    state[p] += h * weight * rate[p]
+        if len(rates) == len(STAGES):
+            close(g, state)
+        find_forces(g, state)
+        rates.append(list(g.rate))
+        forces.append(vectors(g))
+    for c in range(count):
+        for kind in range(3):
+            total[c][kind] = 0.0
+            for weight, force in zip(STAGES[-1], forces, strict=False):
+                total[c][kind] += h * weight * force[c][kind]
+    error = 0.0
+    for p in range(size):
+        wrong = 0.0
+        for weight, rate in zip(SPREAD, rates, strict=True):
+            wrong += weight * rate[p]
+        error = max(error, abs(h * wrong))
+    return state, error
+
+
+def vectors(g: Any) -> list[list[float]]:
+    """Return N of each contact, and its force as x and y (N)."""
+    found = []
+    for (normal, along, _), (nx, ny) in zip(g.force, g.normal, strict=True):
+        found.append([normal, normal * nx - along * ny, normal * ny + along * nx])
+    return found
+
+
+def copy_of(rows: Any) -> Any:
+    """Return a copy of rows of numbers."""
+    return [list(row) for row in rows]
+
+
+def close(g: Any, s: Any) -> None:
+    """Close the gaps that a step has left open by its error, and keep rolling balls rolling."""
+    look(g, s)
+    for i in range(len(g.mass)):
+        if g.phase[i] == ROLL:
+            s[6 * i + 4], s[6 * i + 5] = s[6 * i + 2], s[6 * i + 3]
+    chosen = [k for k in range(len(g.one)) if g.on[k] and moves(g, k)]
+    count = len(chosen)
+    for first in (0, 2):
+        for p in range(count):
+            k = chosen[p]
+            wrong = opening(g, s, k) if first else gap_of(g, s, k)
+            g.matrix[p][count] = -wrong
+            for q in range(count):
+                g.matrix[p][q] = g.unit[chosen[q]] * shared(g, k, chosen[q])
+        solve(g.matrix, count)
+        for p in range(count):
+            shift(g, s, chosen[p], g.unit[chosen[p]] * g.matrix[p][count], (first, 0))
+
+
+def join(g: Any, s: Any, least: float, total: Any) -> None:
+    """Let all sides move together that part or close; ``total`` becomes the impulses (N s).
+
+    With the hit before, this is a hit of restitution 0: it gives the friction back, too, of what
+    the hit has pushed too much. Slips are none that are not larger than ``least`` (m/s).
+    """
+    set_phases(g, s)
+    look(g, s)
+    push_together(g, s, total)
+    for k in range(len(g.one)):
+        i, much = g.one[k], g.mu[k] * total[k][0]
+        if abs(g.slip[k]) > least:
+            rub = -math.copysign(much, g.slip[k])
+            total[k][1] -= rub * g.normal[k][1]
+            total[k][2] += rub * g.normal[k][0]
+            shift(g, s, k, rub, (2, 1))
+        if wrings(g, k):
+            into = roll_into(g, s, k)
+            part = -math.copysign(min(much / (GYRATION * g.mass[i]), abs(into)), into)
+            s[6 * i + 4] += part * g.normal[k][0]
+            s[6 * i + 5] += part * g.normal[k][1]
+    push_together(g, s, total)
+
+
+def push_together(g: Any, s: Any, total: Any) -> None:
+    """Take away the speeds at which sides part, by impulses along the normals."""
+    count = len(g.one)
+    for p in range(count):
+        g.matrix[p][count] = -opening(g, s, p)
+        for q in range(count):
+            g.matrix[p][q] = g.unit[q] * shared(g, p, q)
+    solve(g.matrix, count)
+    for p in range(count):
+        much = g.unit[p] * g.matrix[p][count]
+        total[p][0] += much
+        total[p][1] += much * g.normal[p][0]
+        total[p][2] += much * g.normal[p][1]
+        shift(g, s, p, much, (2, 0))
+
+
+def moves(g: Any, k: int) -> bool:
+    """Tell whether a ball of a contact moves."""
+    return bool(g.phase[g.one[k]] != REST or (g.other[k] >= 0 and g.phase[g.other[k]] != REST))
+
+
+def sign_in(g: Any, k: int, i: int) -> float:
+    """Return the sign with which a contact pushes a moving ball along its normal, or 0."""
+    if g.phase[i] == REST:
+        return 0.0
+    if i == g.other[k]:
+        return 1.0
+    if i != g.one[k]:
+        return 0.0
+    return 1.0 if g.other[k] < 0 else -1.0
+
+
+def lightness(g: Any, i: int) -> float:
+    """Return how much (1/kg) a weak push moves a ball; one that rolls goes on rolling."""
+    return float((1.0 - SHARE if g.phase[i] == ROLL else 1.0) / g.mass[i])
+
+
+def shared(g: Any, k: int, m: int) -> float:
+    """Return by how much (1/kg) a push along one contact opens another one."""
+    i, j = g.one[k], g.other[k]
+    part = sign_in(g, k, i) * sign_in(g, m, i) * lightness(g, i)
+    if j >= 0:
+        part += sign_in(g, k, j) * sign_in(g, m, j) * lightness(g, j)
+    if part == 0.0:
+        return 0.0
+    return float(part * (g.normal[k][0] * g.normal[m][0] + g.normal[k][1] * g.normal[m][1]))
+
+
+def shift(g: Any, s: Any, k: int, much: float, how: tuple[int, int]) -> None:
+    """Move the balls of a contact apart, or change their velocities.
+
+    ``how`` is 0 or 2 for places or velocities, and 0 or 1 for the normal or the tangent.
+    """
+    first, is_along = how
+    nx, ny = g.normal[k]
+    if is_along:
+        nx, ny = -ny, nx
+    for i in (g.one[k], g.other[k]):
+        if i >= 0:
+            part, p = sign_in(g, k, i) * much * lightness(g, i), 6 * i + first
+            s[p], s[p + 1] = s[p] + part * nx, s[p + 1] + part * ny
+            if first and g.phase[i] == ROLL:
+                s[p + 2], s[p + 3] = s[p], s[p + 1]
+
+
+def measures(g: Any, s: Any) -> list[float]:
+    """Return the numbers that end the mode where they fall through 0; infinite if there is none.
+
+    Four numbers of each contact are its force, what friction or the slip has left, the same of the
+    roll into a wall, and how far it is to the side's end. One of each ball is what holds it.
+    """
+    found = []
+    for k in range(len(g.one)):
+        force = slips = rolls_in = end = math.inf
+        if g.on[k] and moves(g, k):
+            unit, most = g.unit[k], g.mu[k] * g.force[k][0]
+            force, end = g.force[k][0] / unit, room(g, s, k)
+            if g.slides[k]:
+                slips = g.slides[k] * g.slip[k]
+            elif most > 0.0:
+                slips = (most - abs(g.force[k][1])) / unit
+            if wrings(g, k) and g.phase[g.one[k]] == SLIP:
+                if g.into[k]:
+                    rolls_in = g.into[k] * roll_into(g, s, k)
+                else:
+                    rolls_in = (most / GYRATION - abs(g.force[k][2])) / unit
+        found += [force, slips, rolls_in, end]
+    return found + [spare_hold(g, i) for i in range(len(g.mass))]
+
+
+def slack_of(g: Any, which: int) -> float:
+    """Return how far below 0 a measure may be by rounding."""
+    k, kind = which // 4, which % 4
+    if k >= len(g.one) or kind == 0:
+        return float(10.0 * g.small[1])
+    if kind == 3:
+        return float(NEAR * g.radius[g.one[k]])
+    is_speed = g.slides[k] if kind == 1 else g.into[k]
+    return float(g.small[0] if is_speed else 10.0 * g.small[1])
+
+
+def change(g: Any, s: Any, which: int) -> None:
+    """Change the mode where a measure has fallen to 0."""
+    k, kind = which // 4, which % 4
+    if k >= len(g.one):
+        set_free(g, s, which - 4 * len(g.one))
+    elif kind in (0, 3):
+        g.on[k], g.over[k] = False, kind == 3
+    elif kind == 1:
+        g.slides[k] = 0 if g.slides[k] else (-1 if g.force[k][1] > 0.0 else 1)
+    else:
+        g.into[k] = 0 if g.into[k] else (-1 if g.force[k][2] > 0.0 else 1)
+
+
+def room(g: Any, s: Any, k: int) -> float:
+    """Return how far (m) a ball is from the nearer end of the side that it touches."""
+    i, shape = 6 * g.one[k], g.shape[k]
+    if g.what[k] == BALL:
+        return math.inf
+    if g.what[k] == FLAT:
+        foot = s[i + 1] * shape[0] - s[i] * shape[1]
+        return float(min(foot - shape[3], shape[4] - foot))
+    if shape[6] >= math.pi:
+        return math.inf
+    x, y = s[i] - shape[0], s[i + 1] - shape[1]
+    turned = math.atan2(shape[4] * y - shape[5] * x, shape[4] * x + shape[5] * y)
+    return float(shape[3] * (shape[6] - abs(turned)))
+
+
+def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
+    """Return the slip (m/s) of a ball, or its speed where it rolls, and in what time (s) it is 0.
+
+    The time is infinite if it does not fade.
+    """
+    p, d = 6 * i, g.rate
+    if g.phase[i] == REST or g.own is not None:
+        return 0.0, math.inf
+    x, y, a, b = s[p + 2], s[p + 3], d[p + 2], d[p + 3]
+    if g.phase[i] == SLIP:
+        x, y, a, b = x - s[p + 4], y - s[p + 5], a - d[p + 4], b - d[p + 5]
+    size = math.sqrt(x * x + y * y)
+    loss = -(x * a + y * b)
+    return size, size * size / loss if loss > 0.0 else math.inf
+
+
+# A piece has the state at its end, its length (s), its error (m, m/s), and how long the next one
+# may be (s). `fell` is the measure that ends the mode there, or -1; `faded` tells whether a slip or
+# a speed has faded.
+Piece = namedtuple("Piece", "end time error next fell faded")
+
+
+def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
+    """Play a piece of the motion, no longer than a time (s); ``total`` becomes the impulses."""
+    find_forces(g, s)
+    before, first, forces = measures(g, s), list(g.rate), copy_of(g.force)
+    fades = math.inf
+    for i in range(len(g.mass)):
+        size, time = fading(g, s, i)
+        if time < math.inf and size <= FADED * g.small[2] * g.small[0]:
+            return Piece(s, 0.0, 0.0, longest, -1, True)
+        fades = min(fades, time)
+    h = min(longest, (0.9 if 10.0 * fades > longest else 0.999) * fades)
+    while True:
+        end, error = step(g, s, h, total)
+        share = share_of(g, s, first, h, error)
+        if share >= 1.0:
+            break
+        longest = h = h * max(0.2, 0.9 * share)
+        recall(g, first, forces)
+    which = first_to_fall(g, before, measures(g, end))
+    if which < 0:
+        lose(g, s, end)
+        return Piece(end, h, error, max(longest, h) * min(3.0, 0.9 * share), -1, False)
+    t, which = time_of_fall(g, s, h, which, (before, first, forces), total)
+    recall(g, first, forces)
+    if t > 0.0:
+        s, error = step(g, s, t, total)
+        lose(g, s, s)
+    return Piece(s, t, error if t > 0.0 else 0.0, longest, which, False)
+
+
+def time_of_fall(g: Any, s: Any, h: float, which: int, start: Any, total: Any) -> tuple[float, int]:
+    """Return when (s) a measure falls to 0 within a step, and which one falls first.
+
+    It is found by the Illinois method; the answer is not before the fall.
+    """
+    before, first, forces = start
+    low, high, m_low, was_high = 0.0, h, before[which], True
+    recall(g, first, forces)
+    end, _ = step(g, s, h, total)
+    m_high = measures(g, end)[which]
+    for _ in range(MOST_HALVINGS):
+        slack = slack_of(g, which)
+        if m_low <= slack and low == 0.0:
+            return 0.0, which
+        if abs(m_high) <= slack or high - low <= 1e-14 * h:
+            break
+        t = low + (high - low) * m_low / (m_low - m_high)
+        recall(g, first, forces)
+        end, _ = step(g, s, t, total)
+        after = measures(g, end)
+        now = first_to_fall(g, before, after)
+        if now >= 0 and now != which:
+            which, low, m_low = now, 0.0, before[now]
+        is_high = now >= 0 or after[which] <= slack_of(g, which)
+        if is_high:
+            high, m_high = t, after[which]
+            m_low /= 2.0 if was_high else 1.0
+        else:
+            low, m_low = t, after[which]
+            m_high /= 1.0 if was_high else 2.0
+        was_high = is_high
+    return high, which
+
+
+def recall(g: Any, rate: Any, forces: Any) -> None:
+    """Let a press have the rates and the forces again that it had at the start of a step."""
+    g.rate[:] = rate
+    for k in range(len(forces)):
+        g.force[k][:] = forces[k]
+
+
+def share_of(g: Any, s: Any, first: Any, h: float, error: float) -> float:
+    """Return how many times as long a step could be whose length is h (s)."""
+    jump = 0.0
+    for p in range(len(s)):
+        if p % 6 in (2, 3):
+            jump = max(jump, abs(g.rate[p] - first[p]))
+    deviates, share = jump * h * h / 324.0, math.inf
+    if deviates > 0.0:
+        share = (DEVIATION * g.small[2] * min(g.radius) / deviates) ** (1.0 / 3.0)
+    if error > 0.0:
+        share = min(share, (ERROR / SLOW * g.small[2] * g.small[0] / error) ** 0.2)
+    return share
+
+
+def first_to_fall(g: Any, before: Any, after: Any) -> int:
+    """Return the measure that falls through 0 first, by straight lines; -1 if none does."""
+    soonest, found = math.inf, -1
+    for q in range(len(before)):
+        if after[q] < -slack_of(g, q):
+            start = max(before[q], 0.0)
+            when = start / (start - after[q])
+            if when < soonest:
+                soonest, found = when, q
+    return found
+
+
+def energy_of(g: Any, s: Any) -> float:
+    """Return the energy (J) of a state."""
+    energy = 0.0
+    for i in range(len(g.mass)):
+        x, y, u, v = s[6 * i + 2 : 6 * i + 6]
+        energy += 0.5 * g.mass[i] * (x * x + y * y + GYRATION * (u * u + v * v))
+    return energy
+
+
+def lose(g: Any, s: Any, end: Any) -> None:
+    """Take away energy that a step has gained by its error."""
+    before, after = energy_of(g, s), energy_of(g, end)
+    if after > before:
+        share = math.sqrt(before / after)
+        for p in range(len(s)):
+            if p % 6 > 1:
+                end[p] *= share
+
+
+def settle(g: Any, s: Any) -> list[int]:
+    """Let balls roll or rest whose slip or speed has faded; return their numbers."""
+    found = []
+    for i in range(len(g.mass)):
+        size, time = fading(g, s, i)
+        if g.phase[i] == REST or size > 10.0 * FADED * g.small[2] * g.small[0] or time == math.inf:
+            continue
+        p = 6 * i
+        was = g.phase[i]
+        if was == SLIP and g.rolls:
+            for q in (p + 2, p + 3):
+                s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
+            g.phase[i] = ROLL
+            size, time = fading(g, s, i)
+        if size <= 10.0 * FADED * g.small[2] * g.small[0]:
+            s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
+            g.phase[i], g.stuck[i] = REST, size <= 2.0 * g.small[0]
+        if g.phase[i] != was:
+            found.append(i)
+    close(g, s)
+    return found
+
+
+def halves(g: Any, s: Any, end: Any, h: float, i: int) -> tuple[float, ...]:
+    """Return the accelerations (m/s^2) of the two halves of a ball's piece.
+
+    With them place and velocity at its end are those of the state there, but for a brief piece, in
+    which the places are rounding alone.
+    """
+    found, strongest = [], max(g.pull, g.drag, abs(g.rate[6 * i + 2]) + abs(g.rate[6 * i + 3]))
+    for p in (6 * i, 6 * i + 1):
+        mean = (end[p + 2] - s[p + 2]) / h
+        if strongest * h * h < BRIEF * g.radius[i]:
+            found += [mean, mean]
+            continue
+        ahead = 4.0 * ((end[p] - s[p]) / h - s[p + 2]) / h
+        first = ahead - mean
+        found += [first, 2.0 * mean - first]
+    return found[0], found[2], found[1], found[3]
