@@ -95,25 +95,23 @@ def normal_force(run: Run) -> tuple[Array, Array]:
 
 
 def contact_force(out: Path) -> None:
-    """Draw the normal force of a persistent contact over time."""
+    """Draw the normal force of a persistent contact over the time since it began."""
     run, look = pushing(), Style()
     (t, force), [contact] = normal_force(run), run.persistent
+    began, over = contact.since, contact.until
+    t = np.concatenate([[began - 0.01, began], t, [over, over, over + 0.1]])
+    force = np.concatenate([[0.0, 0.0], force, [force[-1], 0.0, 0.0]])
     figure = Figure((6.4, 3.0), layout="constrained", facecolor=look.page)
     axes = figure.subplots()
-    edges = contact.since, contact.until
-    t = np.concatenate([[0.0], edges[:1], t, edges[1:], edges[1:], [0.13]])
-    force = np.concatenate([[0.0, 0.0], force, force[-1:], [0.0, 0.0]])
-    axes.plot(1e3 * t, force, color=PALETTE[1], linewidth=2.0)
+    axes.text(1.0, 0.24, "A hits B", va="top", color=look.ink)
     for event in run.events:
         if event.kind == "roll":
-            axes.axvline(1e3 * event.t, color=look.faint, linewidth=1.0, linestyle="--")
-            axes.annotate(
-                f"{event.balls[0]} begins to roll", (1e3 * event.t, 0.98), (-4, 0),
-                xycoords=("data", "axes fraction"), textcoords="offset points",
-                ha="right", va="top", color=look.ink,
-            )  # fmt: skip
-    axes.set(xlim=(0.0, 130.0), xlabel="time (ms)", ylabel="normal force N (N)")
-    axes.set_ylim(0.0, 1.25 * force.max())
+            ms, text = 1e3 * (event.t - began), f"{event.balls[0]} begins to roll "
+            axes.axvline(ms, color=look.faint, linewidth=1.0, linestyle="--")
+            axes.text(ms, 0.24, text, ha="right", va="top", color=look.ink)
+    axes.plot(1e3 * (t - began), force, color=PALETTE[1], linewidth=2.0)
+    axes.set(xlim=(-5.0, 125.0), ylim=(0.0, 0.24))
+    axes.set(xlabel="time since the hit (ms)", ylabel="normal force N (N)")
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(out, dpi=DPI)
 

@@ -47,6 +47,8 @@ MOST_CHANGES = 100
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
 DEAD = Pair(1.0, 1.0, restitution=0.0, friction=0.0)  # What does not persist with it never does.
 NEVER = -math.inf, 0.0
+# Once a ball has had more than FEW hits, each less than AGO (s) after the one before, each further
+# one lets GROWTH times as much go unseen, for MOST hits at most.
 GROWTH, FEW, MOST, AGO = 1.3, 30, 50, 0.05
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
 
@@ -225,10 +227,12 @@ class Groups:
         return persists(parting, pressing_of(contact, later, soonest), e, radius)
 
     def wear(self, hit: Hit) -> float:
+        """Return how many times as much as UNSEEN the bounces of this contact may be."""
         many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
         return self.coarser * GROWTH ** min(max(many - FEW, 0), MOST)
 
     def note_hit(self, hit: Hit) -> None:
+        """Count a hit of its balls."""
         now = self.engine.now
         for i in hit.balls:
             t, many = self.met.get(i, (-math.inf, 0))
