@@ -388,6 +388,8 @@ class Groups:
         engine = self.engine
         radius = min(engine.radii[i] for i in hit.balls)
         first = math.sqrt(2.0 * pieces.DEVIATION * radius / max(engine.surface.pull, 1.0))
+        if self.waits.get(hit, -math.inf) > engine.now:
+            return
         until, length = self.waited.get(hit, NEVER)
         length = first if until < engine.now - length else 2.0 * length
         self.waits[hit] = engine.now + length
@@ -492,7 +494,7 @@ class Groups:
         before = sum(press.on)
         if piece.fell >= 0:
             pieces.change(press, s, piece.fell)
-            if piece.time == 0.0 and piece.fell < 4 * len(group.hits):
+            if piece.time == 0.0 and piece.fell < 4 * len(group.hits) and piece.fell % 4 == 0:
                 self._wait(group.hits[piece.fell // 4])
         self._decide(group, before)
 

@@ -26,6 +26,7 @@ from pool_pymunk.physics.pressed import (
     roll_into,
     set_free,
     set_phases,
+    sign,
     solve,
     spare_hold,
     wrings,
@@ -245,14 +246,17 @@ def slack_of(g: Any, which: int) -> float:
 def change(g: Any, s: Any, which: int) -> None:
     """Change the mode where a measure has fallen to 0."""
     k, kind = which // 4, which % 4
+    look(g, s)
     if k >= len(g.one):
         set_free(g, s, which - 4 * len(g.one))
     elif kind in (0, 3):
         g.on[k], g.over[k] = False, kind == 3
     elif kind == 1:
-        g.slides[k] = 0 if g.slides[k] else (-1 if g.force[k][1] > 0.0 else 1)
+        was, slip = g.slides[k], sign(g.slip[k], g.small[0])
+        g.slides[k] = slip if was else (-1 if g.force[k][1] > 0.0 else 1)
     else:
-        g.into[k] = 0 if g.into[k] else (-1 if g.force[k][2] > 0.0 else 1)
+        was, slip = g.into[k], sign(roll_into(g, s, k), g.small[0])
+        g.into[k] = slip if was else (-1 if g.force[k][2] > 0.0 else 1)
 
 
 def room(g: Any, s: Any, k: int) -> float:

@@ -421,6 +421,7 @@ def take_away(found: Any, other: Any, count: int) -> None:
 def begin(g: Any, s: Any) -> None:
     """Guess the mode of a state: everything that could be held is held."""
     set_phases(g, s)
+    look(g, s)
     for k in range(len(g.one)):
         freshen(g, s, k)
 

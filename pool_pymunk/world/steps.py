@@ -62,7 +62,10 @@ class Callbacks(Recorder):
         self._tell("on_contact", event)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
-        self._tell("on_stop", self.state.balls[i], t)
+        ball = self.state.balls[i]
+        # In one instant a ball may come to rest in each of many rounds of hits.
+        self.pending = [call for call in self.pending if call[:2] != ("on_stop", (ball, t))]
+        self._tell("on_stop", ball, t)
 
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         self._tell("on_pocket", self.state.balls[i], pocket, t)
