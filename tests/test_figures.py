@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 import reference
 from hard_reference import Settings
+from press_reference import press_run
 
 from pool_pymunk import (
     Disc,
@@ -254,13 +255,15 @@ def test_numbers_of_persistent_contacts() -> None:
     assert "30 and 300 times as much is left out" in page
 
 
-def test_the_force_that_is_drawn_gives_the_impulse_of_its_contact() -> None:
+def test_the_force_that_is_drawn_gives_the_impulse_and_the_ends() -> None:
     """It is worked out from the breakpoints; friction is a small part of the impulse."""
     drawn = runpy.run_path(str(HOME / "docs" / "figures" / "draw.py"))
     run = drawn["pushing"]()
     [contact] = run.persistent
     assert [event.balls for event in run.events if event.kind == "roll"] == [("A",), ("B",)]
     t, force = drawn["normal_force"](run)
+    ends = [(end.real, end.imag) for end in press_run(run.scene).final]
+    assert max(map(math.dist, ends, run.end.position)) < 2e-9
     assert np.trapezoid(force, t) == pytest.approx(math.hypot(*contact.impulse), rel=5e-3)
     assert force.min() > 0.0
 
