@@ -522,7 +522,7 @@ def heap(seed: int) -> Scene:
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", some_slow(60, quick=5))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
-    """Persistent contacts sink by 1e-4 radii, and by four times that after a thousand hits."""
+    """Heaps have thousands of persistent contacts and hits."""
     scene = heap(seed)
     run = exact(scene, max_events=50_000)
     if BASE_SEED and run.status == "max_events":
