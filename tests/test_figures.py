@@ -236,7 +236,7 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
     assert f"({collapse.MOST_IN_CLUSTER:,} if it has more than eight contacts, " in page
     assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
     assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
-    assert (UNSEEN, DEVIATION, LOST, QUICK) == (1e-10, 1e-8, 1e-3, 2.0)
+    assert (UNSEEN, DEVIATION, LOST, QUICK) == (1e-10, 4e-9, 1e-3, 2.0)
     assert "apart by less than 1e-10 radii in all are left out" in page
     assert "deviate by less than 1e-8 radii" in page
     assert "travels 1e-3 of its radius" in page
@@ -245,7 +245,7 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
 
 def test_numbers_of_persistent_contacts() -> None:
     page = text("docs/how-it-works.md")
-    assert (UNSEEN, DEVIATION) == (1e-10, 1e-8)
+    assert (UNSEEN, DEVIATION) == (1e-10, 4e-9)
     assert r"$\varepsilon = 10^{-10}$ radii in all" in page
     assert "less than $10^{-8}$ radii" in page
     assert (groups.FEW, groups.AGO, groups.GROWTH, groups.MOST) == (30, 0.05, 1.3, 50)

@@ -7,6 +7,7 @@ from typing import Any
 
 import pymunk
 import pytest
+from worlds import M, R
 
 from pool_pymunk import (
     Ball,
@@ -21,7 +22,6 @@ from pool_pymunk import (
 )
 from pool_pymunk.model import State
 from pool_pymunk.world import TableBall
-from tests.worlds import M, R
 
 SIZE = 0.4  # m; the side of the table
 STEPS = [1 / 30, 1 / 60, 1 / 240]

@@ -140,7 +140,7 @@ def overlap(trial: Trial) -> Measure | None:
         depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
         deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
-    bound = max(bound, DEVIATION * trial.smallest * (PERSISTENT in trial.run.policies))
+    bound = max(bound, 2.0 * DEVIATION * trial.smallest * (PERSISTENT in trial.run.policies))
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 
