@@ -1,6 +1,6 @@
 """Half and twice a number of the engine: how many ends move, and how far.
 
-``python -m tests.halved CONTACT_TIME physics.laws.ZERO_SLIP`` plays 54 runs with half and with
+``python -m tests.halved NEARLY_NOW physics.laws.ZERO_SLIP`` plays 54 runs with half and with
 twice each of these numbers; without a module it is one of :mod:`pool_pymunk.engine.decisions`. Some
 of the runs have persistent contacts, an inelastic collapse or frozen balls.
 """

@@ -136,7 +136,7 @@ class Tears(Law):
 def test_frozen_racks(law: str | Law, gap: float, solver: str) -> None:
     """Contacts of one instant share balls, and come in rounds.
 
-    Nothing presses balls together, because micro-collisions are no events.
+    Nothing presses balls together, because impulses of persistent contacts are no events.
     """
     rack = frozen_rack(gap)
     balls = tuple(replace(ball, mass=0.1 + 0.01 * k) for k, ball in enumerate(rack.balls))

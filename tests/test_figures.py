@@ -7,6 +7,7 @@ import io
 import json
 import math
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 import reference
 from hard_reference import Settings
+from press_reference import press_run
 
 from pool_pymunk import (
     Disc,
@@ -33,9 +35,12 @@ from pool_pymunk import (
     written_uncertainty,
 )
 from pool_pymunk.cli import main
-from pool_pymunk.engine import decisions
+from pool_pymunk.engine import decisions, groups
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.path import LOST
+from pool_pymunk.physics.persistent import UNSEEN
+from pool_pymunk.physics.pieces import DEVIATION
+from pool_pymunk.results.trace import COARSER
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
 from pool_pymunk.studies.tradeoff import tradeoff
@@ -231,10 +236,36 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
     assert f"({collapse.MOST_IN_CLUSTER:,} if it has more than eight contacts, " in page
     assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
     assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
-    assert (decisions.DEEPEST, LOST, QUICK) == (1e-4, 1e-3, 2.0)
-    assert "overlap by about 1e-4 of the smaller radius" in page
+    assert (UNSEEN, DEVIATION, LOST, QUICK) == (1e-10, 1e-8, 1e-3, 2.0)
+    assert "apart by less than 1e-10 radii in all are left out" in page
+    assert "deviate by less than 1e-8 radii" in page
     assert "travels 1e-3 of its radius" in page
     assert "Runs computed in under two seconds" in page
+
+
+def test_numbers_of_persistent_contacts() -> None:
+    page = text("docs/how-it-works.md")
+    assert (UNSEEN, DEVIATION) == (1e-10, 1e-8)
+    assert r"$\varepsilon = 10^{-10}$ radii in all" in page
+    assert "less than $10^{-8}$ radii" in page
+    assert (groups.FEW, groups.AGO, groups.GROWTH, groups.MOST) == (30, 0.05, 1.3, 50)
+    assert "After thirty hits of a ball, each within 0.05 s of the one before" in page
+    assert "by a factor of 1.3 with each hit, for fifty hits at most" in page
+    assert [variant.coarser for variant in COARSER] == [30, 300]
+    assert "30 and 300 times as much is left out" in page
+
+
+def test_the_force_that_is_drawn_gives_the_impulse_and_the_ends() -> None:
+    """It is worked out from the breakpoints; friction is a small part of the impulse."""
+    drawn = runpy.run_path(str(HOME / "docs" / "figures" / "draw.py"))
+    run = drawn["pushing"]()
+    [contact] = run.persistent
+    assert [event.balls for event in run.events if event.kind == "roll"] == [("A",), ("B",)]
+    t, force = drawn["normal_force"](run)
+    ends = [(end.real, end.imag) for end in press_run(run.scene).final]
+    assert max(map(math.dist, ends, run.end.position)) < 2e-9
+    assert np.trapezoid(force, t) == pytest.approx(math.hypot(*contact.impulse), rel=5e-3)
+    assert force.min() > 0.0
 
 
 def test_coordinates_far_from_the_origin() -> None:

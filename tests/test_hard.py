@@ -198,8 +198,8 @@ def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> Non
 
 
 @pytest.mark.slow
-def test_a_pair_whose_least_bounce_is_nearly_rounding_does_not_hit_without_end() -> None:
-    """What is too slow for a hit, and too near for a later one, is met a contact time later."""
+def test_a_pair_whose_bounces_are_nearly_rounding_does_not_hit_without_end() -> None:
+    """What is too slow for a hit, and too near for a later one, is in persistent contact."""
     run = simulate(checked("struck", 200), solver="event-driven")
     assert run.status == "settled"
     assert run.steps < 5_000

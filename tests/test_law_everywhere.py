@@ -291,7 +291,7 @@ def test_ones_own_law_breaks_a_rack_symmetrically(gap: float) -> None:
 
 
 def test_a_law_that_ignores_the_restitution_does_not_let_pressed_balls_sink() -> None:
-    """In a persistent contact balls part at the least bounce, whatever their law would do."""
+    """In a persistent contact a force keeps the gap closed, whatever their law would do."""
     scene = persistent(0.0)
     run = simulate(scene, solver="event-driven", law=Sticky())
     assert any("presses balls a, b together" in warning for warning in run.warnings)

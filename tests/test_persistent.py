@@ -28,7 +28,7 @@ from pool_pymunk import (
     same_balls,
     simulate,
 )
-from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.page.content import content
 from pool_pymunk.physics.contact import Contact, Pair
 from pool_pymunk.results.persistent import joined
@@ -135,16 +135,16 @@ def test_a_ball_that_runs_from_cushion_to_cushion_gets_one_warning() -> None:
     assert "presses ball C to cushions 0, 1: they stay in contact until" in line
 
 
-def lasting(balls: tuple[int, ...], since: float, until: float, cushion: int | None = None) -> Any:
+def lasted(balls: tuple[int, ...], since: float, until: float, cushion: int | None = None) -> Any:
     a, b = (*balls, -1)[:2]
-    return Lasting(Contact(a, b, (1.0, 0.0), Pair(1, 1, 0, 0), cushion, (0.0, 0.0)), since, until)
+    return Persisted(Contact(a, b, (1.0, 0.0), Pair(1, 1, 0, 0), cushion, (0.0, 0.0)), since, until)
 
 
 def test_contacts_that_share_balls_and_overlap_in_time_are_one_group() -> None:
     groups = joined([
-        lasting((2, 3), 0.5, 1.0), lasting((0, 1), 0.0, 1.0), lasting((1, 2), 0.2, 0.7),
-        lasting((5, 6), 0.1, 0.2), lasting((5, 6), 0.3, 0.4), lasting((3,), 1.0, 2.0, cushion=4),
-        lasting((5, 7), 0.45, 0.5),
+        lasted((2, 3), 0.5, 1.0), lasted((0, 1), 0.0, 1.0), lasted((1, 2), 0.2, 0.7),
+        lasted((5, 6), 0.1, 0.2), lasted((5, 6), 0.3, 0.4), lasted((3,), 1.0, 2.0, cushion=4),
+        lasted((5, 7), 0.45, 0.5),
     ])  # fmt: skip
     assert groups == [
         ((0, 1, 2, 3), (4,), 0.0, 2.0, 1), ((5, 6), (), 0.1, 0.4, 2), ((5, 7), (), 0.45, 0.5, 1)

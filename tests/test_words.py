@@ -40,7 +40,7 @@ MEANT_SEVERAL = (
     r"(?<!\w)[Tt]old\b",
     r"(?<![\w\"])yardstick(?! is now)",
     r"(?<!\w)(?:[Ll]asting|is_pressed|PRESSED|unperturbed|_Search|Meeting|PATIENCE)\b",
-    r"(?<![-.\w\"])pressed\b(?! (?:together|on|=|&&))",
+    r"(?<![-./\w\"])pressed\b(?! (?:together|on|=|&&))",  # `physics/pressed.py` stays.
     r"(?<![.\w`\"'])[Kk]not\b|(?<![.\w`\"'])knots\b(?![\"':]|=[^=])",
     r"\b[Hh]its without end\b",
     r"\bthe exact run\b",

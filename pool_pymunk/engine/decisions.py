@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 
 from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import (
-    NOISE,
-)
+from pool_pymunk.physics.path import NOISE
 
 # A run is given up after this many events, unless the user says otherwise, and after this many
 # instants and pieces without one. So a run takes some minutes at most.

@@ -13,29 +13,42 @@ from copy import copy
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.due import Hit, What
-from pool_pymunk.engine.recorder import Lasting, Motions
-from pool_pymunk.physics import pieces, pressed
+from pool_pymunk.engine.recorder import Motions, Persisted
+from pool_pymunk.physics import pieces
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
 from pool_pymunk.physics.pieces import Piece
-from pool_pymunk.physics.pressed import BALL, REST, ROLL
+from pool_pymunk.physics.pressed import (
+    BALL,
+    NEAR,
+    REST,
+    ROLL,
+    begin,
+    decide,
+    find_forces,
+    opening,
+    press_of,
+    set_scale,
+)
+from pool_pymunk.physics.pressed import part_of as part_of_press
 from pool_pymunk.physics.sides import shape_of
 
 if TYPE_CHECKING:
     from pool_pymunk.engine.contacts import ContactEngine
 
+Totals = list[list[float]]
+
 # s; the first piece of a group is no longer, and the next ones are up to three times as long. Where
 # a contact has just opened it is shorter, because the gap is still narrower than pieces deviate.
-Totals = list[list[float]]
 FIRST, OPENED = 5e-5, 1e-6
-# After this many changes of the mode at one instant a group is given up, and its hits are played.
+# After this many changes of the mode at one instant a group has no forces for a moment.
 MOST_CHANGES = 100
-
-
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
 DEAD = Pair(1.0, 1.0, restitution=0.0, friction=0.0)  # What does not persist with it never does.
 NEVER = -math.inf, 0.0
+# Once a ball has had more than FEW hits, each less than AGO (s) after the one before, each further
+# one lets GROWTH times as much go unseen, for MOST hits at most.
 GROWTH, FEW, MOST, AGO = 1.3, 30, 50, 0.05
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
 
@@ -56,7 +69,7 @@ class Group:
         self.contacts = [engine.contact(hit, motions) for hit in hits]
         rows = [self._row(engine, *pair) for pair in zip(hits, self.contacts, strict=True)]
         masses, radii = ([of[i] for i in self.balls] for of in (engine.masses, engine.radii))
-        self.press = pressed.press_of(engine.surface, masses, radii, rows)
+        self.press = press_of(engine.surface, masses, radii, rows)
         self.press.small[2] = engine.groups.coarser
         self.total = [[0.0] * 3 for _ in hits]
         self.began, self.changes, self.longest = engine.now, 0, FIRST
@@ -97,7 +110,7 @@ class Group:
             return list(self.state)
         press = self.press
         rate, forces = list(press.rate), [list(force) for force in press.force]
-        pressed.find_forces(press, self.state)
+        find_forces(press, self.state)
         state, _ = pieces.step(press, self.state, t - self.began, total)
         pieces.recall(press, rate, forces)
         return list(state)
@@ -113,7 +126,7 @@ class Group:
         press, p = self.press, 6 * self.number[i]
         rate, forces = list(press.rate), [list(force) for force in press.force]
         s = self.state_at(t)
-        pressed.find_forces(press, s)
+        find_forces(press, s)
         x, y, vx, vy, wx, wy = s[p : p + 6]
         ax, ay = press.rate[p + 2 : p + 4]
         pieces.recall(press, rate, forces)
@@ -131,7 +144,7 @@ class Group:
             return Path(self.began, x, y, vx, vy, ax, ay, self.began + middle, False, wx, wy)
         x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
         vx, vy = vx + middle * ax, vy + middle * ay
-        if self.press.phase[k] == pressed.ROLL:
+        if self.press.phase[k] == ROLL:
             wx, wy = vx, vy
         else:
             wx, wy = (wx + end[p + 4]) / 2.0, (wy + end[p + 5]) / 2.0
@@ -145,7 +158,7 @@ class Groups:
         self.engine = engine
         self.coarser = 1.0  # so many times as much is left out
         self.of: dict[int, Group] = {}
-        self.lasting: dict[Hit, Lasting] = {}
+        self.persisted: dict[Hit, Persisted] = {}
         self.met: dict[int, tuple[float, int]] = {}
         self.waits: dict[Hit, float] = {}  # s; until then these contacts have no forces
         self.waited: dict[Hit, tuple[float, float]] = {}  # s; until when they had none, how long
@@ -172,7 +185,7 @@ class Groups:
             return True
         return self.look_at(hit) or self.cuts(hit, t) or (t <= self.engine.now and self.rubs(hit))
 
-    def is_pressed(self, hit: Hit, motions: Motions) -> bool:
+    def persists_now(self, hit: Hit, motions: Motions) -> bool:
         """Tell whether two sides are in persistent contact from now on, by their present paths.
 
         The pair is asked only where its restitution matters.
@@ -188,7 +201,7 @@ class Groups:
     def _persists(self, hit: Hit, motions: Motions, parting: float) -> bool:
         """Tell whether two sides that part at this speed (m/s) stay in contact, to the eye.
 
-        They are pressed now, and so they are at the end of a slip that ends before the bounces do.
+        What presses them now presses them at the end of a slip, too, if it ends before the bounces.
         """
         engine, contact, now = self.engine, self.engine.contact(hit, motions, DEAD), self.engine.now
         paths = [self._path(i) for i in contact.balls]
@@ -214,10 +227,12 @@ class Groups:
         return persists(parting, pressing_of(contact, later, soonest), e, radius)
 
     def wear(self, hit: Hit) -> float:
+        """Return how many times as much as UNSEEN the bounces of this contact may be."""
         many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
         return self.coarser * GROWTH ** min(max(many - FEW, 0), MOST)
 
     def note_hit(self, hit: Hit) -> None:
+        """Count a hit of its balls."""
         now = self.engine.now
         for i in hit.balls:
             t, many = self.met.get(i, (-math.inf, 0))
@@ -246,7 +261,7 @@ class Groups:
         if hit.kind == "wall" and engine.walls[hit.j].is_pocket:
             return False
         motions = engine.motions([hit])
-        if engine.is_closed(hit, motions) and self.is_pressed(hit, motions):
+        if engine.is_closed(hit, motions) and self.persists_now(hit, motions):
             engine.push(engine.now, What("press", hit.i))
             return True
         return False
@@ -261,7 +276,7 @@ class Groups:
         speed = closing_speed(contact, self._velocities(contact))
         radius = min(engine.radii[i] for i in contact.balls)
         still = STILL * math.sqrt(engine.surface.pull * radius)
-        return abs(speed) <= still and abs(engine.gap(hit, motions)) <= pressed.NEAR * radius
+        return abs(speed) <= still and abs(engine.gap(hit, motions)) <= NEAR * radius
 
     def cuts(self, hit: Hit, t: float) -> bool:
         """Cut the pieces of balls that are to hit at ``t`` (s) shortly before that.
@@ -288,7 +303,7 @@ class Groups:
     def clear(self) -> None:
         """Take all groups apart, and forget what has been until now."""
         self.release(list(self.of))
-        self.lasting.clear()
+        self.persisted.clear()
         self.waits.clear()
         self.loose.clear()
 
@@ -304,7 +319,7 @@ class Groups:
         if hits:
             group = Group(engine, hits, balls)
             self._join(group)
-            pressed.begin(group.press, group.state)
+            begin(group.press, group.state)
             pieces.close(group.press, group.state)
             self._decide(group)
         if self.loose:
@@ -313,9 +328,9 @@ class Groups:
     def _join(self, group: Group) -> None:
         """Take away the speeds at which the sides of a new group part or close."""
         engine, press, s = self.engine, group.press, group.state
-        pressed.set_scale(press, s)
+        set_scale(press, s)
         noise = engine.noise(group.balls)
-        if any(abs(pressed.opening(press, s, k)) > noise for k in range(len(group.hits))):
+        if any(abs(opening(press, s, k)) > noise for k in range(len(group.hits))):
             pieces.join(press, s, noise, group.total)
 
     def _stays(self, hit: Hit) -> bool:
@@ -348,9 +363,9 @@ class Groups:
     def _decide(self, group: Group, before: int = 0) -> None:
         """Go on with a group in a mode that fits, or without forces for a moment if there is none.
 
-        So many contacts pressed ``before``.
+        So many contacts had a force ``before``.
         """
-        if group.changes <= MOST_CHANGES and pressed.decide(group.press, group.state):
+        if group.changes <= MOST_CHANGES and decide(group.press, group.state):
             if sum(group.press.on) < before:
                 group.longest = OPENED
             self._note(group)
@@ -425,24 +440,24 @@ class Groups:
             normal, x, y = group.total[k]
             if not group.press.on[k] and normal == 0.0:
                 continue
-            old = self.lasting.get(hit)
+            old = self.persisted.get(hit)
             if old is None or old.until < group.began:
                 self.tell(hit)
-                old = Lasting(contact, group.began, group.began)
-            self.lasting[hit] = old._replace(until=now, x=old.x + x, y=old.y + y)
+                old = Persisted(contact, group.began, group.began)
+            self.persisted[hit] = old._replace(until=now, x=old.x + x, y=old.y + y)
             group.total[k] = [0.0] * 3
 
     def tell(self, hit: Hit) -> None:
-        """Tell the recorder about a lasting contact that is over."""
-        if hit in self.lasting:
-            self.engine.recorder.persistent(self.lasting.pop(hit))
+        """Tell the recorder about a persistent contact that is over."""
+        if hit in self.persisted:
+            self.engine.recorder.persistent(self.persisted.pop(hit))
 
     def tell_all(self) -> None:
-        """Tell the recorder about all lasting contacts, because the run is over now."""
+        """Tell the recorder about all persistent contacts, because the run is over now."""
         for group in {id(group): group for group in self.of.values()}.values():
             group.state_at(self.engine.now, group.total)
             self._note(group)
-        for hit in list(self.lasting):
+        for hit in list(self.persisted):
             self.tell(hit)
 
     # -- pieces --------------------------------------------------------------------------------
@@ -555,5 +570,5 @@ def part_of(group: Group, balls: Sequence[int]) -> Group:
     part.total, part.state = [group.total[k] for k in kept], []
     for i in balls:
         part.state += group.of(i)
-    part.press = pressed.part_of(group.press, numbers, kept)
+    part.press = part_of_press(group.press, numbers, kept)
     return part

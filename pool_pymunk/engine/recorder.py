@@ -13,8 +13,8 @@ Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 Motions = dict[int, Motion]  # by ball number
 
 
-class Lasting(NamedTuple):
-    """A lasting contact has persisted from ``since`` until ``until`` (s).
+class Persisted(NamedTuple):
+    """A contact has persisted from ``since`` until ``until`` (s).
 
     (``x``, ``y``) is the impulse (N s) that it has given its ball, or the second of two.
     """
@@ -47,7 +47,7 @@ class Recorder:
     def zero_slip(self, contact: Contact, t: float) -> None:
         """Take note that the law jumps at zero slip, and that the slip was rounding alone."""
 
-    def persistent(self, lasting: Lasting) -> None:
+    def persistent(self, persisted: Persisted) -> None:
         """Take note of a contact that has persisted, and is over."""
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:

@@ -99,7 +99,8 @@ def path_out_of_disc(offset: Vector, direction: Vector, touching: float, deepest
     """Return the path length (m) after which a straight path leaves a disc; infinite if it misses.
 
     The arguments are those of :func:`path_to_disc`. A path that begins at the disc's edge, or not
-    farther out than ``deepest`` (m) from its middle, leaves at once if it does not lead inwards.
+    farther out than ``deepest`` (m) from its middle, leaves at once if it does not lead inwards. A
+    path that is tangent to the edge, to rounding, leaves there.
 
     >>> path_out_of_disc((0.5, 0.0), (1.0, 0.0), 1.0, 1.1)
     1.5
@@ -112,7 +113,8 @@ def path_out_of_disc(offset: Vector, direction: Vector, touching: float, deepest
     room = (touching - distance) * (touching + distance)
     far = (touching - across) * (touching + across)  # keeps its digits where ``room`` is negative
     square = room + along * along if room > 0.0 else far  # of half the chord
-    if distance > deepest and (along <= 0.0 or square <= 0.0):
+    rounding = 16.0 * EPSILON * touching * (touching + distance)
+    if distance > deepest and (along <= 0.0 or square <= -rounding):
         return math.inf
     chord = math.sqrt(square) if square > 0.0 else 0.0
     if along > 0.0:

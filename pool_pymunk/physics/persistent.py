@@ -21,7 +21,7 @@ def persists(parting: float, pressing: float, restitution: float, radius: float)
     They are pressed together (m/s^2), so each bounce is ``restitution`` squared times as high as
     the one before. Sides that do not part are in contact whatever their restitution is.
 
-    >>> [persists(parting, 1.0, 0.5, 0.03) for parting in (0.0, 1e-5, 1e-4)]
+    >>> [persists(parting, 1.0, 0.5, 0.03) for parting in (0.0, 1e-6, 1e-5)]
     [True, True, False]
     """
     if pressing <= 0.0:

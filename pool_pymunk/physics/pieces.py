@@ -1,8 +1,8 @@
 """A group in persistent contact is played in pieces, by a method of high order.
 
-What ends the mode of a group is a measure that falls to 0: a force, what friction has left, a slip,
-what holds a ball, or the way to the end of a side. A slip or a speed that fades ends it, too. A
-piece ends there, or where two parabolas would deviate too far from it.
+A mode ends where a measure falls to 0: a force, what friction has left, a slip, what holds a ball,
+or the distance to the end of a side. A slip or a speed that fades ends it, too. A piece ends there,
+or where two parabolas would deviate too far from it.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ STAGES = (
 )
 SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 # A piece is short enough that two parabolas deviate from it by less than this share of a radius.
-DEVIATION = 1e-8
+DEVIATION = 4e-9
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-8  # of the largest speed of a group; a step errs by less, by its estimate
 FADED = 1e4  # A slip has faded that is not larger than this many times what is none.
@@ -438,8 +438,8 @@ def settle(g: Any, s: Any) -> list[int]:
 def halves(g: Any, s: Any, end: Any, h: float, i: int) -> tuple[float, ...]:
     """Return the accelerations (m/s^2) of the two halves of a ball's piece.
 
-    With them place and velocity at its end are those of the state there, but for a brief piece, in
-    which the places are rounding alone.
+    With them place and velocity at its end are those of the state there. In a brief piece they are
+    one acceleration, because there the places are rounding alone.
     """
     found, strongest = [], max(g.pull, g.drag, abs(g.rate[6 * i + 2]) + abs(g.rate[6 * i + 3]))
     for p in (6 * i, 6 * i + 1):

@@ -30,7 +30,7 @@ NORMAL, ALONG, INTO = 0, 1, 2  # kinds of unknown forces: N, that holds a slip, 
 
 # of the largest speed and acceleration of a group: smaller ones are none
 SLOW, WEAK = 1e-13, 1e-12
-TINY = 1e-8  # of the largest speed; slower slips that are left at the beginning are none
+TINY = 1e-8  # of the largest speed; slower slips at the beginning are none
 NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.

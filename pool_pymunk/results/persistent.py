@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import roll_rates
@@ -55,13 +55,15 @@ class PersistentContact:
         return said | {"since": self.since, "until": self.until, "impulse": list(self.impulse)}
 
 
-def contacts_of(lasting: Iterable[Lasting], ids: Sequence[str]) -> tuple[PersistentContact, ...]:
-    """Return what a run tells of lasting contacts, in the order of their beginnings."""
+def contacts_of(
+    persisted: Iterable[Persisted], ids: Sequence[str]
+) -> tuple[PersistentContact, ...]:
+    """Return what a run tells of the contacts that persisted, in the order of their beginnings."""
     return tuple(
         PersistentContact(
             tuple(ids[i] for i in contact.balls), contact.cushion, since, until, (x, y)
         )
-        for contact, since, until, x, y in sorted(lasting, key=lambda each: each.since)
+        for contact, since, until, x, y in sorted(persisted, key=lambda each: each.since)
     )
 
 
@@ -90,14 +92,14 @@ def _named(what: str, those: Sequence[object]) -> str:
     return f"{what}{'s' if len(those) > 1 else ''} {', '.join(map(str, those))}"
 
 
-def joined(lasting: Iterable[Lasting]) -> list[Joined]:
+def joined(persisted: Iterable[Persisted]) -> list[Joined]:
     """Return which balls and cushions were joined by contacts that overlap in time.
 
     Each set of them stands there once, in the order in which they were joined first.
     """
     now: list[Joined] = []
     past: list[Joined] = []
-    for contact, since, until, _, _ in sorted(lasting, key=lambda each: each.since):
+    for contact, since, until, _, _ in sorted(persisted, key=lambda each: each.since):
         balls, group = set(contact.balls), [] if contact.cushion is None else [contact.cushion]
         one = Joined(tuple(sorted(balls)), tuple(group), since, until)
         past += [each for each in now if each.until < since]

@@ -350,10 +350,10 @@ class Run:
 
         It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it
         comes from some more runs. In some of them a slip of rounding size has the one sign and the
-        other; the figure is the larger change. In others persistent contacts take longer, or the
-        start is nudged: balls that touch have gaps of 1e-13 to 4e-6 m. These are some of many
-        answers, so the figure is four times their largest change, if that is larger. It is at most
-        the table's diagonal.
+        other, or 30 and 300 times as much is left out of persistent contacts; the figure is the
+        largest change. In others the start is nudged: balls that touch have gaps of 1e-13 to
+        4e-6 m. These are some of many answers, so the figure is four times their largest change,
+        if that is larger. It is at most the table's diagonal.
         """
         if not self.policies:
             return 0.0

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.policies import Variant
-from pool_pymunk.engine.recorder import Lasting
+from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path, standing
 from pool_pymunk.physics.surface import NO_ROLL, Surface
@@ -61,7 +61,7 @@ class Trace:
         ]
         self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
         self.events: list[Row] = []
-        self.lasting: list[Lasting] = []  # the contacts that persisted and are over
+        self.persisted: list[Persisted] = []  # the contacts that persisted and are over
         self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.instants: dict[float, None] = {}  # s; several contacts came at each of these instants

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
 from pool_pymunk.engine.decisions import LISTED, NEVER_SETTLES
-from pool_pymunk.engine.recorder import Lasting, Recorder
+from pool_pymunk.engine.recorder import Persisted, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
@@ -34,7 +34,7 @@ def cut_off(trace: EngineTrace, engine: ContactEngine, t: float) -> None:
     """Write down where the balls are that still move when the run ends at ``t`` (s)."""
     engine.now = t
     engine.groups.tell_all()
-    trace.warn_of_lasting()
+    trace.warn_of_persisted()
     if trace.status == "settled":
         return
     trace.duration = t
@@ -73,14 +73,14 @@ class EngineTrace(Trace, Recorder):
         )
         self.warn(text, t, ZERO_SLIP)
 
-    def persistent(self, lasting: Lasting) -> None:
-        self.lasting.append(lasting)
+    def persistent(self, persisted: Persisted) -> None:
+        self.persisted.append(persisted)
         self.policies.add(PERSISTENT)
 
-    def warn_of_lasting(self) -> None:
+    def warn_of_persisted(self) -> None:
         """Warn once of each set of balls and cushions that contacts have joined."""
         ids = [ball.id for ball in self.scene.balls]
-        for each in joined(self.lasting):
+        for each in joined(self.persisted):
             text = (
                 f"surface friction, a roll or an arc presses {each.words(ids)}: they stay in "
                 f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s"

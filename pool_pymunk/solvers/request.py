@@ -184,7 +184,7 @@ class Request(NamedTuple):
             sample_times=self.times,
             off=start.off | taken,
             policies=frozenset(trace.policies),
-            persistent=contacts_of(trace.lasting, ids),
+            persistent=contacts_of(trace.persisted, ids),
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,

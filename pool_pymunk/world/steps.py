@@ -10,7 +10,7 @@ import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import Hit
-from pool_pymunk.engine.recorder import Lasting, Motion, Recorder
+from pool_pymunk.engine.recorder import Motion, Persisted, Recorder
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Vector, closing_speed
 from pool_pymunk.physics.path import Path
@@ -53,8 +53,8 @@ class Callbacks(Recorder):
             event = ContactEvent(t, balls, contact.cushion, *where, closing, impulse, tangential)
             self._tell("on_contact", event, balls=balls)
 
-    def persistent(self, lasting: Lasting) -> None:
-        contact, since, t, x, y = lasting
+    def persistent(self, persisted: Persisted) -> None:
+        contact, since, t, x, y = persisted
         balls = tuple(self.state.balls[i] for i in contact.balls)
         nx, ny = contact.normal
         where, parts = (contact.point, contact.normal), (x * nx + y * ny, y * nx - x * ny)
@@ -77,23 +77,23 @@ class Callbacks(Recorder):
 
     def end_persistent(self) -> None:
         """Tell of the persistent contacts that are over, as they are at their ends."""
-        engine, lasting = self.state.engine, self.state.engine.groups.lasting
-        for hit in [hit for hit in lasting if not self._presses(hit)]:
-            if self._is_there(hit, lasting[hit]):
+        engine, persisted = self.state.engine, self.state.engine.groups.persisted
+        for hit in [hit for hit in persisted if not self._presses(hit)]:
+            if self._is_there(hit, persisted[hit]):
                 contact = engine.contact(hit, engine.motions([hit]))
-                lasting[hit] = lasting[hit]._replace(contact=contact)
+                persisted[hit] = persisted[hit]._replace(contact=contact)
             engine.groups.tell(hit)
 
     def _presses(self, hit: Hit) -> bool:
         group = self.state.engine.groups.of.get(hit.i)
         return group is not None and group.is_on(hit)
 
-    def _is_there(self, hit: Hit, lasting: Lasting) -> bool:
+    def _is_there(self, hit: Hit, persisted: Persisted) -> bool:
         """Tell whether a contact is over just now, and both of its sides are still there."""
         engine, balls = self.state.engine, self.state.balls
-        if hit.kind == "wall" and engine.walls[hit.j].number != lasting.contact.cushion:
+        if hit.kind == "wall" and engine.walls[hit.j].number != persisted.contact.cushion:
             return False
-        return lasting.until == engine.now and all(balls[i].is_on_table for i in hit.balls)
+        return persisted.until == engine.now and all(balls[i].is_on_table for i in hit.balls)
 
     # -- the instant is over ---------------------------------------------------------------------
 
@@ -279,7 +279,7 @@ class Steps(WatchedState):
                 engine.next()
                 if self.near.gone:
                     self.take_out_gone()
-                if engine.groups.lasting and engine.upcoming() > engine.now:
+                if engine.groups.persisted and engine.upcoming() > engine.now:
                     callbacks.end_persistent()
                 if callbacks.pending:
                     callbacks.tell_all()
