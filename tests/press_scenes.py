@@ -56,9 +56,7 @@ def press_scene(seed: int, kind: str | None = None) -> Scene:
     )
 
 
-def _places(
-    kind: str, radii: Sequence[float], heading: float, rng: random.Random
-) -> list[complex]:
+def _places(kind: str, radii: Sequence[float], heading: float, rng: random.Random) -> list[complex]:
     gap, places = rng.choice((0.0, 1e-4, 1e-3, 1e-2)), [0.5 + 0.4j]
     if kind == "triangle":
         sides = (cmath.rect(2 * R + gap, heading + turn) for turn in (-math.pi / 6, math.pi / 6))

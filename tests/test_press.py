@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-import random
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from itertools import combinations
 from typing import Any
 
@@ -18,16 +18,24 @@ from reference import Refused
 from scenes import DATA, seeds
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, SceneError, Table, simulate
+from pool_pymunk.solvers.request import request
 
 FAR = 1e-7  # m, times the amplification
 LEAST = 1e-10  # m; the reference's own accuracy
 OPEN = 0.02  # of the scenes: in them the order of hits on a group decides, and is not known
-GROWN = 1e-15  # of the energy at the start
+SOME = 40  # scenes; a contact persists in about half of them
+# In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
+# not grow at all.
+GROWN = 1e-8  # of the energy at the start
+KEPT = 1e-7  # of the momentum; slips of 1e-8 of the speed are none, once for each of some balls
 SINKS = 1e-8  # radii
+SAME = 1e-9  # m, times the amplification
 
 
 def play(scene: Scene) -> Run:
-    return simulate(scene, solver="event-driven")
+    """Play a scene exactly, without measuring what its policies change."""
+    asked = request(scene, "event-driven")
+    return asked._replace(settings=asked.settings._replace(measures_policies=False)).play(None)
 
 
 def ends_of(run: Run) -> list[complex]:
@@ -60,7 +68,7 @@ def test_random_scenes_end_where_the_reference_has_them() -> None:
             expected = press_run(scene)
         except Refused:
             continue
-        run = play(scene)
+        run = simulate(scene, solver="event-driven")
         off = farthest(ends_of(run), expected.final)
         pressed += pressing(expected)
         if off > FAR and off > FAR * amplification(scene, expected.final):
@@ -91,12 +99,11 @@ def test_ends_by_tiny_time_steps(record: dict[str, Any]) -> None:
 # -- what holds in every run -----------------------------------------------------------------------
 
 
-def some_runs(count: int) -> Iterator[tuple[int, Run]]:
-    """Yield runs of random scenes in which a contact has persisted."""
-    for seed, scene in some_scenes(count):
-        run = play(scene)
-        if run.persistent:
-            yield seed, run
+@cache
+def some_runs() -> tuple[tuple[int, Run], ...]:
+    """Return runs of random scenes in which a contact has persisted."""
+    runs = ((seed, play(scene)) for seed, scene in some_scenes(SOME))
+    return tuple((seed, run) for seed, run in runs if run.persistent)
 
 
 def breakpoints(run: Run) -> Any:
@@ -106,7 +113,7 @@ def breakpoints(run: Run) -> Any:
 @pytest.mark.seeded
 def test_energy_never_grows() -> None:
     """It is that of the motion and of the roll: (m/2) v^2 + (m/5) w^2."""
-    for seed, run in some_runs(SOME):
+    for seed, run in some_runs():
         energy = run.energy_at(breakpoints(run))
         assert np.diff(energy).max() <= GROWN * energy[0], seed
 
@@ -114,7 +121,7 @@ def test_energy_never_grows() -> None:
 @pytest.mark.seeded
 def test_contacts_of_balls_do_not_change_the_momentum() -> None:
     """Only surface friction and cushions do; neither acts at one instant on an open plane."""
-    for seed, run in some_runs(SOME):
+    for seed, run in some_runs():
         if run.scene.table is not None:
             continue
         mass = np.array([ball.mass for ball in run.scene.balls])
@@ -133,14 +140,16 @@ def deepest(run: Run) -> float:
         least = min(least, float(apart.min()) - a.radius - b.radius)
     for wall in run.scene.cushions:
         for i, ball in enumerate(balls):
-            gaps = (wall.nearest(x, y, ball.radius).gap(x, y, ball.radius) for x, y in position[:, i])
+            gaps = (
+                wall.nearest(x, y, ball.radius).gap(x, y, ball.radius) for x, y in position[:, i]
+            )
             least = min(least, *gaps)
     return -least / min(ball.radius for ball in balls)
 
 
 @pytest.mark.seeded
 def test_nothing_sinks_in() -> None:
-    for seed, run in some_runs(SOME):
+    for seed, run in some_runs():
         assert deepest(run) <= SINKS, seed
 
 
@@ -162,15 +171,15 @@ def relabelled(scene: Scene) -> Scene:
     return replace(scene, balls=scene.balls[::-1])
 
 
+@pytest.mark.slow
 @pytest.mark.seeded
 def test_mirrored_and_relabelled_scenes_have_the_same_ends() -> None:
-    unequal: list[int] = []
-    count = 0
-    for seed, run in some_runs(SOME):
-        ends, count = ends_of(run), count + 1
+    unequal = []
+    for seed, run in some_runs():
+        ends = ends_of(run)
         in_mirror = [complex(z.imag, z.real) for z in ends_of(play(mirrored(run.scene)))]
         again = ends_of(play(relabelled(run.scene)))[::-1]
         off = max(farthest(ends, in_mirror), farthest(ends, again))
         if off > SAME and off > SAME * amplification(run.scene, ends):
             unequal.append(seed)
-    assert len(unequal) <= math.ceil(OPEN * count), unequal
+    assert not unequal
