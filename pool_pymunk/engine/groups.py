@@ -332,6 +332,7 @@ class Groups:
         noise = engine.noise(group.balls)
         if any(abs(opening(press, s, k)) > noise for k in range(len(group.hits))):
             pieces.join(press, s, noise, group.total)
+            self.of.update(dict.fromkeys(group.balls, group))  # All of them leave their paths.
 
     def _stays(self, hit: Hit) -> bool:
         """Tell whether two sides that touch neither part nor close, to the eye."""
