@@ -975,7 +975,7 @@ def settle(g: Any, s: Any) -> list[int]:
 def halves(g: Any, s: Any, end: Any, h: float, i: int) -> tuple[float, ...]:
     """Return the accelerations (m/s^2) of the two halves of a ball's piece.
 
-    With them place and velocity at its end are those of the state there, but for a brief piece, in
+    With them place and velocity at its end are those of the state there, except in a brief piece, in
     which the places are rounding alone.
     """
     found, strongest = [], max(g.pull, g.drag, abs(g.rate[6 * i + 2]) + abs(g.rate[6 * i + 3]))
