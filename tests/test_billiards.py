@@ -455,6 +455,9 @@ def of_type(shape: pymunk.Shape, number: int) -> Any:
     return shape
 
 
+OWNER = pymunk.Body(1, 1)  # A circle alone does not keep its body.
+
+
 @pytest.mark.parametrize(
     ("make", "line"),
     [
@@ -465,7 +468,7 @@ def of_type(shape: pymunk.Shape, number: int) -> Any:
         (lambda: circle(mass=0.0), "circle.body.mass = 0.0: must be greater than 0"),
         (lambda: circle(kind=pymunk.Body.KINEMATIC), "circle = Circle: a ball's body must be "
          "dynamic"),
-        (lambda: pymunk.Circle(pymunk.Body(1, 1), 0.0), "circle.radius = 0.0: must be greater than "
+        (lambda: pymunk.Circle(OWNER, 0.0), "circle.radius = 0.0: must be greater than "
          "0"),
         (lambda: of_type(circle(), 7), "circle.collision_type = 7: Billiards needs a collision "
          "type of its own: use on_contact instead of handlers"),

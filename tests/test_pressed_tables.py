@@ -106,14 +106,14 @@ def test_a_state_of_a_contact_that_persists_goes_on_alike(
         assert farthest(settle(table, dt), untouched) < 2e-9
 
 
-def test_a_ball_at_rest_that_its_roll_drives_into_a_cushion_stays_out_of_it() -> None:
-    box = Table(((0.0, 0.0), (0.2, 0.0), (0.2, 0.2), (0.0, 0.2)))
-    balls, dull = (Ball("C", (0.2 - R, 0.1), R, M),), Restitution(1.0, cushion=0.0)
-    scene = Scene(balls, box, dull, Friction(0.2, rolling=0.01))
-    start = State(((0.2 - R, 0.1),), ((0.0, 0.0),), frozenset(), ((0.1, 0.02),))
-    for solver in ("event-driven", "pymunk"):
-        run = simulate(scene, start=start, solver=solver)
-        assert run.at(run.duration / 3)[0][0, 0] == pytest.approx(0.2 - R, abs=1e-10)
+@pytest.mark.parametrize("r", [0.0286, 0.03, 0.0317])
+def test_a_ball_at_rest_that_its_roll_drives_into_a_cushion_stays_out_of_it(r: float) -> None:
+    """Rounding may leave the ball, which has no speed yet, on either side of the cushion."""
+    balls, dull = (Ball("C", (1.0 - r, 0.1), r, M),), Restitution(1.0, cushion=0.0)
+    scene = Scene(balls, Table.rectangle(1.0, 0.2), dull, Friction(0.2, rolling=0.01))
+    start = State(((1.0 - r, 0.1),), ((0.0, 0.0),), frozenset(), ((0.1, 0.02),))
+    run = simulate(scene, start=start, solver="event-driven")
+    assert run.knots[0][:, 1].max() == pytest.approx(1.0 - r, abs=1e-10)
 
 
 def test_a_table_whose_pair_fails_takes_its_groups_apart() -> None:

@@ -323,7 +323,7 @@ class LiveState:
     def mean_of(self, path: Path, rest: float, vx: float, vy: float) -> Vector:
         """Return the mean velocity over a step of a ball whose path ends in ``rest`` s."""
         dt = self.dt
-        if rest > dt or is_piece(path):
+        if rest > dt or (rest > 0.0 and is_piece(path)):
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
         then = None if path.slows else self.surface.then(path)
         if then is not None and rest <= 0.0:
