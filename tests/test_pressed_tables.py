@@ -7,6 +7,7 @@ from typing import Any
 
 import pymunk
 import pytest
+from worlds import M, R
 
 from pool_pymunk import (
     Ball,
@@ -21,7 +22,6 @@ from pool_pymunk import (
 )
 from pool_pymunk.model import State
 from pool_pymunk.world import TableBall
-from tests.worlds import M, R
 
 SIZE = 0.4  # m; the side of the table
 STEPS = [1 / 30, 1 / 60, 1 / 240]
@@ -117,7 +117,7 @@ def test_a_ball_at_rest_that_its_roll_drives_into_a_cushion_stays_out_of_it() ->
 
 
 def test_a_table_whose_pair_fails_takes_its_groups_apart() -> None:
-    fails = []
+    fails: list[int] = []
 
     def pair(i: int, j: int) -> Any:
         if fails and 2 in (i, j):
