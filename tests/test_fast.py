@@ -659,7 +659,7 @@ def test_the_cache_goes_by_the_sources(
     monkeypatch.setenv(compiled.CACHE, str(tmp_path))
     before = compiled.cache_folder()
     source: Callable[[Any], str] = inspect.getsource
-    monkeypatch.setattr(inspect, "getsource", lambda m: source(m).replace("BARELY", "HARDLY"))
+    monkeypatch.setattr(inspect, "getsource", lambda m: source(m).replace("UNSEEN", "SEEN"))
     assert compiled.cache_folder() != before
 
 

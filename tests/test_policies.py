@@ -180,8 +180,8 @@ def test_balls_in_persistent_contact_hardly_sink(e: float, speed: float) -> None
 
 
 def test_the_figure_of_policies_is_the_same_when_asked_later() -> None:
-    """The run ends at its 30th event: its variants are compared with it up to there."""
-    run = exact(some_scene("hard", 5023), max_events=30)
+    """The run ends at its 40th event: its variants are compared with it up to there."""
+    run = exact(some_scene("hard", 5024), max_events=40)
     assert run.status == "max_events"
     assert replace(run, known_shift=None).policy_shift == run.policy_shift > 0.0
 

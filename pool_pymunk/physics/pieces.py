@@ -45,7 +45,7 @@ STAGES = (
 )
 SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 # A piece is short enough that two parabolas deviate from it by less than this share of a radius.
-DEVIATION = 1e-8
+DEVIATION = 4e-9
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-8  # of the largest speed of a group; a step errs by less, by its estimate
 FADED = 1e4  # A slip has faded that is not larger than this many times what is none.
