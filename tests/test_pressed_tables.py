@@ -117,11 +117,7 @@ def test_a_ball_at_rest_that_its_roll_drives_into_a_cushion_stays_out_of_it(r: f
 
 
 def test_a_table_whose_pair_fails_takes_its_groups_apart() -> None:
-<<<<<<< HEAD
-    fails: list[Any] = []
-=======
     fails: list[bool] = []
->>>>>>> help-docs
 
     def pair(i: int, j: int) -> Any:
         if fails and 2 in (i, j):
