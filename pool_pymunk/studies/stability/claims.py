@@ -95,12 +95,13 @@ def momentum_kept(trial: Trial) -> Measure:
 
 
 def inside(trial: Trial) -> Measure | None:
-    """Measure that no ball is beyond a cushion."""
+    """Measure that no ball is beyond a cushion by more than rounding, lateness, pressing explain."""
     if (table := trial.scene.table) is None:
         return None
     points, there = trial.run.at(trial.times)[0], trial.run.on_table(trial.times)
     depth = float(beyond(table, points, trial.radii)[there].max(initial=0.0))
     bound = OVERLAP * trial.smallest + CARE * trial.rounding + trial.late
+    bound = max(bound, DEVIATION * trial.smallest * (PERSISTENT in trial.run.policies))
     return Measure("inside", depth, bound, trial.smallest, "m", "a ball {} beyond a cushion")
 
 
