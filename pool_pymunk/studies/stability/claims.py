@@ -95,7 +95,7 @@ def momentum_kept(trial: Trial) -> Measure:
 
 
 def inside(trial: Trial) -> Measure | None:
-    """Measure that no ball is beyond a cushion by more than rounding, lateness, pressing explain."""
+    """Measure that no ball is beyond a cushion, by more than its errors and pieces explain."""
     if (table := trial.scene.table) is None:
         return None
     points, there = trial.run.at(trial.times)[0], trial.run.on_table(trial.times)
