@@ -198,14 +198,26 @@ class ContactEngine:
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], since, until, noise)
-        if t < math.inf and not self.groups.takes(hit, t):
+        if t < math.inf and not (self._may_press(hit, t) and self.groups.takes(hit, t)):
             self.push(t, hit)
+
+    def _may_press(self, hit: Hit, t: float) -> bool:
+        """Tell whether a hit at ``t`` (s) may be of sides that touch and are pressed, or of groups.
+
+        It is so soon then that its balls hardly move until it comes.
+        """
+        groups, speed = self.groups, self.speeds[hit.i]
+        if groups.of or groups.waits:
+            return True
+        if hit.kind == "pair" and self.speeds[hit.j] > speed:
+            speed = self.speeds[hit.j]
+        return not (t - self.now) * speed > decisions.SOON * self.radii[hit.i]
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
         hit = What("wall", i, wall)
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
-        if t < math.inf and self.groups.takes(hit, t):
+        if t < math.inf and self._may_press(hit, t) and self.groups.takes(hit, t):
             return math.inf
         if t < math.inf:
             self.push(t, hit)

@@ -17,7 +17,7 @@ from pool_pymunk.engine.recorder import Motions, Persisted
 from pool_pymunk.physics import pieces
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
-from pool_pymunk.physics.persistent import persists, pressing_of_balls, pressing_of_wall
+from pool_pymunk.physics.persistent import UNSEEN, persists, pressing_of_balls, pressing_of_wall
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import (
     BALL,
@@ -296,7 +296,24 @@ class Groups:
         """Look at contacts that were answered at this instant."""
         for hit in hits:
             self.note_hit(hit)
-            self.look_at(hit)
+            if self._may_persist(hit):
+                self.look_at(hit)
+
+    def _may_persist(self, hit: Hit) -> bool:
+        """Tell whether the strongest pressing could hold two sides that have just hit.
+
+        Sliding alone presses no ball on to a straight wall.
+        """
+        engine, own = self.engine, self.engine.paths[hit.i]
+        pull, radius = engine.surface.pull, engine.radii[hit.i] * self.wear(hit)
+        if hit.kind == "wall":
+            side = engine.walls[hit.j].nearest(own.x, own.y, engine.radii[hit.i])
+            return engine.surface.rolls or side.curvature(own.x, own.y) < 0.0 or not own.slows
+        other = engine.paths[hit.j]
+        dx, dy = other.x - own.x, other.y - own.y
+        parting = dx * (other.vx - own.vx) + dy * (other.vy - own.vy)
+        square = parting * parting / (dx * dx + dy * dy)
+        return parting <= 0.0 or square < 4.0 * pull * UNSEEN * radius
 
     # -- groups begin and end ------------------------------------------------------------------
 
@@ -350,10 +367,27 @@ class Groups:
 
     def absorb(self, hits: list[Hit]) -> bool:
         """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
-        if not all(self._is_faint(hit) for hit in hits):
+        if not all(self._may_be_faint(hit) and self._is_faint(hit) for hit in hits):
             return False
         self.begin(hits[0].i)
         return all(self.of.keys() >= set(hit.balls) or self.rubs(hit) for hit in hits)
+
+    def _may_be_faint(self, hit: Hit) -> bool:
+        """Tell whether the strongest pressing could hold two sides that close now."""
+        engine = self.engine
+        x, y, vx, vy = engine.motion(hit.i)
+        strongest = 2.0 * engine.surface.pull
+        if hit.kind == "wall":
+            side = engine.walls[hit.j].nearest(x, y, engine.radii[hit.i])
+            nx, ny = side.normal(x, y)
+            closing = vx * nx + vy * ny
+            strongest += abs(side.curvature(x, y)) * (vx * vx + vy * vy)
+        else:
+            bx, by, u, v = engine.motion(hit.j)
+            dx, dy = bx - x, by - y
+            closing = (dx * (vx - u) + dy * (vy - v)) / math.sqrt(dx * dx + dy * dy)
+        radius = engine.radii[hit.i] * self.wear(hit)
+        return closing * closing < 2.0 * strongest * UNSEEN * radius
 
     def _is_faint(self, hit: Hit) -> bool:
         """Tell whether two sides would bounce too low to be seen."""
