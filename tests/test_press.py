@@ -51,7 +51,7 @@ def some_scenes(count: int) -> Iterator[tuple[int, Scene]]:
             continue
 
 
-def pressing(run: PressRun) -> bool:
+def has_force(run: PressRun) -> bool:
     return any(force > 0.0 for force in run.strongest.values())
 
 
@@ -62,7 +62,7 @@ def pressing(run: PressRun) -> bool:
 @pytest.mark.seeded
 def test_random_scenes_end_where_the_reference_has_them() -> None:
     """No run is farther off than it says, and all but a few are near."""
-    count, pressed, far, unsaid = len(seeds(200)), 0, [], []
+    count, lasting, far, unsaid = len(seeds(200)), 0, [], []
     for seed, scene in some_scenes(200):
         try:
             expected = press_run(scene)
@@ -70,12 +70,12 @@ def test_random_scenes_end_where_the_reference_has_them() -> None:
             continue
         run = simulate(scene, solver="event-driven")
         off = farthest(ends_of(run), expected.final)
-        pressed += pressing(expected)
+        lasting += has_force(expected)
         if off > FAR and off > FAR * amplification(scene, expected.final):
             far.append(seed)
         if off > LEAST and off > run.policy_shift + run.rounding:
             unsaid.append(seed)
-    assert pressed > count / 4
+    assert lasting > count / 4
     assert max(len(far), len(unsaid)) <= math.ceil(OPEN * count), (far, unsaid)
 
 
