@@ -22,7 +22,9 @@ from pool_pymunk.solvers.request import request
 
 FAR = 1e-7  # m, times the amplification
 LEAST = 1e-10  # m; the reference's own accuracy
-OPEN = 0.02  # of the scenes: in them the order of hits on a group decides, and is not known
+# In so many of the scenes, balls with friction drive a ball on to two others in turn. Whether its
+# contacts persist is then asked of each contact alone, so bounces of up to 1e-3 s are left out.
+OPEN = 0.04
 SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
 # not grow at all.
@@ -51,7 +53,7 @@ def some_scenes(count: int) -> Iterator[tuple[int, Scene]]:
             continue
 
 
-def pressing(run: PressRun) -> bool:
+def has_force(run: PressRun) -> bool:
     return any(force > 0.0 for force in run.strongest.values())
 
 
@@ -62,7 +64,7 @@ def pressing(run: PressRun) -> bool:
 @pytest.mark.seeded
 def test_random_scenes_end_where_the_reference_has_them() -> None:
     """No run is farther off than it says, and all but a few are near."""
-    count, pressed, far, unsaid = len(seeds(200)), 0, [], []
+    forces, far, beyond = [], [], []
     for seed, scene in some_scenes(200):
         try:
             expected = press_run(scene)
@@ -70,13 +72,14 @@ def test_random_scenes_end_where_the_reference_has_them() -> None:
             continue
         run = simulate(scene, solver="event-driven")
         off = farthest(ends_of(run), expected.final)
-        pressed += pressing(expected)
+        forces.append(has_force(expected))
         if off > FAR and off > FAR * amplification(scene, expected.final):
             far.append(seed)
         if off > LEAST and off > run.policy_shift + run.rounding:
-            unsaid.append(seed)
-    assert pressed > count / 4
-    assert max(len(far), len(unsaid)) <= math.ceil(OPEN * count), (far, unsaid)
+            beyond.append(seed)
+    count = len(seeds(200))
+    assert sum(forces) > count / 4
+    assert max(len(far), len(beyond)) <= math.ceil(OPEN * count), (far, beyond)
 
 
 def scenes_on_file() -> list[Any]:
@@ -118,17 +121,25 @@ def test_energy_never_grows() -> None:
         assert np.diff(energy).max() <= GROWN * energy[0], seed
 
 
+def jump(run: Run) -> float:
+    """Return how much the momentum changes at an instant, as a share of all there may be."""
+    mass = np.array([ball.mass for ball in run.scene.balls])
+    t = breakpoints(run)[1:]
+    before, after = (mass @ run.at(times)[1] for times in (np.nextafter(t, 0.0), t))
+    fastest = math.hypot(*run.scene.balls[0].velocity)
+    return float(np.abs(after - before).max() / (mass.sum() * fastest))
+
+
 @pytest.mark.seeded
 def test_contacts_of_balls_do_not_change_the_momentum() -> None:
     """Only surface friction and cushions do; neither acts at one instant on an open plane."""
     for seed, run in some_runs():
-        if run.scene.table is not None:
-            continue
-        mass = np.array([ball.mass for ball in run.scene.balls])
-        t = breakpoints(run)[1:]
-        before, after = (mass @ run.at(times)[1] for times in (np.nextafter(t, 0.0), t))
-        fastest = math.hypot(*run.scene.balls[0].velocity)
-        assert np.abs(after - before).max() <= KEPT * mass.sum() * fastest, seed
+        assert run.scene.table is not None or jump(run) <= KEPT, seed
+
+
+def test_a_ball_that_pushes_a_group_gives_it_momentum_of_its_own() -> None:
+    """Three balls join; the first one has no part in the forces then."""
+    assert jump(play(press_scene(57))) <= 1e-8
 
 
 def deepest(run: Run) -> float:
