@@ -42,8 +42,9 @@ Totals = list[list[float]]
 # s; the first piece of a group is no longer, and the next ones are up to three times as long. Where
 # a contact has just opened it is shorter, because the gap is still narrower than pieces deviate.
 FIRST, OPENED = 5e-5, 1e-6
-# After this many changes of the mode at one instant a group has no forces for a moment.
-MOST_CHANGES = 100
+# After this many changes of the mode at one instant, or groups that begin at it for each ball, a
+# group has no forces for a moment.
+MOST_CHANGES = 50
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
 DEAD = Pair(1.0, 1.0, restitution=0.0, friction=0.0)  # What does not persist with it never does.
 NEVER = -math.inf, 0.0
@@ -160,6 +161,7 @@ class Groups:
         self.of: dict[int, Group] = {}
         self.persisted: dict[Hit, Persisted] = {}
         self.met: dict[int, tuple[float, int]] = {}
+        self.begun = (-math.inf, 0)  # when (s) groups began last, and how many of them
         self.waits: dict[Hit, float] = {}  # s; until then these contacts have no forces
         self.waited: dict[Hit, tuple[float, float]] = {}  # s; until when they had none, how long
         self.loose: dict[int, None] = {}  # balls of groups that were taken apart
@@ -333,7 +335,12 @@ class Groups:
         hits = [hit for hit in engine.touching((), (i,)) if self._stays(hit)]
         balls = sorted({i for hit in hits for i in hit.balls})
         self.release(balls)
-        if hits:
+        when, count = self.begun
+        self.begun = engine.now, count + 1 if when == engine.now else 1
+        if self.begun[1] > MOST_CHANGES * max(len(balls), 1):
+            for hit in hits:
+                self._wait(hit)
+        elif hits:
             group = Group(engine, hits, balls)
             self._join(group)
             begin(group.press, group.state)

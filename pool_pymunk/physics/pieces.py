@@ -12,8 +12,6 @@ from collections import namedtuple
 from typing import Any
 
 from pool_pymunk.physics.pressed import (
-    BALL,
-    FLAT,
     NEAR,
     REST,
     ROLL,
@@ -24,6 +22,7 @@ from pool_pymunk.physics.pressed import (
     look,
     opening,
     roll_into,
+    room,
     set_free,
     set_phases,
     sign,
@@ -257,21 +256,6 @@ def change(g: Any, s: Any, which: int) -> None:
     else:
         was, slip = g.into[k], sign(roll_into(g, s, k), g.small[0])
         g.into[k] = slip if was else (-1 if g.force[k][2] > 0.0 else 1)
-
-
-def room(g: Any, s: Any, k: int) -> float:
-    """Return how far (m) a ball is from the nearer end of the side that it touches."""
-    i, shape = 6 * g.one[k], g.shape[k]
-    if g.what[k] == BALL:
-        return math.inf
-    if g.what[k] == FLAT:
-        foot = s[i + 1] * shape[0] - s[i] * shape[1]
-        return float(min(foot - shape[3], shape[4] - foot))
-    if shape[6] >= math.pi:
-        return math.inf
-    x, y = s[i] - shape[0], s[i + 1] - shape[1]
-    turned = math.atan2(shape[4] * y - shape[5] * x, shape[4] * x + shape[5] * y)
-    return float(shape[3] * (shape[6] - abs(turned)))
 
 
 def fading(g: Any, s: Any, i: int) -> tuple[float, float]:

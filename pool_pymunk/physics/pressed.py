@@ -477,9 +477,36 @@ def sign(x: float, least: float) -> int:
 
 def touches(g: Any, s: Any, k: int) -> bool:
     """Tell whether two sides touch and do not part."""
-    if g.over[k] or gap_of(g, s, k) > NEAR * g.radius[g.one[k]]:
+    if g.over[k] or gap_of(g, s, k) > NEAR * g.radius[g.one[k]] or leaves(g, s, k):
         return False
     return bool(opening(g, s, k) <= 10.0 * g.small[0])
+
+
+def room(g: Any, s: Any, k: int) -> float:
+    """Return how far (m) a ball is from the nearer end of the side that it touches."""
+    i, shape = 6 * g.one[k], g.shape[k]
+    if g.what[k] == BALL:
+        return math.inf
+    if g.what[k] == FLAT:
+        foot = s[i + 1] * shape[0] - s[i] * shape[1]
+        return float(min(foot - shape[3], shape[4] - foot))
+    if shape[6] >= math.pi:
+        return math.inf
+    x, y = s[i] - shape[0], s[i + 1] - shape[1]
+    turned = math.atan2(shape[4] * y - shape[5] * x, shape[4] * x + shape[5] * y)
+    return float(shape[3] * (shape[6] - abs(turned)))
+
+
+def leaves(g: Any, s: Any, k: int) -> bool:
+    """Tell whether a ball at the end of a side moves on beyond it."""
+    p, near = 6 * g.one[k], NEAR * g.radius[g.one[k]]
+    left, speed = room(g, s, k), math.hypot(s[p + 2], s[p + 3])
+    if left > near or speed == 0.0:
+        return False
+    ahead = list(s)
+    ahead[p] += near / speed * s[p + 2]
+    ahead[p + 1] += near / speed * s[p + 3]
+    return room(g, ahead, k) < left
 
 
 def decide(g: Any, s: Any) -> bool:
