@@ -202,7 +202,7 @@ class ContactEngine:
             self.push(t, hit)
 
     def _may_press(self, hit: Hit, t: float) -> bool:
-        """Tell whether a hit at ``t`` (s) may be of sides that touch and are pressed, or of groups.
+        """Tell whether a hit at ``t`` (s) may be of sides that something holds together, or of groups.
 
         It is so soon then that its balls hardly move until it comes.
         """
