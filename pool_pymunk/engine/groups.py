@@ -122,6 +122,19 @@ class Group:
         self.state[:] = self.state_at(t, total)
         self.total[:] = total
 
+    def open(self, gap: float) -> None:
+        """Move the balls away from a wall that one of them touches, or from each other (m)."""
+        if gap == 0.0:
+            return
+        walls = [c.point for c in self.contacts if c.b == NO_BALL]
+        places = [self.of(i)[:2] for i in self.balls]
+        middle = [sum(place[k] for place in places) / len(places) for k in (0, 1)]
+        x, y = walls[0] if walls else middle
+        share = gap / (2.0 * min(self.press.radius))
+        for p in range(0, len(self.state), 6):
+            self.state[p] += share * (self.state[p] - x)
+            self.state[p + 1] += share * (self.state[p + 1] - y)
+
     def tangent(self, i: int, t: float) -> Path:
         """Return a path with the exact motion and acceleration of a ball at a time (s)."""
         press, p = self.press, 6 * self.number[i]
@@ -466,14 +479,20 @@ class Groups:
         else:
             self._rest(i, group)
 
-    def release(self, balls: Iterable[int]) -> None:
-        """Take the groups of some balls apart, at the present time."""
-        engine = self.engine
-        for group in {id(g): g for i in balls if (g := self.of.get(i)) is not None}.values():
+    def release(self, balls: Iterable[int], is_hit: bool = False) -> bool:
+        """Take the groups of some balls apart, at the present time; tell whether there were any.
+
+        A variant opens the gaps of a group that is hit: their order is unknown then.
+        """
+        engine, found = self.engine, {id(g): g for i in balls if (g := self.of.get(i)) is not None}
+        for group in found.values():
             group.cut(engine.now)
             self._note(group)
+            if is_hit:
+                group.open(engine.policy.gap())
             for i in group.balls:
                 self._let_go(i, group)
+        return bool(found)
 
     def _note(self, group: Group) -> None:
         """Note the impulses of a group's contacts up to now."""

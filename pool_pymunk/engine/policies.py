@@ -5,6 +5,7 @@ The engine asks its policy for errors, and does not know which one it is.
 
 from __future__ import annotations
 
+import math
 from random import Random
 from typing import NamedTuple
 
@@ -67,6 +68,10 @@ class RandomErrors:
         fastest, (vx, vy) = noise / NOISE, velocity
         return vx + self._error(fastest), vy + self._error(fastest)
 
+    def gap(self) -> float:
+        """Return how far (m) balls in persistent contact are apart when their group is hit."""
+        return 0.0
+
     def _error(self, number: float) -> float:
         """Return a random error of a number."""
         assert self.random is not None, "there is a seed"
@@ -77,9 +82,15 @@ class Kicks(RandomErrors):
     """These are larger errors of velocities alone: balls that a hit leaves together part later."""
 
     size = 1e-12
+    gaps = (1e-13, 4e-6)  # m; as wide as gaps at the start (solvers/frozen.py)
 
     def places(self, motions: Motions, now: float) -> Motions:
         return motions
+
+    def gap(self) -> float:
+        narrow, wide = map(math.log, self.gaps)
+        assert self.random is not None, "there is a seed"
+        return math.exp(self.random.uniform(narrow, wide))
 
 
 PLAIN = RandomErrors()
