@@ -14,8 +14,8 @@ NEVER_SETTLES = 1_000_000
 # comment says more, ends move by less than 3e-9 m (figures of warnings may change).
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide
 NEARLY_CLOSED = 16.0  # A gap up to this many times as wide as a closed one closes in a moment.
-# radii; balls that touch and press on each other meet sooner than they move so far, at up to 800 m/s
-# for balls of 3 cm that 1 m/s^2 presses. Faster ones hit each other, and then persist.
+# radii; balls that touch and press on each other meet sooner than they move so far. Balls of 3 cm
+# that 1 m/s^2 presses do so at up to 800 m/s; faster ones hit each other, and then persist.
 SOON = 0.01
 # After this many rounds of contacts at one instant, what touches is looked at once. With 1 or 6,
 # one end moves by up to 1e-6 m.
