@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from copy import copy
+from itertools import accumulate
+from operator import mul
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.due import Hit, What
@@ -51,6 +53,7 @@ NEVER = -math.inf, 0.0
 # Once a ball has had more than FEW hits, each less than AGO (s) after the one before, each further
 # one lets GROWTH times as much go unseen, for MOST hits at most.
 GROWTH, FEW, MOST, AGO = 1.3, 30, 50, 0.05
+WEAR = list(accumulate([GROWTH] * MOST, mul, initial=1.0))
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
 
 
@@ -244,7 +247,7 @@ class Groups:
     def wear(self, hit: Hit) -> float:
         """Return how many times as much as UNSEEN the bounces of this contact may be."""
         many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
-        return self.coarser * GROWTH ** min(max(many - FEW, 0), MOST)
+        return self.coarser * WEAR[min(max(many - FEW, 0), MOST)]
 
     def note_hit(self, hit: Hit) -> None:
         """Count a hit of its balls."""

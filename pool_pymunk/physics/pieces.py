@@ -359,10 +359,18 @@ def share_of(g: Any, s: Any, first: Any, h: float, error: float) -> float:
             jump = max(jump, abs(g.rate[p] - first[p]))
     deviates, share = jump * h * h / 324.0, math.inf
     if deviates > 0.0:
-        share = (DEVIATION * g.small[2] * min(g.radius) / deviates) ** (1.0 / 3.0)
+        share = root(DEVIATION * g.small[2] * min(g.radius) / deviates)
     if error > 0.0:
-        share = min(share, (ERROR / SLOW * g.small[2] * g.small[0] / error) ** 0.2)
+        share = min(share, root(ERROR / SLOW * g.small[2] * g.small[0] / error))
     return share
+
+
+def root(share: float) -> float:
+    """Return a root of a share of errors; square roots have the same bits on every machine.
+
+    Errors grow with the third and the fifth power of a step, so this is on the safe side below 1.
+    """
+    return math.sqrt(share) if share < 1.0 else math.sqrt(math.sqrt(share))
 
 
 def first_to_fall(g: Any, before: Any, after: Any) -> int:

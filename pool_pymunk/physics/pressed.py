@@ -44,12 +44,12 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # touched, its friction `mu`, and its `shape`: of two balls the sum of their radii (m); of a flat
 # wall its normal, the height of a touching ball's centre along it, and its ends along the tangent
 # (m); of a round one its center, 1 or -1 for balls that are outside or inside, the distance of the
-# centres (m), its middle direction, and half its angle. `unit` (kg) is that of its forces, in which
-# its own response is about 1. `over` tells whether its side has ended, and `on` whether it presses;
-# `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
-# holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
-# `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
-# linear system.
+# centres (m), and the directions of its ends, if it has any, counter-clockwise. `unit` (kg) is that
+# of its forces, in which its own response is about 1. `over` tells whether its side has ended, and
+# `on` whether it presses; `slides` and `into` have the signs of its slip and of the roll into a
+# cushion, 0 where friction holds them. `force` (N) has N, the friction along the tangent, and what
+# slows the roll. `normal`, `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown`
+# and `matrix` are the linear system.
 Press = namedtuple(
     "Press",
     "own pull drag rolls small mass radius phase stuck push rate one other what mu shape unit over "
@@ -432,7 +432,7 @@ def set_scale(g: Any, s: Any) -> None:
     strongest = max(g.pull, g.drag)
     for number in range(len(g.mass)):
         p = 6 * number
-        fastest = max(fastest, math.hypot(s[p + 2], s[p + 3]), math.hypot(s[p + 4], s[p + 5]))
+        fastest = max(fastest, size_of(s[p + 2], s[p + 3]), size_of(s[p + 4], s[p + 5]))
     look(g, s)
     for k in range(len(g.one)):
         strongest = max(strongest, abs(g.bend[k]) * g.slip[k] * g.slip[k])
@@ -458,9 +458,9 @@ def phase_of(g: Any, s: Any, i: int, least: float) -> int:
     vx, vy, wx, wy = s[p + 2], s[p + 3], s[p + 4], s[p + 5]
     if g.own is not None:
         return SLIP
-    if math.hypot(vx, vy) <= least and math.hypot(wx, wy) <= least:
+    if size_of(vx, vy) <= least and size_of(wx, wy) <= least:
         return REST
-    return ROLL if g.rolls and math.hypot(vx - wx, vy - wy) <= least else SLIP
+    return ROLL if g.rolls and size_of(vx - wx, vy - wy) <= least else SLIP
 
 
 def freshen(g: Any, s: Any, k: int) -> None:
@@ -468,6 +468,11 @@ def freshen(g: Any, s: Any, k: int) -> None:
     g.on[k] = True
     g.slides[k] = sign(g.slip[k], g.small[0]) if g.mu[k] > 0.0 else 0
     g.into[k] = sign(roll_into(g, s, k), g.small[0]) if wrings(g, k) else 0
+
+
+def size_of(x: float, y: float) -> float:
+    """Return the length of a vector; a square root has the same bits on every machine."""
+    return math.sqrt(x * x + y * y)
 
 
 def sign(x: float, least: float) -> int:
@@ -490,17 +495,19 @@ def room(g: Any, s: Any, k: int) -> float:
     if g.what[k] == FLAT:
         foot = s[i + 1] * shape[0] - s[i] * shape[1]
         return float(min(foot - shape[3], shape[4] - foot))
-    if shape[6] >= math.pi:
+    if len(shape) == 4:
         return math.inf
     x, y = s[i] - shape[0], s[i + 1] - shape[1]
-    turned = math.atan2(shape[4] * y - shape[5] * x, shape[4] * x + shape[5] * y)
-    return float(shape[3] * (shape[6] - abs(turned)))
+    fx, fy, lx, ly = shape[4:]
+    after, before = fx * y - fy * x, x * ly - y * lx
+    is_short = fx * ly - fy * lx >= 0.0  # at most half a turn
+    return float(min(after, before) if is_short else max(after, before))
 
 
 def leaves(g: Any, s: Any, k: int) -> bool:
     """Tell whether a ball at the end of a side moves on beyond it."""
     p, near = 6 * g.one[k], NEAR * g.radius[g.one[k]]
-    left, speed = room(g, s, k), math.hypot(s[p + 2], s[p + 3])
+    left, speed = room(g, s, k), size_of(s[p + 2], s[p + 3])
     if left > near or speed == 0.0:
         return False
     ahead = list(s)

@@ -466,17 +466,13 @@ def shape_of(side: Any, x: float, y: float, r: float) -> tuple[int, list[float]]
     """
     (nx, ny), bends = side.normal(x, y), side.curvature(x, y)
     if isinstance(side, Arc):
-        (ux, uy), (wx, wy) = side.first, side.last
-        half = math.atan2(ux * wy - uy * wx, ux * wx + uy * wy) / 2.0
-        half = half if half > 0.0 else half + math.pi
-        c, s = math.cos(half), math.sin(half)
-        middle = [ux * c - uy * s, uy * c + ux * s, half]
-        return ROUND, [*side.center, side.facing, side.radius + side.facing * r, *middle]
+        far = side.radius + side.facing * r
+        return ROUND, [*side.center, side.facing, far, *side.first, *side.last]
     if isinstance(side, RoundSide):
-        return ROUND, [*side.center, 1.0, side.radius + r, 1.0, 0.0, math.inf]
+        return ROUND, [*side.center, 1.0, side.radius + r]
     if bends != 0.0:
         center = x - nx / bends, y - ny / bends
-        return ROUND, [*center, math.copysign(1.0, bends), 1.0 / abs(bends), 1.0, 0.0, math.inf]
+        return ROUND, [*center, math.copysign(1.0, bends), 1.0 / abs(bends)]
     first, last, height = -math.inf, math.inf, x * nx + y * ny - side.gap(x, y, r)
     if isinstance(side, Face):
         last = side.start[1] * nx - side.start[0] * ny
