@@ -146,6 +146,7 @@ def test_an_atlas_for_one_map_has_what_this_map_shows(show: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.* shots were handed back")  # Their balls roll and press.
 @pytest.mark.parametrize("show", ["end", "hits"])
 def test_a_map_is_drawn_in_little_memory(show: str, tmp_path: Path) -> None:
     """What is kept of a pixel, its bytes in the picture, and twice those of the whole page."""
