@@ -29,7 +29,7 @@ SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
 # not grow at all.
 GROWN = 1e-8  # of the energy at the start
-KEPT = 1e-7  # of the momentum; slips of 1e-8 of the speed are none, once for each of some balls
+KEPT = 1e-6  # of the momentum; slips of 1e-8 of the speed are none, once for each of some balls
 SINKS = 1e-8  # radii
 SAME = 1e-9  # m, times the amplification
 
