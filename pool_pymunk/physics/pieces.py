@@ -43,7 +43,8 @@ STAGES = (
     (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
 )
 SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
-# A piece is short enough that two parabolas deviate from it by less than this share of a radius.
+# A piece is short enough that two parabolas deviate from it by less than this share of a radius. If
+# the acceleration changes by J in a piece of h (s), they deviate by J h^2 / 324.
 DEVIATION = 4e-9
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-8  # of the largest speed of a group; a step errs by less, by its estimate
@@ -294,7 +295,7 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
     while True:
         end, error = step(g, s, h, total)
         share = share_of(g, s, first, h, error)
-        if share >= 1.0:
+        if not share < 1.0:  # Numbers that are not finite end it, too.
             break
         longest = h = h * max(0.2, 0.9 * share)
         recall(g, first, forces)
@@ -304,10 +305,11 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
         return Piece(end, h, error, max(longest, h) * min(3.0, 0.9 * share), -1, False)
     t, which = time_of_fall(g, s, h, which, (before, first, forces), total)
     recall(g, first, forces)
-    if t > 0.0:
-        s, error = step(g, s, t, total)
-        lose(g, s, s)
-    return Piece(s, t, error if t > 0.0 else 0.0, longest, which, False)
+    if t == 0.0:
+        return Piece(s, 0.0, 0.0, longest, which, False)
+    end, error = step(g, s, t, total)
+    lose(g, s, end)
+    return Piece(end, t, error, longest, which, False)
 
 
 def time_of_fall(g: Any, s: Any, h: float, which: int, start: Any, total: Any) -> tuple[float, int]:
