@@ -41,6 +41,7 @@ Saved = tuple[list[complex], list[complex], list[complex], list[str]]  # places,
 REST, SLIP, ROLL = "rest", "slip", "roll"
 TOUCH = 1e-11  # m; gaps below are none where a force presses
 HERE = 1e-13  # m; gaps below are none where balls hit
+SUNK = 1e-9  # m; two sides never overlap by more
 SLOW = 1e-10  # m/s; slower closing and slip of a contact are none
 DONE = 1e-12  # m/s; slower slip of a ball is none
 KICK = 1e-11  # m/s; a ball sets off with it, so that it has a direction
@@ -157,6 +158,8 @@ class PressReference:
         raise Refused("too many steps")
 
     def _note(self) -> None:
+        if any(self._gap(c) < -SUNK and self._room(c) >= 0 for c in self.contacts):
+            raise ArithmeticError("the reference has let two sides sink in")
         speeds = zip(self.mass, self.v, self.w, strict=True)
         self.out.energy.append(sum(m * (abs(v) ** 2 / 2 + abs(w) ** 2 / 5) for m, v, w in speeds))
 
@@ -597,7 +600,7 @@ class PressReference:
         """Return where within the step a measure falls through zero, or a side ends or begins.
 
         A gap that is none at first is looked at from a moment on at which it is open. One that
-        never opens has closed at the end of the step.
+        never opens has closed where it is not yet seen to be negative.
         """
         below = BELOW.get(key[0], 10 * FIT)
         turn = -1 if key[0] == "end" and start < 0 else 1
@@ -612,7 +615,8 @@ class PressReference:
             opened = (step / 2**k for k in range(1, 50))
             low = next((dt for dt in opened if at(dt) > 2 * below), step)
             if low == step:
-                return step
+                closed = (step / 2**k for k in range(50))
+                return next((dt for dt in closed if at(dt) > -HERE), 0.0)
         ends = (low, step)
         return float(mp.findroot(at, ends, solver="illinois", tol=1e-17, maxsteps=40, verify=False))
 

@@ -47,7 +47,7 @@ SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1
 # the acceleration changes by J in a piece of h (s), they deviate by J h^2 / 324.
 DEVIATION = 4e-9
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
-ERROR = 1e-8  # of the largest speed of a group; a step errs by less, by its estimate
+ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
 FADED = 1e4  # A slip has faded that is not larger than this many times what is none.
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 
