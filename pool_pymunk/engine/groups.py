@@ -424,8 +424,7 @@ class Groups:
         So many contacts had a force ``before``.
         """
         if group.changes <= MOST_CHANGES and decide(group.press, group.state):
-            if sum(group.press.on) < before:
-                group.longest = OPENED
+            group.longest = OPENED if sum(group.press.on) < before else FIRST
             self._note(group)
             self._go_on_in_parts(group)
             return

@@ -46,6 +46,7 @@ SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1
 # A piece is short enough that two parabolas deviate from it by less than this share of a radius. If
 # the acceleration changes by J in a piece of h (s), they deviate by J h^2 / 324.
 DEVIATION = 4e-9
+GROWTH = 10.0  # A piece is at most so many times as long as the one before.
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
 FADED = 1e4  # A slip has faded that is not larger than this many times what is none.
@@ -291,18 +292,21 @@ def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
         if time < math.inf and size <= FADED * g.small[2] * g.small[0]:
             return Piece(s, 0.0, 0.0, longest, -1, True)
         fades = min(fades, time)
-    h = min(longest, (0.9 if 10.0 * fades > longest else 0.999) * fades)
+    h = min(longest, (0.6 if 10.0 * fades > longest else 0.999) * fades)
+    is_first = True
     while True:
         end, error = step(g, s, h, total)
         share = share_of(g, s, first, h, error)
         if not share < 1.0:  # Numbers that are not finite end it, too.
             break
         longest = h = h * max(0.2, 0.9 * share)
+        is_first = False
         recall(g, first, forces)
     which = first_to_fall(g, before, measures(g, end))
     if which < 0:
         lose(g, s, end)
-        return Piece(end, h, error, max(longest, h) * min(3.0, 0.9 * share), -1, False)
+        grows = min(GROWTH if is_first else 1.0, 0.9 * share)
+        return Piece(end, h, error, max(longest, h) * grows, -1, False)
     t, which = time_of_fall(g, s, h, which, (before, first, forces), total)
     recall(g, first, forces)
     if t == 0.0:
@@ -354,25 +358,23 @@ def recall(g: Any, rate: Any, forces: Any) -> None:
 
 
 def share_of(g: Any, s: Any, first: Any, h: float, error: float) -> float:
-    """Return how many times as long a step could be whose length is h (s)."""
+    """Return how many times as long a step could be whose length is h (s).
+
+    Square roots have the same bits on every machine. They are on the safe side: deviations grow
+    with the third power of a step, and errors with the fifth.
+    """
     jump = 0.0
     for p in range(len(s)):
         if p % 6 in (2, 3):
             jump = max(jump, abs(g.rate[p] - first[p]))
     deviates, share = jump * h * h / 324.0, math.inf
     if deviates > 0.0:
-        share = root(DEVIATION * g.small[2] * min(g.radius) / deviates)
+        share = DEVIATION * g.small[2] * min(g.radius) / deviates
+        share = math.sqrt(share) if share < 1.0 else math.sqrt(math.sqrt(share))
     if error > 0.0:
-        share = min(share, root(ERROR / SLOW * g.small[2] * g.small[0] / error))
+        most = ERROR / SLOW * g.small[2] * g.small[0]
+        share = min(share, math.sqrt(math.sqrt(most / error)))
     return share
-
-
-def root(share: float) -> float:
-    """Return a root of a share of errors; square roots have the same bits on every machine.
-
-    Errors grow with the third and the fifth power of a step, so this is on the safe side below 1.
-    """
-    return math.sqrt(share) if share < 1.0 else math.sqrt(math.sqrt(share))
 
 
 def first_to_fall(g: Any, before: Any, after: Any) -> int:
