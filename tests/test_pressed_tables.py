@@ -60,7 +60,7 @@ def settle(table: Billiards, dt: float = 1 / 60) -> dict[int, tuple[float, float
 
 def until_pressed(table: Billiards, dt: float = 1 / 60) -> None:
     """Step until a contact presses."""
-    while not table.engine.groups.of:
+    while not table.engine.groups.members:
         assert table.moving
         go(table, dt)
 
@@ -96,7 +96,7 @@ def test_a_state_of_a_contact_that_persists_goes_on_alike(
     untouched = settle(build(alone=alone), dt)
     table, states = build(alone=alone), []
     until_pressed(table, dt)
-    while table.engine.groups.of:
+    while table.engine.groups.members:
         states.append(table.save_state())
         go(table, dt)
     assert settle(table, dt) == untouched  # To look at balls changes nothing.
@@ -131,7 +131,7 @@ def test_a_table_whose_pair_fails_takes_its_groups_apart() -> None:
     fails.append(True)
     with pytest.raises(KeyError):
         settle(table)
-    assert not table.engine.groups.of
+    assert not table.engine.groups.members
     fails.clear()
     settle(table)
 

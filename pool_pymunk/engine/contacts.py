@@ -19,8 +19,8 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 
-from pool_pymunk.engine import decisions
-from pool_pymunk.engine.due import Due, Hit, Queue, What, hit_of
+from pool_pymunk.engine import decisions, groups
+from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
 from pool_pymunk.engine.instant import Cluster, Instant, velocities
 from pool_pymunk.engine.near import Near
@@ -44,6 +44,7 @@ from pool_pymunk.physics.path import (
     pair_time,
     sets_off,
 )
+from pool_pymunk.physics.pressed import Press
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import NO_ROLL, Surface
 
@@ -84,7 +85,7 @@ class ContactEngine:
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
         self.ends: list[float] = []  # the time (s) up to which each path's hits are found
         self.resolver = Resolver(law, self.noises)
-        self.groups = Groups(self)
+        self.groups, self.press = Groups(), Press()  # balls in persistent contact
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
@@ -106,6 +107,7 @@ class ContactEngine:
         self.ends.append(math.inf)
         self.speeds.append(0.0)
         self.noises.append(0.0)
+        self.groups.hold(i + 1, 0)
         if moves:
             self._begin(i, path)
         return i
@@ -118,23 +120,26 @@ class ContactEngine:
 
     def remove(self, i: int, at: Vector | None = None) -> None:
         """Take ball ``i`` off the table, and let it lie where it is, or ``at`` a place (m)."""
-        self.groups.release([i])
+        self.release(i)
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
         self.paths[i], self.speeds[i] = self.surface.path(self.now, at or (x, y), (0.0, 0.0)), 0.0
         self.rested[i] = self.now
         self.near.remove(i)
-        self.groups.loose.pop(i, None)
+        self.groups.loose[i] = 0
 
     def turn_back(self, t: float) -> None:
         """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
-        self.groups.clear()
+        for i in range(len(self.paths)):
+            self.release(i)
+        groups.forget(self.groups, len(self.paths))
+        self.groups.persisted.clear()
         self.now, self.instant = t, Instant()
         self.queue.clear()
 
     def set_off(self, i: int, path: Path) -> None:
         """Put ball ``i`` on a new path that somebody else gave it."""
-        self.groups.release([i])
+        self.release(i)
         self.lead(i, path)
 
     def lead(self, i: int, path: Path) -> None:
@@ -148,10 +153,9 @@ class ContactEngine:
 
     def predict(self, balls: Collection[int]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
-        groups, push = self.groups, self.push
-        if groups.loose:
-            balls = dict.fromkeys((*balls, *groups.loose))
-            groups.loose.clear()
+        push, leader = self.push, self.groups.leader
+        if self.groups.loosened:
+            balls = dict.fromkeys((*balls, *self.take_loose()))
         for i in balls:
             path, end = self.paths[i], math.inf
             if self.speeds[i] > 0.0 or path.moves:
@@ -161,10 +165,23 @@ class ContactEngine:
                         end = t
                 if end < math.inf:
                     end += decisions.nearly_now(self.radii[i], self.speeds[i])
-                elif path.end < math.inf and i not in groups.of:
+                elif path.end < math.inf and leader[i] < 0:
                     push(path.end, What("stop", i))
             self.path_ends[i] = end
         self._look_ahead(balls)
+
+    def loose(self) -> list[int]:
+        """Return the balls whose groups were taken apart, and which are not predicted yet."""
+        known = self.groups
+        return [i for i in known.out[: known.loosened] if known.loose[i]]
+
+    def take_loose(self) -> list[int]:
+        """Return the loose balls, and forget them."""
+        found, known = self.loose(), self.groups
+        for i in found:
+            known.loose[i] = 0
+        known.loosened = 0
+        return found
 
     def _look_ahead(self, balls: Collection[int]) -> None:
         """Predict which others these balls meet, up to the horizon of their paths."""
@@ -198,7 +215,7 @@ class ContactEngine:
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], since, until, noise)
-        if t < math.inf and not (self._may_press(hit, t) and self.groups.takes(hit, t)):
+        if t < math.inf and not (self._may_press(hit, t) and groups.takes(self, None, i, j, t)):
             self.push(t, hit)
 
     def _may_press(self, hit: Hit, t: float) -> bool:
@@ -206,8 +223,8 @@ class ContactEngine:
 
         It is so soon then that its balls hardly move until it comes.
         """
-        groups, speed = self.groups, self.speeds[hit.i]
-        if groups.of or groups.waits:
+        speed = self.speeds[hit.i]
+        if self.groups.members or self.groups.waits:
             return True
         if hit.kind == "pair" and self.speeds[hit.j] > speed:
             speed = self.speeds[hit.j]
@@ -217,7 +234,7 @@ class ContactEngine:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
         hit = What("wall", i, wall)
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
-        if t < math.inf and self._may_press(hit, t) and self.groups.takes(hit, t):
+        if t < math.inf and self._may_press(hit, t) and groups.takes(self, None, i, -1 - wall, t):
             return math.inf
         if t < math.inf:
             self.push(t, hit)
@@ -249,19 +266,20 @@ class ContactEngine:
             self._end(what.i, path)
             return
         if what.kind == "piece":
-            self.groups.go_on(what.i)
+            groups.go_on(self, None, what.i)
             return
         if what.kind == "press":
-            self.groups.begin(what.i)
+            self.queue.presses.pop((what.i, t), None)
+            groups.begin_at(self, None, what.i)
             return
         latest = self._latest(what)
         is_alone = not self.queue or self.queue[0][0] > latest
         hits = [what] if is_alone else sorted([what, *self._at_this_instant(what, latest)])
         if not is_alone or what.kind == "wall":
             hits = self._pocket(hits)
-        if hits and not self.groups.absorb(hits):
+        if hits and not self._absorb(hits):
             self._answer(hits)
-        elif self.groups.loose:  # A pocket has taken a ball out of a group.
+        elif self.groups.loosened:  # A pocket has taken a ball out of a group.
             self.predict(())
 
     def _end(self, i: int, path: Path) -> None:
@@ -319,6 +337,61 @@ class ContactEngine:
         met = self.instant.met
         self.instant.met = {hit: None for hit in met if gone.keys().isdisjoint(hit.balls)}
         return [hit for hit in hits if gone.keys().isdisjoint(hit.balls)]
+
+    # -- persistent contacts -------------------------------------------------------------------
+
+    def state_of(self, i: int) -> list[float]:
+        """Return x, y (m), vx, vy, wx, wy (m/s) of a ball now."""
+        leader, press = self.groups.leader[i], self.press
+        if leader < 0:
+            path = self.paths[i]
+            return [*motion_at(path, self.now), *self.surface.roll(path, self.now)]
+        groups.find_state(self, leader, self.now)
+        p = 6 * self.groups.local[i]
+        return press.end[p : p + 6]
+
+    def presses(self, hit: Hit) -> bool:
+        """Tell whether a contact has a force now."""
+        k = groups.contact_of(self.groups, *ends_of(hit))
+        return k >= 0 and bool(self.groups.on[k])
+
+    def release(self, i: int, gap: float = 0.0) -> bool:
+        """Take the group of a ball apart; tell whether there was one."""
+        return self.groups.members > 0 and groups.release(self, i, gap)
+
+    def _take_apart(self, hits: Iterable[Hit]) -> bool:
+        """Take groups apart that are hit; tell whether there were any."""
+        gap, found = self.policy.gap(), False
+        for hit in hits:
+            for i in hit.balls:
+                found |= self.release(i, gap)
+        return found
+
+    def _absorb(self, hits: list[Hit]) -> bool:
+        """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
+        if not all(groups.is_faint(self, None, *ends_of(hit)) for hit in hits):
+            return False
+        groups.begin_at(self, None, hits[0].i)
+        return all(groups.is_absorbed(self, None, *ends_of(hit)) for hit in hits)
+
+    def _look_after(self, hits: Iterable[Hit]) -> None:
+        """Look whether contacts persist that were answered at this instant."""
+        for hit in hits:
+            groups.look_after(self, None, *ends_of(hit))
+
+    def tell(self, hit: Hit) -> None:
+        """Tell the recorder about a persistent contact that is over."""
+        if hit in self.groups.persisted:
+            self.recorder.persistent(self.groups.persisted.pop(hit))
+
+    def tell_all(self) -> None:
+        """Tell the recorder about all persistent contacts, because the run is over now."""
+        for i, leader in enumerate(self.groups.leader[: len(self.paths)]):
+            if i == leader:
+                groups.find_state(self, i, self.now)
+                groups.note_impulses(self, self.groups.began[i])
+        for hit in list(self.groups.persisted):
+            self.tell(hit)
 
     # -- contacts --------------------------------------------------------------------------------
 
@@ -403,9 +476,7 @@ class ContactEngine:
 
     def _answer(self, hits: Collection[Hit]) -> None:
         """Answer the contacts of this instant, and predict what follows from them."""
-        if self.groups.of and self.groups.release(
-            [i for hit in hits for i in hit.balls], is_hit=True
-        ):
+        if self.groups.members and self._take_apart(hits):
             self.recorder.order_unknown(self.now)
         motions, contacts = self.contacts(hits)
         before = velocities(motions)
@@ -418,7 +489,7 @@ class ContactEngine:
         resolution = self.resolver.resolve(contacts, before)
         self._carry_out(resolution, motions)
         self.predict(resolution.velocity)
-        self.groups.look(hits)
+        self._look_after(hits)
 
     def _add_round(self, hits: Iterable[Hit], before: Mapping[int, Vector]) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""
@@ -454,7 +525,7 @@ class ContactEngine:
         self.instant.rounds = 0
         self.instant.met.clear()
         self.predict(cluster.changed)
-        self.groups.look(hits)
+        self._look_after(hits)
 
     # -- what follows ----------------------------------------------------------------------------
 

@@ -44,6 +44,11 @@ def hit_of(i: int, j: int) -> Hit:
     return What("wall", i, -1 - j) if j < 0 else What("pair", min(i, j), max(i, j))
 
 
+def ends_of(hit: Hit) -> tuple[int, int]:
+    """Return the ball of a hit, and the other one, or -1 - the number of the wall."""
+    return (hit.i, -1 - hit.j) if hit.kind == "wall" else (hit.i, hit.j)
+
+
 class Queue(list[Due]):
     """A queue is a heap of what is due on the present ``paths`` of the balls."""
 
@@ -51,6 +56,7 @@ class Queue(list[Due]):
         super().__init__()
         self.paths = paths
         self.pushed = 0
+        self.presses: dict[tuple[int, float], Path] = {}  # A ball is to press once at a time.
         self.full = SHORT  # From this length on, what is void leaves the queue.
 
     def push(self, t: float, what: What) -> None:
@@ -61,10 +67,14 @@ class Queue(list[Due]):
         order = self.pushed
         if kind == "pair":
             other = self.paths[j]
-        elif kind == "stop" or kind == "piece":
+        elif kind == "stop":
             order -= ENDS_FIRST
+        elif kind == "piece":
+            order = i - ENDS_FIRST
         elif kind == "press":
-            order += ENDS_FIRST
+            if self.presses.get((i, t)) is path:
+                return
+            self.presses[i, t], order = path, i + ENDS_FIRST
         heappush(self, (t, order, what, path, other))
         if len(self) > self.full:
             self._leave_out_void()
@@ -87,6 +97,9 @@ class Queue(list[Due]):
     def _leave_out_void(self) -> None:
         """Leave out void and double predictions; then the queue may double its length."""
         first = dict[tuple[float, What], Due]()
+        self.presses = {
+            key: path for key, path in self.presses.items() if self.paths[key[0]] is path
+        }
         for due in self.take_until(math.inf):
             first.setdefault((due[0], due[2]), due)
         self[:] = first.values()  # What is sorted is a heap.

@@ -1,637 +1,898 @@
 """Groups of balls in persistent contact move in pieces, by the forces that keep their gaps closed.
 
-The engine gives each ball of a group two short paths for a piece. What ends the piece is due like
-the end of any path: a force, a slip or a speed falls to zero, or a side ends. A hit on a ball of a
-group takes the group apart; what presses after it is a group again.
+Each ball of a group gets two short paths for a piece. What ends the piece is due like the end of
+any path: a force, a slip or a speed falls to zero, or a side ends. A hit on a ball of a group takes
+the group apart; what presses after it is a group again.
+
+The functions are loops over the numbers of :class:`Groups`, in lists or in arrays. They ask those
+who play them, ``w``, only by the functions of :mod:`pool_pymunk.engine.asked`. A contact is a ball
+and its ``other`` one, or -1 - the number of a wall.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from copy import copy
 from itertools import accumulate
 from operator import mul
-from typing import TYPE_CHECKING
+from typing import Any
 
-from pool_pymunk.engine.due import Hit, What
-from pool_pymunk.engine.recorder import Motions, Persisted
-from pool_pymunk.physics import pieces
-from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
-from pool_pymunk.physics.path import Path, motion_at, standing
+from pool_pymunk.engine.asked import (
+    begins_to_rest,
+    begins_to_roll,
+    coefficients,
+    count_piece,
+    facing,
+    find_touching,
+    follower,
+    gap_between,
+    has_room,
+    has_room_to_wait,
+    is_closed,
+    is_pocket,
+    lead,
+    mass_of,
+    motion,
+    moves_on,
+    next_place,
+    noise_of,
+    note_impulse,
+    open_gaps,
+    path_from,
+    path_of,
+    predict_loose,
+    pull_and_drag,
+    push_piece,
+    push_press,
+    radius_of,
+    read_shape,
+    roll_of,
+    rolls,
+)
+from pool_pymunk.engine.due import Hit
+from pool_pymunk.engine.recorder import Persisted
+from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.persistent import UNSEEN, persists, pressing_of_balls, pressing_of_wall
-from pool_pymunk.physics.pieces import Piece
+from pool_pymunk.physics.pieces import (
+    DEVIATION,
+    Piece,
+    change,
+    clear_total,
+    close,
+    halves,
+    join,
+    moves,
+    piece_of,
+    settle,
+    step,
+)
 from pool_pymunk.physics.pressed import (
-    BALL,
     NEAR,
     REST,
     ROLL,
-    begin,
     decide,
     find_forces,
+    find_units,
+    guess,
+    lengths,
     opening,
-    press_of,
+    rows_of,
     set_scale,
 )
-from pool_pymunk.physics.pressed import part_of as part_of_press
-from pool_pymunk.physics.sides import shape_of
 
-if TYPE_CHECKING:
-    from pool_pymunk.engine.contacts import ContactEngine
-
-Totals = list[list[float]]
-
-# s; the first piece of a group is no longer, and the next ones are up to three times as long. Where
-# a contact has just opened it is shorter, because the gap is still narrower than pieces deviate.
+# s; the first piece of a mode is no longer. Where a contact has just opened it is shorter, because
+# the gap is still narrower than pieces deviate.
 FIRST, OPENED = 5e-5, 1e-6
 # After this many changes of the mode at one instant, or groups that begin at it for each ball, a
 # group has no forces for a moment.
 MOST_CHANGES = 50
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
-DEAD = Pair(1.0, 1.0, restitution=0.0, friction=0.0)  # What does not persist with it never does.
-NEVER = -math.inf, 0.0
 # Once a ball has had more than FEW hits, each less than AGO (s) after the one before, each further
 # one lets GROWTH times as much go unseen, for MOST hits at most.
 GROWTH, FEW, MOST, AGO = 1.3, 30, 50, 0.05
-WEAR = list(accumulate([GROWTH] * MOST, mul, initial=1.0))
+WEAR = tuple(accumulate([GROWTH] * MOST, mul, initial=1.0))
 SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
+NONE = -1  # stands for no ball, no contact
 
-
-class Group:
-    """A group is the balls that contacts in persistent contact join, and plays them in pieces."""
-
-    def __init__(self, engine: ContactEngine, hits: Sequence[Hit], balls: Sequence[int]) -> None:
-        self.hits, self.balls = list(hits), list(balls)
-        self.number = {i: k for k, i in enumerate(balls)}
-        self.state: list[float] = []
-        for i in balls:
-            self.state += engine.groups.state_of(i)
-        motions: Motions = {}
-        for i in balls:
-            x, y, vx, vy, _, _ = self.of(i)
-            motions[i] = x, y, vx, vy
-        self.contacts = [engine.contact(hit, motions) for hit in hits]
-        rows = [self._row(engine, *pair) for pair in zip(hits, self.contacts, strict=True)]
-        masses, radii = ([of[i] for i in self.balls] for of in (engine.masses, engine.radii))
-        self.press = press_of(engine.surface, masses, radii, rows)
-        self.press.small[2] = engine.groups.coarser
-        self.total = [[0.0] * 3 for _ in hits]
-        self.began, self.changes, self.longest = engine.now, 0, FIRST
-        self.piece = Piece(self.state, 0.0, 0.0, FIRST, -1, False)
-
-    def of(self, i: int) -> list[float]:
-        """Return x, y (m), vx, vy, wx, wy (m/s) of a ball at the beginning of the piece."""
-        p = 6 * self.number[i]
-        return self.state[p : p + 6]
-
-    def _row(self, engine: ContactEngine, hit: Hit, contact: Contact) -> tuple[object, ...]:
-        """Return what a press takes of a contact."""
-        i, mu = self.number[contact.a], contact.pair.friction
-        if contact.b != NO_BALL:
-            touching = engine.radii[contact.a] + engine.radii[contact.b]
-            return i, self.number[contact.b], BALL, mu, [touching]
-        (x, y), r = self.of(contact.a)[:2], engine.radii[contact.a]
-        what, shape = shape_of(engine.walls[hit.j].nearest(x, y, r), x, y, r)
-        return i, -1, what, mu, shape
-
-    @property
-    def end(self) -> float:
-        """The time (s) at which the present piece ends."""
-        return self.began + float(self.piece.time)
-
-    def is_on(self, hit: Hit) -> bool:
-        """Tell whether a contact presses."""
-        return hit in self.hits and bool(self.press.on[self.hits.index(hit)])
-
-    def state_at(self, t: float, total: Totals | None = None) -> list[float]:
-        """Return the state at a time (s) within the piece; ``total`` becomes the impulses."""
-        total = [[0.0] * 3 for _ in self.hits] if total is None else total
-        if t >= self.end:
-            total[:] = self.total
-            return list(self.piece.end)
-        if t <= self.began:
-            total[:] = [[0.0] * 3 for _ in self.hits]
-            return list(self.state)
-        press = self.press
-        rate, forces = list(press.rate), [list(force) for force in press.force]
-        find_forces(press, self.state)
-        state, _ = pieces.step(press, self.state, t - self.began, total)
-        pieces.recall(press, rate, forces)
-        return list(state)
-
-    def cut(self, t: float) -> None:
-        """End the piece at a time (s); its impulses are those until then."""
-        total = [[0.0] * 3 for _ in self.hits]
-        self.state[:] = self.state_at(t, total)
-        self.total[:] = total
-
-    def open(self, gap: float) -> None:
-        """Move the balls away from a wall that one of them touches, or from each other (m)."""
-        if gap == 0.0:
-            return
-        walls = [c.point for c in self.contacts if c.b == NO_BALL]
-        places = [self.of(i)[:2] for i in self.balls]
-        middle = [sum(place[k] for place in places) / len(places) for k in (0, 1)]
-        x, y = walls[0] if walls else middle
-        share = gap / (2.0 * min(self.press.radius))
-        for p in range(0, len(self.state), 6):
-            self.state[p] += share * (self.state[p] - x)
-            self.state[p + 1] += share * (self.state[p + 1] - y)
-
-    def tangent(self, i: int, t: float) -> Path:
-        """Return a path with the exact motion and acceleration of a ball at a time (s)."""
-        press, p = self.press, 6 * self.number[i]
-        rate, forces = list(press.rate), [list(force) for force in press.force]
-        s = self.state_at(t)
-        find_forces(press, s)
-        x, y, vx, vy, wx, wy = s[p : p + 6]
-        ax, ay = press.rate[p + 2 : p + 4]
-        pieces.recall(press, rate, forces)
-        return Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
-
-    def path(self, i: int, is_second: bool) -> Path | None:
-        """Return the path of a ball in a half of the piece; None for one that rests."""
-        k, s, end, h = self.number[i], self.state, self.piece.end, self.piece.time
-        if self.press.phase[k] == REST:
-            return None
-        p, middle = 6 * k, h / 2.0
-        x, y, vx, vy, wx, wy = s[p : p + 6]
-        ax, ay, bx, by = pieces.halves(self.press, s, end, h, k)
-        if not is_second:
-            return Path(self.began, x, y, vx, vy, ax, ay, self.began + middle, False, wx, wy)
-        x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
-        vx, vy = vx + middle * ax, vy + middle * ay
-        if self.press.phase[k] == ROLL:
-            wx, wy = vx, vy
-        else:
-            wx, wy = (wx + end[p + 4]) / 2.0, (wy + end[p + 5]) / 2.0
-        return Path(self.began + middle, x, y, vx, vy, bx, by, self.end, False, wx, wy)
+# What groups have by ball N and by contact C. A ball's `leader` is the first ball of its group, or
+# -1; the `next` ones follow from there, and `contact` begins the list of the leader's contacts.
+# `state`, `phase` and `stuck` are those at the beginning of a piece (physics/pressed.py), `end` is
+# its end. The leader has what the group has: when its piece `began`, its length `span`, how long
+# the `longest` and the one `after` may be (s), what ends it (`fell`, `faded`), the `changes` of
+# mode at one instant, and its tolerances (`small`). A ball has had `many` hits, the last at `hit_t`
+# (s); it is `loose` if its group was taken apart, and `pressed` until when it has asked to press.
+# `wait` has contacts without forces (ball, other) `until` a time (s), of a moment `length` (s).
+FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
+    "leader": (int, ("N",)), "next": (int, ("N",)), "contact": (int, ("N",)),
+    "state": (float, ("N", 6)), "end": (float, ("N", 6)), "phase": (int, ("N",)),
+    "stuck": (int, ("N",)), "began": (float, ("N",)), "span": (float, ("N",)),
+    "longest": (float, ("N",)), "after": (float, ("N",)), "fell": (int, ("N",)),
+    "faded": (int, ("N",)), "changes": (int, ("N",)), "small": (float, ("N", 3)),
+    "hit_t": (float, ("N",)), "many": (int, ("N",)), "loose": (int, ("N",)), "todo": (int, ("N",)),
+    "local": (int, ("N",)), "first": (int, ("N",)), "joined": (int, ("N",)), "out": (int, ("N",)),
+    "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)),
+    "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
+    "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
+    "what": (int, ("C",)), "mu": (float, ("C",)), "shape": (float, ("C", 8)),
+    "total": (float, ("C", 3)), "hit": (int, ("C", 2)),
+    "wait": (int, ("C", 2)), "until": (float, ("C",)), "ended": (float, ("C",)),
+    "length": (float, ("C",)),
+}  # fmt: skip
 
 
 class Groups:
-    """These are the groups of an engine."""
+    """These are the groups of an engine, in lists; ``persisted`` has their contacts so far."""
 
-    def __init__(self, engine: ContactEngine) -> None:
-        self.engine = engine
+    def __init__(self) -> None:
         self.coarser = 1.0  # so many times as much is left out
-        self.of: dict[int, Group] = {}
+        self.members = self.loosened = self.waits = self.hits = self.todos = self.begun = 0
+        self.used, self.free, self.begun_t = 0, NONE, -math.inf
+        self.room = 0, 0
         self.persisted: dict[Hit, Persisted] = {}
-        self.met: dict[int, tuple[float, int]] = {}
-        self.begun = (-math.inf, 0)  # when (s) groups began last, and how many of them
-        self.waits: dict[Hit, float] = {}  # s; until then these contacts have no forces
-        self.waited: dict[Hit, tuple[float, float]] = {}  # s; until when they had none, how long
-        self.loose: dict[int, None] = {}  # balls of groups that were taken apart
 
-    # -- what the engine asks ----------------------------------------------------------------------
+    def hold(self, balls: int, contacts: int) -> None:
+        """Have room for so many balls and contacts."""
+        n, c = self.room
+        if balls <= n and contacts <= c:
+            return
+        more = max(balls, 2 * n) - n if balls > n else 0, max(contacts, 2 * c) - c
+        self.room = n + more[0], c + more[1]
+        for name, (kind, shape) in FORM.items():
+            setattr(self, name, [*getattr(self, name, ()), *rows_of(kind, lengths(shape, *more))])
+        for i in range(n, n + more[0]):
+            forget_ball(self, i)
 
-    def state_of(self, i: int) -> list[float]:
-        """Return x, y (m), vx, vy, wx, wy (m/s) of a ball now."""
-        engine, group = self.engine, self.of.get(i)
-        if group is not None:
-            p = 6 * group.number[i]
-            return group.state_at(engine.now)[p : p + 6]
-        path = engine.paths[i]
-        return [*motion_at(path, engine.now), *engine.surface.roll(path, engine.now)]
 
-    def takes(self, hit: Hit, t: float) -> bool:
-        """Tell whether a hit at ``t`` (s) is no hit: a contact persists, or is predicted later."""
-        groups = [self.of[i] for i in hit.balls if i in self.of]
-        if any(group.is_on(hit) or self._is_idle(hit, group) for group in groups):
-            return True
-        if (until := self.waits.get(hit, -math.inf)) > self.engine.now:
-            self.engine.push(until, What("press", hit.i))
-            return True
-        return self.look_at(hit) or self.cuts(hit, t) or (t <= self.engine.now and self.rubs(hit))
+def forget(r: Any, balls: int) -> None:
+    """Forget all groups, and what has been until now."""
+    r.members = r.loosened = r.waits = r.hits = r.todos = r.begun = r.used = 0
+    r.free, r.begun_t = NONE, -math.inf
+    for i in range(balls):
+        forget_ball(r, i)
 
-    def persists_now(self, hit: Hit, motions: Motions) -> bool:
-        """Tell whether two sides are in persistent contact from now on, by their present paths.
 
-        The pair is asked only where its restitution matters.
-        """
-        engine = self.engine
-        contact = engine.contact(hit, motions, DEAD)
-        parting = -closing_speed(contact, self._velocities(contact))
-        noise = engine.noise(contact.balls)
-        if parting < -noise:
-            return False
-        return self._persists(hit, motions, parting if parting > noise else 0.0)
+def forget_ball(r: Any, i: int) -> None:
+    """Forget what ball ``i`` was part of."""
+    r.leader[i], r.loose[i], r.many[i], r.hit_t[i] = NONE, 0, 0, -math.inf
 
-    def _persists(self, hit: Hit, motions: Motions, parting: float) -> bool:
-        """Tell whether two sides that part at this speed (m/s) stay in contact, to the eye.
 
-        What presses them now presses them at the end of a slip, too, if it ends before the bounces.
-        """
-        engine, contact, now = self.engine, self.engine.contact(hit, motions, DEAD), self.engine.now
-        paths = [self._path(i) for i in contact.balls]
-        pressing = pressing_of(contact, paths, now)
-        radius = min(engine.radii[i] for i in contact.balls) * self.wear(hit)
-        if parting <= 0.0 or not persists(parting, pressing, DEAD.restitution, radius):
-            return parting <= 0.0 < pressing
-        e = engine.contact(hit, motions).pair.restitution
-        if not persists(parting, pressing, e, radius):
-            return False
-        bounces = 2.0 * parting / (pressing * (1.0 - e))
-        soonest = min(path.end if not path.slows else math.inf for path in paths)
-        if soonest >= now + bounces or any(i in self.of for i in contact.balls):
-            return True
-        then = [engine.surface.then(path) if path.end == soonest else path for path in paths]
-        later = [
-            path or standing(soonest, old.x, old.y) for path, old in zip(then, paths, strict=True)
-        ]
-        goes = {
-            i: motion_at(path, soonest)[2:] for i, path in zip(contact.balls, later, strict=True)
-        }
-        parting = max(-closing_speed(contact, goes), 0.0)
-        return persists(parting, pressing_of(contact, later, soonest), e, radius)
+# -- what is asked before a hit --------------------------------------------------------------------
 
-    def wear(self, hit: Hit) -> float:
-        """Return how many times as much as UNSEEN the bounces of this contact may be."""
-        many = max(self.met.get(i, (0.0, 0))[1] for i in hit.balls)
-        return self.coarser * WEAR[min(max(many - FEW, 0), MOST)]
 
-    def note_hit(self, hit: Hit) -> None:
-        """Count a hit of its balls."""
-        now = self.engine.now
-        for i in hit.balls:
-            t, many = self.met.get(i, (-math.inf, 0))
-            self.met[i] = (now, many + 1 if now - t < AGO else 1)
+def takes(w: Any, sides: Any, i: int, other: int, t: float) -> bool:
+    """Tell whether a hit at ``t`` (s) is no hit: a contact persists, or is predicted later."""
+    k = contact_of(w.groups, i, other)
+    if k != NONE and (w.groups.on[k] or is_idle(w, sides, i, other)):
+        return True
+    m = wait_of(w.groups, i, other)
+    if m != NONE and w.groups.until[m] > w.now:
+        push_press(w, i, w.groups.until[m])
+        return True
+    if look_at(w, sides, i, other) or cuts(w, i, other, t):
+        return True
+    return t <= w.now and rubs(w, sides, i, other)
 
-    def _path(self, i: int) -> Path:
-        """Return a path with the exact motion of a ball now; those of groups are mean ones."""
-        group, engine = self.of.get(i), self.engine
-        return engine.paths[i] if group is None else group.tangent(i, engine.now)
 
-    def rubs(self, hit: Hit) -> bool:
-        """Tell whether two sides that touch close no faster than rounding explains."""
-        engine = self.engine
-        motions = engine.motions([hit])
-        contact = engine.contact(hit, motions, DEAD)
-        closing = closing_speed(contact, self._velocities(contact))
-        return engine.is_closed(hit, motions) and closing <= engine.noise(contact.balls)
+def contact_of(r: Any, i: int, other: int) -> int:
+    """Return the contact of a ball and another one or a wall in their group, or -1."""
+    k = r.contact[r.leader[i]] if r.leader[i] != NONE else NONE
+    while k != NONE and (r.one[k] != i or r.other[k] != other):
+        k = r.following[k]
+    return int(k)
 
-    def _velocities(self, contact: Contact) -> dict[int, Vector]:
-        motions = {i: self.engine.motion(i) for i in contact.balls}
-        return {i: (vx, vy) for i, (_, _, vx, vy) in motions.items()}
 
-    def look_at(self, hit: Hit) -> bool:
-        """Look whether two sides touch that persist from now on: a group begins at this instant."""
-        engine = self.engine
-        if hit.kind == "wall" and engine.walls[hit.j].is_pocket:
-            return False
-        motions = engine.motions([hit])
-        if engine.is_closed(hit, motions) and self.persists_now(hit, motions):
-            engine.push(engine.now, What("press", hit.i))
-            return True
+def wait_of(r: Any, i: int, other: int) -> int:
+    """Return the number of the wait of a contact, or -1."""
+    for m in range(r.waits):
+        if r.wait[m][0] == i and r.wait[m][1] == other:
+            return m
+    return NONE
+
+
+def look_at(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Look whether two sides touch that persist from now on: a group begins at this instant."""
+    if is_pocket(w, sides, other) or not is_closed(w, sides, i, other):
         return False
-
-    def _is_idle(self, hit: Hit, group: Group) -> bool:
-        """Tell whether two sides of a group touch, but have no force and do not visibly move."""
-        if hit not in group.hits:
-            return False
-        engine = self.engine
-        motions = engine.motions([hit])
-        contact = engine.contact(hit, motions)
-        speed = closing_speed(contact, self._velocities(contact))
-        radius = min(engine.radii[i] for i in contact.balls)
-        still = STILL * math.sqrt(engine.surface.pull * radius)
-        return abs(speed) <= still and abs(engine.gap(hit, motions)) <= NEAR * radius
-
-    def cuts(self, hit: Hit, t: float) -> bool:
-        """Cut the pieces of balls that are to hit at ``t`` (s) shortly before that.
-
-        Within a piece places are off by its deviation; at the beginning of the next one they are
-        not.
-        """
-        engine, is_cut = self.engine, False
-        for i in hit.balls:
-            wait = t - engine.now
-            if i in self.of and wait > 2.0 * SHORTLY * self.of[i].piece.time:
-                engine.push(t - SHORTLY * wait, What("piece", i))
-                is_cut = True
-        return is_cut
-
-    def look(self, hits: Iterable[Hit]) -> None:
-        """Look at contacts that were answered at this instant."""
-        for hit in hits:
-            self.note_hit(hit)
-            if self._may_persist(hit):
-                self.look_at(hit)
-
-    def _may_persist(self, hit: Hit) -> bool:
-        """Tell whether the strongest pressing could hold two sides that have just hit.
-
-        Sliding alone presses no ball on to a straight wall.
-        """
-        engine, own = self.engine, self.engine.paths[hit.i]
-        pull, radius = engine.surface.pull, engine.radii[hit.i] * self.wear(hit)
-        if hit.kind == "wall":
-            side = engine.walls[hit.j].nearest(own.x, own.y, engine.radii[hit.i])
-            return engine.surface.rolls or side.curvature(own.x, own.y) < 0.0 or not own.slows
-        other = engine.paths[hit.j]
-        dx, dy = other.x - own.x, other.y - own.y
-        parting = dx * (other.vx - own.vx) + dy * (other.vy - own.vy)
-        square = parting * parting / (dx * dx + dy * dy)
-        return parting <= 0.0 or square < 4.0 * pull * UNSEEN * radius
-
-    # -- groups begin and end ------------------------------------------------------------------
-
-    def clear(self) -> None:
-        """Take all groups apart, and forget what has been until now."""
-        self.release(list(self.of))
-        self.persisted.clear()
-        self.waits.clear()
-        self.loose.clear()
-
-    def begin(self, i: int) -> None:
-        """Let the contacts around ball ``i`` press that persist from now on."""
-        engine = self.engine
-        for hit in [hit for hit, until in self.waits.items() if until <= engine.now]:
-            del self.waits[hit]
-            self.loose |= dict.fromkeys(hit.balls)  # Their hits are predicted again.
-        hits = [hit for hit in engine.touching((), (i,)) if self._stays(hit)]
-        balls = sorted({i for hit in hits for i in hit.balls})
-        self.release(balls)
-        when, count = self.begun
-        self.begun = engine.now, count + 1 if when == engine.now else 1
-        if self.begun[1] > MOST_CHANGES * max(len(balls), 1):
-            for hit in hits:
-                self._wait(hit)
-        elif hits:
-            group = Group(engine, hits, balls)
-            self._join(group)
-            begin(group.press, group.state)
-            pieces.close(group.press, group.state)
-            self._decide(group)
-        if self.loose:
-            engine.predict(())
-
-    def _join(self, group: Group) -> None:
-        """Take away the speeds at which the sides of a new group part or close."""
-        engine, press, s = self.engine, group.press, group.state
-        set_scale(press, s)
-        noise = engine.noise(group.balls)
-        if any(abs(opening(press, s, k)) > noise for k in range(len(group.hits))):
-            pieces.join(press, s, noise, group.total)
-            self.of.update(dict.fromkeys(group.balls, group))  # All of them leave their paths.
-
-    def _stays(self, hit: Hit) -> bool:
-        """Tell whether two sides that touch neither part nor close, to the eye."""
-        engine = self.engine
-        if any(group.is_on(hit) for i in hit.balls if (group := self.of.get(i)) is not None):
-            return True
-        motions = engine.motions([hit])
-        contact = engine.contact(hit, motions, DEAD)
-        speed = abs(closing_speed(contact, self._velocities(contact)))
-        radius = min(engine.radii[i] for i in contact.balls)
-        still = STILL * math.sqrt(engine.surface.pull * radius)
-        if speed <= max(engine.noise(contact.balls), still):
-            return True
-        return self._persists(hit, motions, speed)
-
-    def absorb(self, hits: list[Hit]) -> bool:
-        """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
-        if not all(self._may_be_faint(hit) and self._is_faint(hit) for hit in hits):
-            return False
-        self.begin(hits[0].i)
-        return all(self.of.keys() >= set(hit.balls) or self.rubs(hit) for hit in hits)
-
-    def _may_be_faint(self, hit: Hit) -> bool:
-        """Tell whether the strongest pressing could hold two sides that close now."""
-        engine = self.engine
-        x, y, vx, vy = engine.motion(hit.i)
-        strongest = 2.0 * engine.surface.pull
-        if hit.kind == "wall":
-            side = engine.walls[hit.j].nearest(x, y, engine.radii[hit.i])
-            nx, ny = side.normal(x, y)
-            closing = vx * nx + vy * ny
-            strongest += abs(side.curvature(x, y)) * (vx * vx + vy * vy)
-        else:
-            bx, by, u, v = engine.motion(hit.j)
-            dx, dy = bx - x, by - y
-            closing = (dx * (vx - u) + dy * (vy - v)) / math.sqrt(dx * dx + dy * dy)
-        radius = engine.radii[hit.i] * self.wear(hit)
-        return closing * closing < 2.0 * strongest * UNSEEN * radius
-
-    def _is_faint(self, hit: Hit) -> bool:
-        """Tell whether two sides would bounce too low to be seen."""
-        motions = self.engine.motions([hit])
-        contact = self.engine.contact(hit, motions, DEAD)
-        return self._persists(hit, motions, closing_speed(contact, self._velocities(contact)))
-
-    def _decide(self, group: Group, before: int = 0) -> None:
-        """Go on with a group in a mode that fits, or without forces for a moment if there is none.
-
-        So many contacts had a force ``before``.
-        """
-        if group.changes <= MOST_CHANGES and decide(group.press, group.state):
-            group.longest = OPENED if sum(group.press.on) < before else FIRST
-            self._note(group)
-            self._go_on_in_parts(group)
-            return
-        pieces.join(group.press, group.state, 0.0, group.total)
-        self._note(group)
-        for hit in group.hits:
-            self._wait(hit)
-        for i in group.balls:
-            self.of[i] = group
-        for i in group.balls:
-            self._let_go(i, group)
-
-    def _wait(self, hit: Hit) -> None:
-        """Let a contact have no force for a moment, in which no ball sinks in to be seen.
-
-        Each time the moment is twice as long, because what presses so weakly hardly moves a ball.
-        """
-        engine = self.engine
-        radius = min(engine.radii[i] for i in hit.balls)
-        first = math.sqrt(2.0 * pieces.DEVIATION * radius / max(engine.surface.pull, 1.0))
-        if self.waits.get(hit, -math.inf) > engine.now:
-            return
-        until, length = self.waited.get(hit, NEVER)
-        length = first if until < engine.now - length else 2.0 * length
-        self.waits[hit] = engine.now + length
-        self.waited[hit] = engine.now + length, length
-        engine.push(engine.now + length, What("press", hit.i))
-
-    def _go_on_in_parts(self, group: Group) -> None:
-        """Go on with the balls that contacts press together, and let go of the others."""
-        for i in group.balls:
-            if group.press.phase[group.number[i]] == REST:
-                self._rest(i, group)
-        parts = parts_of(group)
-        joined = {i for part in parts for i in part.balls}
-        for i in group.balls:
-            if i in self.of and i not in joined:
-                self._let_go(i, group)
-        for part in parts:
-            for i in part.balls:
-                self.of[i] = part
-        for part in parts:
-            self._play(part)
-
-    def _let_go(self, i: int, group: Group) -> None:
-        """Let a ball of a group go on by itself."""
-        engine = self.engine
-        del self.of[i]
-        x, y, vx, vy, wx, wy = group.of(i)
-        path = engine.surface.path(engine.now, (x, y), (vx, vy), (wx, wy))
-        if path.moves:
-            engine.lead(i, path)
-            self.loose[i] = None
-        else:
-            self._rest(i, group)
-
-    def release(self, balls: Iterable[int], is_hit: bool = False) -> bool:
-        """Take the groups of some balls apart, at the present time; tell whether there were any.
-
-        A variant opens the gaps of a group that is hit: their order is unknown then.
-        """
-        engine, found = self.engine, {id(g): g for i in balls if (g := self.of.get(i)) is not None}
-        for group in found.values():
-            group.cut(engine.now)
-            self._note(group)
-            if is_hit:
-                group.open(engine.policy.gap())
-            for i in group.balls:
-                self._let_go(i, group)
-        return bool(found)
-
-    def _note(self, group: Group) -> None:
-        """Note the impulses of a group's contacts up to now."""
-        now = self.engine.now
-        for k, (hit, contact) in enumerate(zip(group.hits, group.contacts, strict=True)):
-            normal, x, y = group.total[k]
-            if not group.press.on[k] and normal == 0.0:
-                continue
-            old = self.persisted.get(hit)
-            if old is None or old.until < group.began:
-                self.tell(hit)
-                old = Persisted(contact, group.began, group.began)
-            self.persisted[hit] = old._replace(until=now, x=old.x + x, y=old.y + y)
-            group.total[k] = [0.0] * 3
-
-    def tell(self, hit: Hit) -> None:
-        """Tell the recorder about a persistent contact that is over."""
-        if hit in self.persisted:
-            self.engine.recorder.persistent(self.persisted.pop(hit))
-
-    def tell_all(self) -> None:
-        """Tell the recorder about all persistent contacts, because the run is over now."""
-        for group in {id(group): group for group in self.of.values()}.values():
-            group.state_at(self.engine.now, group.total)
-            self._note(group)
-        for hit in list(self.persisted):
-            self.tell(hit)
-
-    # -- pieces --------------------------------------------------------------------------------
-
-    def go_on(self, i: int) -> None:
-        """Go on at the end of a half of a piece, or of the piece."""
-        group, engine = self.of.get(i), self.engine
-        if group is None:  # A ball at rest has kept its path.
-            return
-        if engine.now == engine.paths[i].end < group.end:
-            self._set_out(group, is_second=True)
-        else:
-            is_cut = engine.now < group.end
-            group.cut(engine.now)
-            self._note(group)
-            group.began = engine.now
-            if is_cut:
-                group.longest = group.piece.time
-                self._play(group)
-            elif group.piece.fell < 0 and not group.piece.faded and not any(group.press.stuck):
-                group.longest = group.piece.next
-                self._play(group)
-            else:
-                group.press.stuck[:] = [False] * len(group.balls)
-                self._turn(group)
-        engine.predict(())
-
-    def _turn(self, group: Group) -> None:
-        """Change the mode of a group at the end of a piece."""
-        press, s, piece = group.press, group.state, group.piece
-        if piece.faded:
-            for k in pieces.settle(press, s):
-                self._has_settled(group.balls[k], group)
-        before = sum(press.on)
-        if piece.fell >= 0:
-            pieces.change(press, s, piece.fell)
-            if piece.time == 0.0 and piece.fell < 4 * len(group.hits) and piece.fell % 4 == 0:
-                self._wait(group.hits[piece.fell // 4])
-        self._decide(group, before)
-
-    def _has_settled(self, i: int, group: Group) -> None:
-        """Tell that a ball rolls now, or rests."""
-        if group.press.phase[group.number[i]] == ROLL:
-            self.engine.tally.listed += 1
-            self.engine.recorder.roll(i, self.engine.now)
-
-    def _rest(self, i: int, group: Group) -> None:
-        """Let a ball rest that has moved."""
-        engine, (x, y, *_) = self.engine, group.of(i)
-        if engine.rested[i] == math.inf:
-            engine.paths[i] = standing(engine.now, x, y)
-            engine.speeds[i] = 0.0
-            self.loose[i] = None
-            engine.stop(i, engine.now, (x, y))
-
-    def _play(self, group: Group) -> None:
-        """Play the next piece of a group, whose mode is known."""
-        press = group.press
-        group.piece = pieces.piece_of(press, group.state, group.longest, group.total)
-        if group.piece.time == 0.0:
-            group.changes += 1
-            self._turn(group)
-            return
-        group.changes = 0
-        self._set_out(group, is_second=False)
-
-    def _set_out(self, group: Group, is_second: bool) -> None:
-        """Put the balls of a group on the paths of a half of its piece."""
-        engine, moving = self.engine, []
-        for i in group.balls:
-            path = group.path(i, is_second)
-            if path is not None:
-                engine.lead(i, path)
-                self.loose[i] = None
-                moving.append(i)
-        engine.tally.unlisted += 1
-        engine.push(engine.paths[moving[0]].end, What("piece", moving[0]))
+    if persists_now(w, sides, i, other):
+        push_press(w, i, w.now)
+        return True
+    return False
 
 
-def pressing_of(contact: Contact, paths: Sequence[Path], t: float) -> float:
+def persists_now(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Tell whether two sides are in persistent contact from now on, by their present paths."""
+    parting, noise = -closing_of(w, sides, i, other), noise_between(w, i, other)
+    if parting < -noise:
+        return False
+    return stays_after(w, sides, i, other, parting if parting > noise else 0.0)
+
+
+def closing_of(w: Any, sides: Any, i: int, other: int) -> float:
+    """Return how fast (m/s) two sides close now."""
+    nx, ny, _ = facing(w, sides, i, other)
+    _, _, vx, vy = motion(w, i)
+    if other < 0:
+        return -(vx * nx + vy * ny)
+    _, _, ux, uy = motion(w, other)
+    return vx * nx + vy * ny - (ux * nx + uy * ny)
+
+
+def noise_between(w: Any, i: int, other: int) -> float:
+    """Return how much of the velocities in a contact (m/s) may be rounding."""
+    return max(noise_of(w, i), noise_of(w, other)) if other >= 0 else noise_of(w, i)
+
+
+def least_radius(w: Any, i: int, other: int) -> float:
+    """Return the smaller radius (m) in a contact."""
+    return min(radius_of(w, i), radius_of(w, other)) if other >= 0 else radius_of(w, i)
+
+
+def stays_after(w: Any, sides: Any, i: int, other: int, parting: float) -> bool:
+    """Tell whether two sides that part at this speed (m/s) stay in contact, to the eye.
+
+    What presses them now presses them at the end of a slip, too, if it ends before the bounces. The
+    restitution is asked for only where it matters.
+    """
+    nx, ny, bends = facing(w, sides, i, other)
+    a, b = tangent_of(w, i), tangent_of(w, other if other >= 0 else i)
+    radius = least_radius(w, i, other) * wear(w, i, other)
+    pressing = pressing_of(a, b, other, (nx, ny, bends), w.now)
+    if parting <= 0.0 or not persists(parting, pressing, 0.0, radius):
+        return parting <= 0.0 < pressing
+    e, _ = coefficients(w, sides, i, other)
+    if not persists(parting, pressing, e, radius):
+        return False
+    bounces = 2.0 * parting / (pressing * (1.0 - e))
+    soonest = min(math.inf if a.slows else a.end, math.inf if b.slows else b.end)
+    is_grouped = w.groups.leader[i] != NONE or (other >= 0 and w.groups.leader[other] != NONE)
+    if soonest >= w.now + bounces or is_grouped:
+        return True
+    a = follower(w, a) if a.end == soonest else a
+    b = follower(w, b) if b.end == soonest else b
+    _, _, vx, vy = motion_at(a, soonest)
+    closing = vx * nx + vy * ny
+    if other >= 0:
+        _, _, ux, uy = motion_at(b, soonest)
+        closing -= ux * nx + uy * ny
+    else:
+        closing = -closing
+    pressing = pressing_of(a, b, other, (nx, ny, bends), soonest)
+    return persists(max(-closing, 0.0), pressing, e, radius)
+
+
+def pressing_of(a: Path, b: Path, other: int, face: tuple[float, float, float], t: float) -> float:
     """Return how strongly (m/s^2) two sides are pressed together on these paths."""
-    if contact.b != NO_BALL:
-        return pressing_of_balls(paths[0], paths[1], t)
-    return pressing_of_wall(paths[0], contact.normal, contact.curvature, t)
+    if other >= 0:
+        return pressing_of_balls(a, b, t)
+    return pressing_of_wall(a, (face[0], face[1]), face[2], t)
 
 
-def parts_of(group: Group) -> list[Group]:
-    """Return the parts of a group that contacts press together; it may be all of it."""
-    first = {i: i for i in group.balls}
-    press = group.press
-    pressing = [hit for k, hit in enumerate(group.hits) if press.on[k] and pieces.moves(press, k)]
-    for hit in pressing * len(pressing):
-        low = min(first[i] for i in hit.balls)
-        for i in hit.balls:
-            first[i] = low
-    parts: dict[int, list[int]] = {}
-    for i in sorted({i for hit in pressing for i in hit.balls}):
-        parts.setdefault(first[i], []).append(i)
-    if len(parts) == 1 and len(next(iter(parts.values()))) == len(group.balls):
-        return [group]
-    return [part_of(group, balls) for balls in parts.values()]
+def tangent_of(w: Any, i: int) -> Path:
+    """Return a path with the exact motion of a ball now; those of groups are mean ones."""
+    r, g = w.groups, w.press
+    if r.leader[i] == NONE:
+        return path_of(w, i)
+    find_state(w, r.leader[i], w.now)
+    find_forces(g, g.end)
+    s, p, d = g.end, 6 * r.local[i], g.rate
+    return Path(
+        w.now, s[p], s[p + 1], s[p + 2], s[p + 3], d[p + 2], d[p + 3], math.inf, False,
+        s[p + 4], s[p + 5],
+    )  # fmt: skip
 
 
-def part_of(group: Group, balls: Sequence[int]) -> Group:
-    """Return the part of a group that has some of its balls."""
-    part, numbers = copy(group), [group.number[i] for i in balls]
-    part.balls, part.number = list(balls), {i: k for k, i in enumerate(balls)}
-    kept = [k for k, hit in enumerate(group.hits) if part.number.keys() >= set(hit.balls)]
-    part.hits, part.contacts = [group.hits[k] for k in kept], [group.contacts[k] for k in kept]
-    part.total, part.state = [group.total[k] for k in kept], []
-    for i in balls:
-        part.state += group.of(i)
-    part.press = part_of_press(group.press, numbers, kept)
-    return part
+def wear(w: Any, i: int, other: int) -> float:
+    """Return how many times as much as UNSEEN the bounces of this contact may be."""
+    many = w.groups.many[i] if other < 0 else max(w.groups.many[i], w.groups.many[other])
+    return float(w.groups.coarser * WEAR[min(max(many - FEW, 0), MOST)])
+
+
+def note_hit(w: Any, i: int) -> None:
+    """Count a hit of a ball."""
+    r = w.groups
+    r.many[i] = r.many[i] + 1 if w.now - r.hit_t[i] < AGO else 1
+    r.hit_t[i] = w.now
+
+
+def is_idle(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Tell whether two sides of a group touch, but do not visibly move."""
+    near = NEAR * least_radius(w, i, other)
+    is_still = abs(closing_of(w, sides, i, other)) <= stillness(w, i, other)
+    return is_still and abs(gap_between(w, sides, i, other)) <= near
+
+
+def stillness(w: Any, i: int, other: int) -> float:
+    """Return the speed (m/s) at which two sides do not yet visibly part or close."""
+    pull, _ = pull_and_drag(w)
+    return STILL * math.sqrt(pull * least_radius(w, i, other))
+
+
+def rubs(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Tell whether two sides that touch close no faster than rounding explains."""
+    is_slow = closing_of(w, sides, i, other) <= noise_between(w, i, other)
+    return is_slow and is_closed(w, sides, i, other)
+
+
+def cuts(w: Any, i: int, other: int, t: float) -> bool:
+    """Cut the pieces of balls that are to hit at ``t`` (s) shortly before that.
+
+    Within a piece places are off by its deviation; at the beginning of the next one they are not.
+    """
+    is_cut = is_cut_for(w, i, t)
+    if other >= 0:
+        is_cut |= is_cut_for(w, other, t)
+    return is_cut
+
+
+def is_cut_for(w: Any, i: int, t: float) -> bool:
+    """Cut the piece of a ball shortly before ``t`` (s), unless it is too near."""
+    r, wait = w.groups, t - w.now
+    if r.leader[i] == NONE or not wait > 2.0 * SHORTLY * r.span[r.leader[i]]:
+        return False
+    push_piece(w, i, t - SHORTLY * wait)
+    return True
+
+
+# -- what is asked after a hit ---------------------------------------------------------------------
+
+
+def look_after(w: Any, sides: Any, i: int, other: int) -> None:
+    """Look at a contact that was answered at this instant."""
+    note_hit(w, i)
+    if other >= 0:
+        note_hit(w, other)
+    if may_persist(w, sides, i, other):
+        look_at(w, sides, i, other)
+
+
+def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Tell whether the strongest pressing could hold two sides that have just hit.
+
+    Sliding alone presses no ball on to a straight wall.
+    """
+    own, (pull, _) = path_of(w, i), pull_and_drag(w)
+    if other < 0:
+        _, _, bends = facing(w, sides, i, other)
+        return rolls(w) or bends < 0.0 or not own.slows
+    its = path_of(w, other)
+    dx, dy = its.x - own.x, its.y - own.y
+    parting = dx * (its.vx - own.vx) + dy * (its.vy - own.vy)
+    square = parting * parting / (dx * dx + dy * dy)
+    return parting <= 0.0 or square < 4.0 * pull * UNSEEN * radius_of(w, i) * wear(w, i, other)
+
+
+def is_faint(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Tell whether two sides would bounce too low to be seen."""
+    (_, _, bends), closing = facing(w, sides, i, other), closing_of(w, sides, i, other)
+    pull, _ = pull_and_drag(w)
+    _, _, vx, vy = motion(w, i)
+    strongest = 2.0 * pull + abs(bends) * (vx * vx + vy * vy)
+    radius = radius_of(w, i) * wear(w, i, other)
+    is_slow = closing * closing < 2.0 * strongest * UNSEEN * radius
+    return is_slow and stays_after(w, sides, i, other, closing)
+
+
+def is_absorbed(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Tell whether a faint hit has become part of a group, or does not close any more."""
+    r = w.groups
+    is_in = r.leader[i] != NONE and (other < 0 or r.leader[other] != NONE)
+    return is_in or rubs(w, sides, i, other)
+
+
+# -- groups begin and end --------------------------------------------------------------------------
+
+
+def begin_at(w: Any, sides: Any, i: int) -> None:
+    """Let the contacts around ball ``i`` press that persist from now on."""
+    r = w.groups
+    end_waits(w)
+    find_touching(w, sides, i)
+    kept = 0
+    for k in range(r.hits):
+        one, other = r.hit[k][0], r.hit[k][1]
+        if stays(w, sides, one, other):
+            r.hit[kept][0], r.hit[kept][1] = one, other
+            kept += 1
+    r.hits = kept
+    for k in range(kept):
+        for b in (r.hit[k][0], r.hit[k][1]):
+            if b >= 0:
+                release(w, b, 0.0)
+    r.begun = r.begun + 1 if r.begun_t == w.now else 1
+    r.begun_t = w.now
+    if kept > 0 and has_room(w, 2 * kept, kept):
+        gather(w, sides)
+        if r.begun > MOST_CHANGES * w.press.balls:
+            wait_all(w)
+        else:
+            join_sides(w)
+            guess(w.press, w.press.state)
+            close(w.press, w.press.state)
+            decide_mode(w, 0, w.now, 0)
+            play_pieces(w)
+    predict_loose(w, sides)
+
+
+def end_waits(w: Any) -> None:
+    """Predict the hits of contacts again whose wait is over."""
+    r = w.groups
+    for m in range(r.waits):
+        if r.until[m] <= w.now and r.until[m] > -math.inf:
+            r.ended[m], r.until[m] = r.until[m], -math.inf
+            for b in (r.wait[m][0], r.wait[m][1]):
+                if b >= 0:
+                    loosen(r, b)
+
+
+def loosen(r: Any, i: int) -> None:
+    """Let the contacts of a ball be predicted again."""
+    if not r.loose[i]:
+        r.loose[i], r.out[r.loosened] = 1, i
+        r.loosened += 1
+
+
+def stays(w: Any, sides: Any, i: int, other: int) -> bool:
+    """Tell whether two sides that touch neither part nor close, to the eye."""
+    k = contact_of(w.groups, i, other)
+    if k != NONE and w.groups.on[k]:
+        return True
+    speed = abs(closing_of(w, sides, i, other))
+    if speed <= max(noise_between(w, i, other), stillness(w, i, other)):
+        return True
+    return stays_after(w, sides, i, other, speed)
+
+
+def gather(w: Any, sides: Any) -> None:
+    """Put the balls and contacts of a new group into the press."""
+    g, r = w.press, w.groups
+    g.balls = g.contacts = 0
+    for k in range(r.hits):
+        for b in (r.hit[k][0], r.hit[k][1]):
+            if b >= 0:
+                insert(g, b)
+    for m in range(g.balls):
+        i = g.ball[m]
+        (x, y, vx, vy), (wx, wy) = motion(w, i), roll_of(w, i)
+        put_ball(w, m, i, 0, 0)
+        put_state(g.state, 6 * m, (x, y, vx, vy, wx, wy))
+    for k in range(r.hits):
+        i, other = r.hit[k][0], r.hit[k][1]
+        _, mu = coefficients(w, sides, i, other)
+        put_contact(w, k, i, other)
+        g.mu[k], g.what[k] = mu, read_shape(w, sides, i, other, g.shape[k])
+        g.on[k], g.over[k], g.slides[k], g.into[k] = 1, 0, 0, 0
+    g.contacts, g.small[2] = r.hits, r.coarser
+    find_units(g)
+    clear_total(g)
+    set_scale(g, g.state)
+
+
+def insert(g: Any, i: int) -> None:
+    """Put a ball among those of the press, which are in the order of their numbers, once."""
+    m = g.balls
+    for n in range(g.balls):
+        if g.ball[n] == i:
+            return
+    while m > 0 and g.ball[m - 1] > i:
+        g.ball[m] = g.ball[m - 1]
+        m -= 1
+    g.ball[m] = i
+    g.balls += 1
+
+
+def put_ball(w: Any, m: int, i: int, phase: int, stuck: int) -> None:
+    """Put ball ``i`` into the press, as its ball ``m``."""
+    g = w.press
+    g.ball[m], g.mass[m], g.radius[m] = i, mass_of(w, i), radius_of(w, i)
+    g.phase[m], g.stuck[m], w.groups.local[i] = phase, stuck, m
+
+
+def put_state(s: Any, p: int, values: tuple[float, float, float, float, float, float]) -> None:
+    """Put a ball's six numbers into a state."""
+    s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5] = values
+
+
+def put_contact(w: Any, k: int, i: int, other: int) -> None:
+    """Put a contact into the press, as its contact ``k``."""
+    g, r = w.press, w.groups
+    g.one[k], g.place[k] = r.local[i], other
+    g.other[k] = r.local[other] if other >= 0 else NONE
+
+
+def join_sides(w: Any) -> None:
+    """Take away the speeds at which the sides of a new group part or close."""
+    g, r, noise, fastest = w.press, w.groups, 0.0, 0.0
+    for m in range(g.balls):
+        noise = max(noise, noise_of(w, g.ball[m]))
+    for k in range(g.contacts):
+        fastest = max(fastest, abs(opening(g, g.state, k)))
+    if fastest > noise:
+        join(g, g.state, noise)
+        for m in range(g.balls):  # All of them leave their paths.
+            set_leader(r, g.ball[m], g.ball[0])
+
+
+def set_leader(r: Any, i: int, leader: int) -> None:
+    """Let a ball be part of a leader's group, or of none."""
+    r.members += (leader != NONE) - (r.leader[i] != NONE)
+    r.leader[i] = leader
+
+
+def release(w: Any, i: int, gap: float) -> bool:
+    """Take the group of a ball apart, at the present time; tell whether there was one.
+
+    A variant opens the gaps (m) of a group that is hit: their order is unknown then.
+    """
+    r, leader = w.groups, w.groups.leader[i]
+    if leader == NONE:
+        return False
+    cut(w, leader)
+    if gap != 0.0:
+        open_gaps(w.press, gap)
+    for m in range(w.press.balls):
+        let_go(w, m)
+    free_contacts(r, leader)
+    return True
+
+
+def let_go(w: Any, m: int) -> None:
+    """Let ball ``m`` of the press go on by itself."""
+    s, p, i = w.press.state, 6 * m, w.press.ball[m]
+    set_leader(w.groups, i, NONE)
+    path = path_from(w, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
+    if moves_on(path):
+        lead(w, i, path)
+        loosen(w.groups, i)
+    else:
+        rest(w, m)
+
+
+def rest(w: Any, m: int) -> None:
+    """Let ball ``m`` of the press rest, if it has moved."""
+    s = w.press.state
+    if begins_to_rest(w, w.press.ball[m], s[6 * m], s[6 * m + 1]):
+        loosen(w.groups, w.press.ball[m])
+
+
+def free_contacts(r: Any, leader: int) -> None:
+    """Give back the places of a group's contacts."""
+    k = r.contact[leader]
+    while k != NONE:
+        following = r.following[k]
+        r.following[k], r.free = r.free, k
+        k = following
+    r.contact[leader] = NONE
+
+
+def wait_all(w: Any) -> None:
+    """Let no contact of the press have a force for a moment."""
+    for k in range(w.press.contacts):
+        wait(w, k)
+
+
+def wait(w: Any, k: int) -> None:
+    """Let a contact have no force for a moment, in which no ball sinks in to be seen.
+
+    Each time the moment is twice as long, because what presses so weakly hardly moves a ball.
+    """
+    g, r = w.press, w.groups
+    i, other = g.ball[g.one[k]], g.place[k]
+    m = wait_of(r, i, other)
+    if m == NONE:
+        m = new_wait(w)
+        r.wait[m][0], r.wait[m][1], r.until[m], r.ended[m] = i, other, -math.inf, -math.inf
+    if r.until[m] > w.now:
+        return
+    pull, _ = pull_and_drag(w)
+    first = math.sqrt(2.0 * DEVIATION * least_radius(w, i, other) / max(pull, 1.0))
+    ended = max(r.until[m], r.ended[m])
+    r.length[m] = first if ended == -math.inf or ended < w.now - r.length[m] else 2.0 * r.length[m]
+    r.until[m] = w.now + r.length[m]
+    push_press(w, i, r.until[m])
+
+
+def new_wait(w: Any) -> int:
+    """Return a place for a wait; the oldest one gives way if there is no room."""
+    r = w.groups
+    if has_room_to_wait(w):
+        r.waits += 1
+        return int(r.waits - 1)
+    oldest = 0
+    for m in range(r.waits):
+        if max(r.until[m], r.ended[m]) < max(r.until[oldest], r.ended[oldest]):
+            oldest = m
+    return oldest
+
+
+# -- pieces ----------------------------------------------------------------------------------------
+
+
+def load(w: Any, leader: int) -> None:
+    """Put a group into the press, as it is at the beginning of its piece."""
+    g, r = w.press, w.groups
+    has_room(w, r.balls_of[leader], r.contacts_of[leader])
+    m, i = 0, leader
+    while i != NONE:
+        put_ball(w, m, i, r.phase[i], r.stuck[i])
+        for p in range(6):
+            g.state[6 * m + p] = r.state[i][p]
+        m, i = m + 1, r.next[i]
+    k, c = 0, r.contact[leader]
+    while c != NONE:
+        put_contact(w, k, r.one[c], r.other[c])
+        g.on[k], g.over[k], g.slides[k], g.into[k] = r.on[c], r.over[c], r.slides[c], r.into[c]
+        g.what[k], g.mu[k] = r.what[c], r.mu[c]
+        for n in range(8):
+            g.shape[k][n] = r.shape[c][n]
+        for n in range(3):
+            g.total[k][n] = r.total[c][n]
+        k, c = k + 1, r.following[c]
+    g.balls, g.contacts = m, k
+    for n in range(3):
+        g.small[n] = r.small[leader][n]
+    find_units(g)
+
+
+def find_state(w: Any, leader: int, t: float) -> None:
+    """Put a group into the press; ``end`` and ``total`` become those at a time (s) of its piece."""
+    g, r = w.press, w.groups
+    load(w, leader)
+    if t >= r.began[leader] + r.span[leader]:
+        for m in range(g.balls):
+            for p in range(6):
+                g.end[6 * m + p] = r.end[g.ball[m]][p]
+    elif t <= r.began[leader]:
+        for p in range(6 * g.balls):
+            g.end[p] = g.state[p]
+        clear_total(g)
+    else:
+        find_forces(g, g.state)
+        step(g, g.state, t - r.began[leader], g.end)
+
+
+def cut(w: Any, leader: int) -> None:
+    """Put a group into the press as it is now, and note its impulses until now."""
+    g, began = w.press, w.groups.began[leader]
+    find_state(w, leader, w.now)
+    for p in range(6 * g.balls):
+        g.state[p] = g.end[p]
+    note_impulses(w, began)
+
+
+def note_impulses(w: Any, began: float) -> None:
+    """Note the impulses of the press's contacts, of a piece that ``began`` at a time (s)."""
+    g = w.press
+    for k in range(g.contacts):
+        if g.on[k] or g.total[k][0] != 0.0:
+            note_impulse(w, g.ball[g.one[k]], g.place[k], began, (g.total[k][1], g.total[k][2]))
+    clear_total(g)
+
+
+def go_on(w: Any, sides: Any, i: int) -> None:
+    """Go on at the end of a half of a piece, or of the piece."""
+    r, leader = w.groups, w.groups.leader[i]
+    if leader == NONE:  # A ball at rest has kept its path.
+        return
+    end = r.began[leader] + r.span[leader]
+    if w.now == path_of(w, i).end < end:
+        load(w, leader)
+        load_end(w)
+        set_out(w, leader, 1)
+    else:
+        is_cut = w.now < end
+        cut(w, leader)
+        r.todos = 0
+        if is_cut or (r.fell[leader] < 0 and not r.faded[leader] and not any_stuck(w.press)):
+            keep_start(w, leader, r.span[leader] if is_cut else r.after[leader])
+        else:
+            for m in range(w.press.balls):
+                w.press.stuck[m] = 0
+            turn(w, leader)
+        play_pieces(w)
+    predict_loose(w, sides)
+
+
+def load_end(w: Any) -> None:
+    """Put the end of the piece of the group in the press into it, and the first rates."""
+    g = w.press
+    for m in range(g.balls):
+        for p in range(6):
+            g.end[6 * m + p] = w.groups.end[g.ball[m]][p]
+
+
+def any_stuck(g: Any) -> bool:
+    """Tell whether a ball of the press is stuck."""
+    stuck = 0
+    for m in range(g.balls):
+        stuck |= g.stuck[m]
+    return stuck != 0
+
+
+def keep_start(w: Any, leader: int, longest: float) -> None:
+    """Let the group in the press, whose mode goes on, have its next piece from now on."""
+    g, r = w.press, w.groups
+    for m in range(g.balls):
+        for p in range(6):
+            r.state[g.ball[m]][p] = g.state[6 * m + p]
+    r.began[leader], r.longest[leader] = w.now, longest
+    r.todo[r.todos] = leader
+    r.todos += 1
+
+
+def play_pieces(w: Any) -> None:
+    """Play the next pieces of the groups that wait for them; their modes may change at once."""
+    g, r = w.press, w.groups
+    while r.todos > 0:
+        r.todos -= 1
+        leader = r.todo[r.todos]
+        load(w, leader)
+        piece = piece_of(g, r.longest[leader])
+        keep_piece(w, leader, piece)
+        if piece.time == 0.0:
+            r.changes[leader] += 1
+            turn(w, leader)
+        else:
+            r.changes[leader] = 0
+            set_out(w, leader, 0)
+
+
+def keep_piece(w: Any, leader: int, piece: Piece) -> None:
+    """Keep the piece of the group in the press."""
+    g, r = w.press, w.groups
+    r.span[leader], r.after[leader], r.fell[leader], r.faded[leader] = piece
+    for m in range(g.balls):
+        for p in range(6):
+            r.end[g.ball[m]][p] = g.end[6 * m + p]
+    k, c = 0, r.contact[leader]
+    while c != NONE:
+        for n in range(3):
+            r.total[c][n] = g.total[k][n]
+        k, c = k + 1, r.following[c]
+
+
+def turn(w: Any, leader: int) -> None:
+    """Change the mode of the group in the press at the end of its piece."""
+    g, r = w.press, w.groups
+    if r.faded[leader]:
+        settle(g, g.state)
+        for m in range(g.balls):
+            if g.phase[m] == ROLL != r.phase[g.ball[m]]:
+                begins_to_roll(w, g.ball[m])
+    before, fell = count_on(g), r.fell[leader]
+    if fell >= 0:
+        change(g, g.state, fell)
+        if r.span[leader] == 0.0 and fell < 4 * g.contacts and fell % 4 == 0:
+            wait(w, fell // 4)
+    changes = r.changes[leader]
+    free_contacts(r, leader)
+    decide_mode(w, changes, w.now, before)
+
+
+def count_on(g: Any) -> int:
+    """Return how many contacts of the press have a force."""
+    count = 0
+    for k in range(g.contacts):
+        count += g.on[k]
+    return count
+
+
+def decide_mode(w: Any, changes: int, began: float, before: int) -> None:
+    """Go on with the press in a mode that fits, or without forces for a moment if there is none.
+
+    So many contacts had a force ``before``.
+    """
+    g = w.press
+    if changes <= MOST_CHANGES and decide(g, g.state):
+        note_impulses(w, began)
+        split(w, OPENED if count_on(g) < before else FIRST, changes)
+        return
+    join(g, g.state, 0.0)
+    note_impulses(w, began)
+    wait_all(w)
+    for m in range(g.balls):
+        let_go(w, m)
+
+
+def split(w: Any, longest: float, changes: int) -> None:
+    """Go on with the balls that contacts press together, and let go of the others."""
+    g, r = w.press, w.groups
+    for m in range(g.balls):
+        if g.phase[m] == REST:
+            rest(w, m)
+    find_parts(w)
+    for m in range(g.balls):
+        if r.leader[g.ball[m]] != NONE and not r.joined[m]:
+            let_go(w, m)
+    for m in range(g.balls - 1, -1, -1):  # The first part is played first.
+        if r.joined[m] and r.first[m] == m:
+            store(w, m)
+            leader = g.ball[m]
+            r.changes[leader], r.began[leader], r.longest[leader] = changes, w.now, longest
+            r.todo[r.todos] = leader
+            r.todos += 1
+
+
+def find_parts(w: Any) -> None:
+    """Find which balls of the press contacts join, and the ``first`` ball of each part."""
+    g, r = w.press, w.groups
+    for m in range(g.balls):
+        r.first[m], r.joined[m] = m, 0
+    for _ in range(g.balls):
+        for k in range(g.contacts):
+            if g.on[k] and moves(g, k):
+                i, j = g.one[k], g.other[k] if g.other[k] >= 0 else g.one[k]
+                r.first[i] = r.first[j] = min(r.first[i], r.first[j])
+                r.joined[i] = r.joined[j] = 1
+
+
+def store(w: Any, root: int) -> None:
+    """Keep the part of the press that has the ball ``root`` first."""
+    g, r = w.press, w.groups
+    leader, last, count = g.ball[root], NONE, 0
+    for m in range(root, g.balls):
+        if r.first[m] != root:
+            continue
+        i = g.ball[m]
+        set_leader(r, i, leader)
+        r.phase[i], r.stuck[i], r.next[i] = g.phase[m], g.stuck[m], NONE
+        for p in range(6):
+            r.state[i][p] = g.state[6 * m + p]
+        if last != NONE:
+            r.next[last] = i
+        last, count = i, count + 1
+    r.balls_of[leader], r.contacts_of[leader], r.contact[leader] = count, 0, NONE
+    for n in range(3):
+        r.small[leader][n] = g.small[n]
+    for k in range(g.contacts - 1, -1, -1):  # The list is built from its end.
+        is_in = r.first[g.one[k]] == root
+        if is_in and (g.other[k] < 0 or r.first[g.other[k]] == root):
+            store_contact(w, k, leader)
+
+
+def store_contact(w: Any, k: int, leader: int) -> None:
+    """Keep contact ``k`` of the press, before the other ones of its group."""
+    g, r = w.press, w.groups
+    c = r.free
+    if c != NONE:
+        r.free = r.following[c]
+    else:
+        c = next_place(w)
+    r.following[c], r.contact[leader] = r.contact[leader], c
+    r.contacts_of[leader] += 1
+    r.one[c], r.other[c], r.what[c], r.mu[c] = g.ball[g.one[k]], g.place[k], g.what[k], g.mu[k]
+    r.on[c], r.over[c], r.slides[c], r.into[c] = g.on[k], g.over[k], g.slides[k], g.into[k]
+    for n in range(8):
+        r.shape[c][n] = g.shape[k][n]
+
+
+def set_out(w: Any, leader: int, is_second: int) -> None:
+    """Put the balls of the group in the press on the paths of a half of its piece."""
+    g, r, first = w.press, w.groups, NONE
+    began, span = r.began[leader], r.span[leader]
+    for m in range(g.balls):
+        if g.phase[m] != REST:
+            i = g.ball[m]
+            lead(w, i, half_of(g, m, (began, span), is_second))
+            loosen(r, i)
+            first = i if first == NONE else first
+    count_piece(w)
+    push_piece(w, first, path_of(w, first).end)
+
+
+def half_of(g: Any, m: int, when: tuple[float, float], is_second: int) -> Path:
+    """Return the path of ball ``m`` of the press in a half of its piece.
+
+    ``when`` tells when (s) the piece began, and its length (s).
+    """
+    (began, h), s, end, p = when, g.state, g.end, 6 * m
+    middle = h / 2.0
+    x, y, vx, vy, wx, wy = s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5]
+    (ax, ay), (bx, by) = halves(g, h, m)
+    if not is_second:
+        return Path(began, x, y, vx, vy, ax, ay, began + middle, False, wx, wy)
+    x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
+    vx, vy = vx + middle * ax, vy + middle * ay
+    if g.phase[m] == ROLL:
+        wx, wy = vx, vy
+    else:
+        wx, wy = (wx + end[p + 4]) / 2.0, (wy + end[p + 5]) / 2.0
+    return Path(began + middle, x, y, vx, vy, bx, by, began + h, False, wx, wy)

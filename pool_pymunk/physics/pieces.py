@@ -8,9 +8,9 @@ or where two parabolas would deviate too far from it.
 from __future__ import annotations
 
 import math
-from collections import namedtuple
-from typing import Any
+from typing import Any, NamedTuple
 
+from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.pressed import (
     NEAR,
     REST,
@@ -19,6 +19,7 @@ from pool_pymunk.physics.pressed import (
     SLOW,
     find_forces,
     gap_of,
+    is_own,
     look,
     opening,
     roll_into,
@@ -26,6 +27,7 @@ from pool_pymunk.physics.pressed import (
     set_free,
     set_phases,
     sign,
+    smallest,
     solve,
     spare_hold,
     wrings,
@@ -35,11 +37,11 @@ from pool_pymunk.physics.surface import GYRATION, SHARE
 # This is the method of Dormand and Prince, of order five, and its difference to that of order four
 # (J. Comp. Appl. Math. 6, 1980, 19). Its last stage is its end.
 STAGES = (
-    (1 / 5,),
-    (3 / 40, 9 / 40),
-    (44 / 45, -56 / 15, 32 / 9),
-    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
-    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    (1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0),
+    (3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0),
+    (44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0),
     (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
 )
 SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
@@ -53,109 +55,121 @@ FADED = 1e4  # A slip has faded that is not larger than this many times what is 
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 
 
-def step(g: Any, s: Any, h: float, total: Any) -> tuple[Any, float]:
-    """Return the state a time h (s) later, in the same mode, and its error (m, m/s).
+def step(g: Any, s: Any, h: float, end: Any) -> float:
+    """Let ``end`` be the state a time h (s) later, in the same mode; return its error (m, m/s).
 
-    ``g`` has the forces of the state first, and those of the end at last. ``total`` (N s) becomes
-    the impulses of the forces: along the normal, and as x and y.
+    ``g`` has the forces of the state first, and those of the end at last. Its ``total`` (N s)
+    becomes the impulses of the forces: along the normal, and as x and y.
     """
     look(g, s)
-    size, count, rates, forces = len(s), len(g.one), [list(g.rate)], [vectors(g)]
-    for weights in STAGES:
-        state = list(s)
-        for weight, rate in zip(weights, rates, strict=True):
-            if weight != 0.0:
-                for p in range(size):
-                    state[p] += h * weight * rate[p]
-        if len(rates) == len(STAGES):
-            close(g, state)
-        find_forces(g, state)
-        rates.append(list(g.rate))
-        forces.append(vectors(g))
-    for c in range(count):
+    keep_stage(g, 0)
+    for stage in range(1, len(SPREAD)):
+        weights = STAGES[stage - 1]
+        for p in range(6 * g.balls):
+            x = s[p]
+            for q in range(stage):
+                x += h * weights[q] * g.rates[q][p]
+            end[p] = x
+        if stage == len(STAGES):
+            close(g, end)
+        find_forces(g, end)
+        keep_stage(g, stage)
+    weights = STAGES[len(STAGES) - 1]
+    for k in range(g.contacts):
         for kind in range(3):
-            total[c][kind] = 0.0
-            for weight, force in zip(STAGES[-1], forces, strict=False):
-                total[c][kind] += h * weight * force[c][kind]
+            much = 0.0
+            for q in range(len(STAGES)):
+                much += h * weights[q] * g.forces[q][k][kind]
+            g.total[k][kind] = much
     error = 0.0
-    for p in range(size):
+    for p in range(6 * g.balls):
         wrong = 0.0
-        for weight, rate in zip(SPREAD, rates, strict=True):
-            wrong += weight * rate[p]
+        for q in range(len(SPREAD)):
+            wrong += SPREAD[q] * g.rates[q][p]
         error = max(error, abs(h * wrong))
-    return state, error
+    return error
 
 
-def vectors(g: Any) -> list[list[float]]:
-    """Return N of each contact, and its force as x and y (N)."""
-    found = []
-    for (normal, along, _), (nx, ny) in zip(g.force, g.normal, strict=True):
-        found.append([normal, normal * nx - along * ny, normal * ny + along * nx])
-    return found
-
-
-def copy_of(rows: Any) -> Any:
-    """Return a copy of rows of numbers."""
-    return [list(row) for row in rows]
+def keep_stage(g: Any, stage: int) -> None:
+    """Keep the present rates as those of a stage, and of each contact N and its force (N)."""
+    rates = g.rates[stage]
+    for p in range(6 * g.balls):
+        rates[p] = g.rate[p]
+    for k in range(g.contacts):
+        normal, along, nx, ny = g.force[k][0], g.force[k][1], g.normal[k][0], g.normal[k][1]
+        force = g.forces[stage][k]
+        force[0], force[1], force[2] = normal, normal * nx - along * ny, normal * ny + along * nx
 
 
 def close(g: Any, s: Any) -> None:
     """Close the gaps that a step has left open by its error, and keep rolling balls rolling."""
     look(g, s)
-    for i in range(len(g.mass)):
+    for i in range(g.balls):
         if g.phase[i] == ROLL:
             s[6 * i + 4], s[6 * i + 5] = s[6 * i + 2], s[6 * i + 3]
-    chosen = [k for k in range(len(g.one)) if g.on[k] and moves(g, k)]
-    count = len(chosen)
+    count = 0
+    for k in range(g.contacts):
+        if g.on[k] and moves(g, k):
+            g.chosen[count] = k
+            count += 1
     for first in (0, 2):
         for p in range(count):
-            k = chosen[p]
+            k = g.chosen[p]
             wrong = opening(g, s, k) if first else gap_of(g, s, k)
             g.matrix[p][count] = -wrong
             for q in range(count):
-                g.matrix[p][q] = g.unit[chosen[q]] * shared(g, k, chosen[q])
-        solve(g.matrix, count)
+                m = g.chosen[q]
+                g.matrix[p][q] = g.unit[m] * shared(g, k, m)
+        solve(g, count)
         for p in range(count):
-            shift(g, s, chosen[p], g.unit[chosen[p]] * g.matrix[p][count], (first, 0))
+            k = g.chosen[p]
+            shift(g, s, k, g.unit[k] * g.matrix[p][count], (first, 0))
 
 
-def join(g: Any, s: Any, least: float, total: Any) -> None:
-    """Let all sides move together that part or close; ``total`` becomes the impulses (N s).
+def join(g: Any, s: Any, least: float) -> None:
+    """Let all sides move together that part or close; ``total`` has the impulses (N s).
 
     With the hit before, this is a hit of restitution 0: it gives the friction back, too, of what
     the hit has pushed too much. Slips are none that are not larger than ``least`` (m/s).
     """
     set_phases(g, s)
     look(g, s)
-    push_together(g, s, total)
-    for k in range(len(g.one)):
-        i, much = g.one[k], g.mu[k] * total[k][0]
+    clear_total(g)
+    push_together(g, s)
+    for k in range(g.contacts):
+        i, much = g.one[k], g.mu[k] * g.total[k][0]
         if abs(g.slip[k]) > least:
             rub = -math.copysign(much, g.slip[k])
-            total[k][1] -= rub * g.normal[k][1]
-            total[k][2] += rub * g.normal[k][0]
+            g.total[k][1] -= rub * g.normal[k][1]
+            g.total[k][2] += rub * g.normal[k][0]
             shift(g, s, k, rub, (2, 1))
         if wrings(g, k):
             into = roll_into(g, s, k)
             part = -math.copysign(min(much / (GYRATION * g.mass[i]), abs(into)), into)
             s[6 * i + 4] += part * g.normal[k][0]
             s[6 * i + 5] += part * g.normal[k][1]
-    push_together(g, s, total)
+    push_together(g, s)
 
 
-def push_together(g: Any, s: Any, total: Any) -> None:
+def clear_total(g: Any) -> None:
+    """Forget the impulses."""
+    for k in range(g.contacts):
+        g.total[k][0] = g.total[k][1] = g.total[k][2] = 0.0
+
+
+def push_together(g: Any, s: Any) -> None:
     """Take away the speeds at which sides part, by impulses along the normals."""
-    count = len(g.one)
+    count = g.contacts
     for p in range(count):
         g.matrix[p][count] = -opening(g, s, p)
         for q in range(count):
             g.matrix[p][q] = g.unit[q] * shared(g, p, q)
-    solve(g.matrix, count)
+    solve(g, count)
     for p in range(count):
         much = g.unit[p] * g.matrix[p][count]
-        total[p][0] += much
-        total[p][1] += much * g.normal[p][0]
-        total[p][2] += much * g.normal[p][1]
+        g.total[p][0] += much
+        g.total[p][1] += much * g.normal[p][0]
+        g.total[p][2] += much * g.normal[p][1]
         shift(g, s, p, much, (2, 0))
 
 
@@ -197,7 +211,7 @@ def shift(g: Any, s: Any, k: int, much: float, how: tuple[int, int]) -> None:
     ``how`` is 0 or 2 for places or velocities, and 0 or 1 for the normal or the tangent.
     """
     first, is_along = how
-    nx, ny = g.normal[k]
+    nx, ny = g.normal[k][0], g.normal[k][1]
     if is_along:
         nx, ny = -ny, nx
     for i in (g.one[k], g.other[k]):
@@ -208,18 +222,17 @@ def shift(g: Any, s: Any, k: int, much: float, how: tuple[int, int]) -> None:
                 s[p + 2], s[p + 3] = s[p], s[p + 1]
 
 
-def measures(g: Any, s: Any) -> list[float]:
-    """Return the numbers that end the mode where they fall through 0; infinite if there is none.
+def measure(g: Any, s: Any, found: Any) -> None:
+    """Find the numbers that end the mode where they fall through 0; infinite if there is none.
 
     Four numbers of each contact are its force, what friction or the slip has left, the same of the
     roll into a wall, and how far it is to the side's end. One of each ball is what holds it.
     """
-    found = []
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         force = slips = rolls_in = end = math.inf
         if g.on[k] and moves(g, k):
-            unit, most = g.unit[k], g.mu[k] * g.force[k][0]
-            force, end = g.force[k][0] / unit, room(g, s, k)
+            p, unit, most = 6 * g.one[k], g.unit[k], g.mu[k] * g.force[k][0]
+            force, end = g.force[k][0] / unit, room(g, k, s[p], s[p + 1])
             if g.slides[k]:
                 slips = g.slides[k] * g.slip[k]
             elif most > 0.0:
@@ -229,14 +242,16 @@ def measures(g: Any, s: Any) -> list[float]:
                     rolls_in = g.into[k] * roll_into(g, s, k)
                 else:
                     rolls_in = (most / GYRATION - abs(g.force[k][2])) / unit
-        found += [force, slips, rolls_in, end]
-    return found + [spare_hold(g, i) for i in range(len(g.mass))]
+        m = 4 * k
+        found[m], found[m + 1], found[m + 2], found[m + 3] = force, slips, rolls_in, end
+    for i in range(g.balls):
+        found[4 * g.contacts + i] = spare_hold(g, i)
 
 
 def slack_of(g: Any, which: int) -> float:
     """Return how far below 0 a measure may be by rounding."""
     k, kind = which // 4, which % 4
-    if k >= len(g.one) or kind == 0:
+    if k >= g.contacts or kind == 0:
         return float(10.0 * g.small[1])
     if kind == 3:
         return float(NEAR * g.radius[g.one[k]])
@@ -248,10 +263,10 @@ def change(g: Any, s: Any, which: int) -> None:
     """Change the mode where a measure has fallen to 0."""
     k, kind = which // 4, which % 4
     look(g, s)
-    if k >= len(g.one):
-        set_free(g, s, which - 4 * len(g.one))
+    if k >= g.contacts:
+        set_free(g, s, which - 4 * g.contacts)
     elif kind in (0, 3):
-        g.on[k], g.over[k] = False, kind == 3
+        g.on[k], g.over[k] = 0, int(kind == 3)
     elif kind == 1:
         was, slip = g.slides[k], sign(g.slip[k], g.small[0])
         g.slides[k] = slip if was else (-1 if g.force[k][1] > 0.0 else 1)
@@ -266,7 +281,7 @@ def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
     The time is infinite if it does not fade.
     """
     p, d = 6 * i, g.rate
-    if g.phase[i] == REST or g.own is not None:
+    if g.phase[i] == REST or is_own(g):
         return 0.0, math.inf
     x, y, a, b = s[p + 2], s[p + 3], d[p + 2], d[p + 3]
     if g.phase[i] == SLIP:
@@ -276,56 +291,63 @@ def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
     return size, size * size / loss if loss > 0.0 else math.inf
 
 
-# A piece has the state at its end, its length (s), its error (m, m/s), and how long the next one
-# may be (s). `fell` is the measure that ends the mode there, or -1; `faded` tells whether a slip or
-# a speed has faded.
-Piece = namedtuple("Piece", "end time error next fell faded")
+class Piece(NamedTuple):
+    """A piece has a length (s), and how long (s) the next one may be.
+
+    ``fell`` is the measure that ends the mode at its end, or -1; ``faded`` tells whether a slip or
+    a speed has faded.
+    """
+
+    time: float
+    next: float
+    fell: int
+    faded: bool
 
 
-def piece_of(g: Any, s: Any, longest: float, total: Any) -> Piece:
-    """Play a piece of the motion, no longer than a time (s); ``total`` becomes the impulses."""
+def piece_of(g: Any, longest: float) -> Piece:
+    """Play a piece of the motion from ``state`` to ``end``, no longer than a time (s).
+
+    ``total`` becomes the impulses.
+    """
+    s, end = g.state, g.end
+    clear_total(g)
     find_forces(g, s)
-    before, first, forces = measures(g, s), list(g.rate), copy_of(g.force)
+    measure(g, s, g.before)
+    keep_start(g)
     fades = math.inf
-    for i in range(len(g.mass)):
+    for i in range(g.balls):
         size, time = fading(g, s, i)
         if time < math.inf and size <= FADED * g.small[2] * g.small[0]:
-            return Piece(s, 0.0, 0.0, longest, -1, True)
+            return Piece(0.0, longest, -1, True)
         fades = min(fades, time)
     h = min(longest, (0.6 if 10.0 * fades > longest else 0.999) * fades)
-    is_first = True
-    while True:
-        end, error = step(g, s, h, total)
-        share = share_of(g, s, first, h, error)
-        if not share < 1.0:  # Numbers that are not finite end it, too.
-            break
+    share, grows = share_of(g, h, step(g, s, h, end)), GROWTH
+    while share < 1.0:  # Numbers that are not finite end it, too.
         longest = h = h * max(0.2, 0.9 * share)
-        is_first = False
-        recall(g, first, forces)
-    which = first_to_fall(g, before, measures(g, end))
+        recall(g)
+        share, grows = share_of(g, h, step(g, s, h, end)), 1.0
+    measure(g, end, g.after)
+    which = first_to_fall(g)
     if which < 0:
         lose(g, s, end)
-        grows = min(GROWTH if is_first else 1.0, 0.9 * share)
-        return Piece(end, h, error, max(longest, h) * grows, -1, False)
-    t, which = time_of_fall(g, s, h, which, (before, first, forces), total)
-    recall(g, first, forces)
+        return Piece(h, max(longest, h) * min(grows, 0.9 * share), -1, False)
+    t, which = time_of_fall(g, h, which)
+    recall(g)
     if t == 0.0:
-        return Piece(s, 0.0, 0.0, longest, which, False)
-    end, error = step(g, s, t, total)
+        clear_total(g)
+        return Piece(0.0, longest, which, False)
+    step(g, s, t, end)
     lose(g, s, end)
-    return Piece(end, t, error, longest, which, False)
+    return Piece(t, longest, which, False)
 
 
-def time_of_fall(g: Any, s: Any, h: float, which: int, start: Any, total: Any) -> tuple[float, int]:
+def time_of_fall(g: Any, h: float, which: int) -> tuple[float, int]:
     """Return when (s) a measure falls to 0 within a step, and which one falls first.
 
     It is found by the Illinois method; the answer is not before the fall.
     """
-    before, first, forces = start
-    low, high, m_low, was_high = 0.0, h, before[which], True
-    recall(g, first, forces)
-    end, _ = step(g, s, h, total)
-    m_high = measures(g, end)[which]
+    low, high, m_low, was_high = 0.0, h, g.before[which], True
+    m_high = g.after[which]
     for _ in range(MOST_HALVINGS):
         slack = slack_of(g, which)
         if m_low <= slack and low == 0.0:
@@ -333,43 +355,54 @@ def time_of_fall(g: Any, s: Any, h: float, which: int, start: Any, total: Any) -
         if abs(m_high) <= slack or high - low <= 1e-14 * h:
             break
         t = low + (high - low) * m_low / (m_low - m_high)
-        recall(g, first, forces)
-        end, _ = step(g, s, t, total)
-        after = measures(g, end)
-        now = first_to_fall(g, before, after)
+        recall(g)
+        step(g, g.state, t, g.end)
+        measure(g, g.end, g.after)
+        now = first_to_fall(g)
         if now >= 0 and now != which:
-            which, low, m_low = now, 0.0, before[now]
-        is_high = now >= 0 or after[which] <= slack_of(g, which)
+            which, low, m_low = now, 0.0, g.before[now]
+        is_high = now >= 0 or g.after[which] <= slack_of(g, which)
         if is_high:
-            high, m_high = t, after[which]
+            high, m_high = t, g.after[which]
             m_low /= 2.0 if was_high else 1.0
         else:
-            low, m_low = t, after[which]
+            low, m_low = t, g.after[which]
             m_high /= 1.0 if was_high else 2.0
         was_high = is_high
     return high, which
 
 
-def recall(g: Any, rate: Any, forces: Any) -> None:
+def keep_start(g: Any) -> None:
+    """Keep the rates and the forces of the start of a step."""
+    for p in range(6 * g.balls):
+        g.first[p] = g.rate[p]
+    for k in range(g.contacts):
+        for kind in range(3):
+            g.held[k][kind] = g.force[k][kind]
+
+
+def recall(g: Any) -> None:
     """Let a press have the rates and the forces again that it had at the start of a step."""
-    g.rate[:] = rate
-    for k in range(len(forces)):
-        g.force[k][:] = forces[k]
+    for p in range(6 * g.balls):
+        g.rate[p] = g.first[p]
+    for k in range(g.contacts):
+        for kind in range(3):
+            g.force[k][kind] = g.held[k][kind]
 
 
-def share_of(g: Any, s: Any, first: Any, h: float, error: float) -> float:
+def share_of(g: Any, h: float, error: float) -> float:
     """Return how many times as long a step could be whose length is h (s).
 
     Square roots have the same bits on every machine. They are on the safe side: deviations grow
     with the third power of a step, and errors with the fifth.
     """
-    jump = 0.0
-    for p in range(len(s)):
-        if p % 6 in (2, 3):
-            jump = max(jump, abs(g.rate[p] - first[p]))
-    deviates, share = jump * h * h / 324.0, math.inf
+    jump, share = 0.0, math.inf
+    for i in range(g.balls):
+        for p in (6 * i + 2, 6 * i + 3):
+            jump = max(jump, abs(g.rate[p] - g.first[p]))
+    deviates = jump * h * h / 324.0
     if deviates > 0.0:
-        share = DEVIATION * g.small[2] * min(g.radius) / deviates
+        share = DEVIATION * g.small[2] * smallest(g) / deviates
         share = math.sqrt(share) if share < 1.0 else math.sqrt(math.sqrt(share))
     if error > 0.0:
         most = ERROR / SLOW * g.small[2] * g.small[0]
@@ -377,13 +410,13 @@ def share_of(g: Any, s: Any, first: Any, h: float, error: float) -> float:
     return share
 
 
-def first_to_fall(g: Any, before: Any, after: Any) -> int:
+def first_to_fall(g: Any) -> int:
     """Return the measure that falls through 0 first, by straight lines; -1 if none does."""
     soonest, found = math.inf, -1
-    for q in range(len(before)):
-        if after[q] < -slack_of(g, q):
-            start = max(before[q], 0.0)
-            when = start / (start - after[q])
+    for q in range(4 * g.contacts + g.balls):
+        if g.after[q] < -slack_of(g, q):
+            start = max(g.before[q], 0.0)
+            when = start / (start - g.after[q])
             if when < soonest:
                 soonest, found = when, q
     return found
@@ -392,8 +425,9 @@ def first_to_fall(g: Any, before: Any, after: Any) -> int:
 def energy_of(g: Any, s: Any) -> float:
     """Return the energy (J) of a state."""
     energy = 0.0
-    for i in range(len(g.mass)):
-        x, y, u, v = s[6 * i + 2 : 6 * i + 6]
+    for i in range(g.balls):
+        p = 6 * i
+        x, y, u, v = s[p + 2], s[p + 3], s[p + 4], s[p + 5]
         energy += 0.5 * g.mass[i] * (x * x + y * y + GYRATION * (u * u + v * v))
     return energy
 
@@ -403,47 +437,41 @@ def lose(g: Any, s: Any, end: Any) -> None:
     before, after = energy_of(g, s), energy_of(g, end)
     if after > before:
         share = math.sqrt(before / after)
-        for p in range(len(s)):
-            if p % 6 > 1:
+        for i in range(g.balls):
+            for p in range(6 * i + 2, 6 * i + 6):
                 end[p] *= share
 
 
-def settle(g: Any, s: Any) -> list[int]:
-    """Let balls roll or rest whose slip or speed has faded; return their numbers."""
-    found = []
-    for i in range(len(g.mass)):
+def settle(g: Any, s: Any) -> None:
+    """Let balls roll or rest whose slip or speed has faded."""
+    least = 10.0 * FADED * g.small[2] * g.small[0]
+    for i in range(g.balls):
         size, time = fading(g, s, i)
-        if g.phase[i] == REST or size > 10.0 * FADED * g.small[2] * g.small[0] or time == math.inf:
+        if g.phase[i] == REST or size > least or time == math.inf:
             continue
         p = 6 * i
-        was = g.phase[i]
-        if was == SLIP and g.rolls:
+        if g.phase[i] == SLIP and g.rolls:
             for q in (p + 2, p + 3):
                 s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
             g.phase[i] = ROLL
             size, time = fading(g, s, i)
-        if size <= 10.0 * FADED * g.small[2] * g.small[0]:
+        if size <= least:
             s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
-            g.phase[i], g.stuck[i] = REST, size <= 2.0 * g.small[0]
-        if g.phase[i] != was:
-            found.append(i)
+            g.phase[i], g.stuck[i] = REST, int(size <= 2.0 * g.small[0])
     close(g, s)
-    return found
 
 
-def halves(g: Any, s: Any, end: Any, h: float, i: int) -> tuple[float, ...]:
-    """Return the accelerations (m/s^2) of the two halves of a ball's piece.
+def halves(g: Any, h: float, i: int) -> tuple[Vector, Vector]:
+    """Return the accelerations (m/s^2) of the two halves of a ball's piece of length h (s).
 
     With them place and velocity at its end are those of the state there. In a brief piece they are
     one acceleration, because there the places are rounding alone.
     """
-    found, strongest = [], max(g.pull, g.drag, abs(g.rate[6 * i + 2]) + abs(g.rate[6 * i + 3]))
-    for p in (6 * i, 6 * i + 1):
-        mean = (end[p + 2] - s[p + 2]) / h
-        if strongest * h * h < BRIEF * g.radius[i]:
-            found += [mean, mean]
-            continue
-        ahead = 4.0 * ((end[p] - s[p]) / h - s[p + 2]) / h
-        first = ahead - mean
-        found += [first, 2.0 * mean - first]
-    return found[0], found[2], found[1], found[3]
+    s, end, p = g.state, g.end, 6 * i
+    mean_x, mean_y = (end[p + 2] - s[p + 2]) / h, (end[p + 3] - s[p + 3]) / h
+    strongest = max(g.pull, g.drag, abs(mean_x) + abs(mean_y))
+    if strongest * h * h < BRIEF * g.radius[i]:
+        return (mean_x, mean_y), (mean_x, mean_y)
+    x = 4.0 * ((end[p] - s[p]) / h - s[p + 2]) / h - mean_x
+    y = 4.0 * ((end[p + 1] - s[p + 1]) / h - s[p + 3]) / h - mean_y
+    return (x, y), (2.0 * mean_x - x, 2.0 * mean_y - y)

@@ -12,17 +12,18 @@ both as accelerations, u = v - w its slip, and mu_s g and mu_r g the deceleratio
 
 Where a slip is 0, friction holds it there as long as it can. All of these are one linear system for
 the forces once it is known what presses, slips and rolls: the mode, which :func:`decide` finds. The
-functions are loops over the numbers of a :class:`Press`, of which Python has lists. A state is a
-row of six numbers a ball: x, y (m), vx, vy, wx, wy (m/s).
+functions are loops over the numbers of a :class:`Press`, in lists or in arrays. A state is a row of
+six numbers a ball: x, y (m), vx, vy, wx, wy (m/s).
 """
 
 from __future__ import annotations
 
 import math
-from collections import namedtuple
+from collections.abc import Sequence
 from typing import Any
 
-from pool_pymunk.physics.surface import GYRATION, SHARE, Rolling, Sliding
+from pool_pymunk.physics.motion import Vector
+from pool_pymunk.physics.surface import GYRATION, SHARE
 
 REST, SLIP, ROLL = 0, 1, 2  # phases of a ball
 FLAT, ROUND, BALL = 0, 1, 2  # what a ball touches
@@ -35,69 +36,87 @@ NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
 
-# A press has a surface of a user's `own`, or None, which tells how balls without contacts are
-# accelerated; else `pull` and `drag` tell it, and whether it `rolls` balls. `small` has the speed
-# and the acceleration below which there is none, and a factor of all tolerances. Each ball has its
-# `mass` (kg), `radius` (m), `phase`, and as `push` its f and c (m/s^2); `rate` is the change of the
-# state. A ball is `stuck` that other balls and walls hold at rest, because it came back to rest as
-# soon as it was let go. Each contact has its balls `one` and `other` (-1 for a wall), `what` is
-# touched, its friction `mu`, and its `shape`: of two balls the sum of their radii (m); of a flat
-# wall its normal, the height of a touching ball's centre along it, and its ends along the tangent
-# (m); of a round one its center, 1 or -1 for balls that are outside or inside, the distance of the
-# centres (m), and the directions of its ends, if it has any, counter-clockwise. `unit` (kg) is that
-# of its forces, in which its own response is about 1. `over` tells whether its side has ended, and
-# `on` whether it presses; `slides` and `into` have the signs of its slip and of the roll into a
-# cushion, 0 where friction holds them. `force` (N) has N, the friction along the tangent, and what
-# slows the roll. `normal`, `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown`
-# and `matrix` are the linear system.
-Press = namedtuple(
-    "Press",
-    "own pull drag rolls small mass radius phase stuck push rate one other what mu shape unit over "
-    "on slides into force normal bend slip unknown matrix",
-)
+# What a press has, each with its type and, where it is a row or rows, its shape by the most balls N
+# and contacts C: numbers of these, the surface's decelerations, and whether it rolls balls. `small`
+# has the speed and the acceleration below which there is none, and a factor of all tolerances. Each
+# ball has its number in the run, its `mass` (kg), `radius` (m), `phase`, and as `push` its f and c
+# (m/s^2); `rate` is the change of the state. A ball is `stuck` that other balls and walls hold at
+# rest, because it came back to rest as soon as it was let go. Each contact has its place in the
+# run, its balls `one` and `other` (-1 for a wall), `what` is touched, its friction `mu`, and its
+# `shape`: of two balls the sum of their radii (m); of a flat wall its normal, the height of a
+# touching ball's centre along it, and its ends along the tangent (m); of a round one its center, 1
+# or -1 for balls that are outside or inside, the distance of the centres (m), and the directions of
+# its ends, if it has any, counter-clockwise. `unit` (kg) is that of its forces, in which its own
+# response is about 1. `over` tells whether its side has ended, and `on` whether it presses;
+# `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
+# holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
+# `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
+# linear system. `state`, `end` and `total` (N s) are those of a piece; the others are for a step.
+SCALARS = ("balls", "contacts", "pull", "drag", "rolls")
+FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
+    "small": (float, (3,)),
+    "ball": (int, ("N",)), "mass": (float, ("N",)), "radius": (float, ("N",)),
+    "phase": (int, ("N",)), "stuck": (int, ("N",)), "push": (float, ("N", 4)),
+    "rate": (float, ("6N",)),
+    "place": (int, ("C",)), "one": (int, ("C",)), "other": (int, ("C",)), "what": (int, ("C",)),
+    "mu": (float, ("C",)), "shape": (float, ("C", 8)), "unit": (float, ("C",)),
+    "over": (int, ("C",)), "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)),
+    "force": (float, ("C", 3)), "normal": (float, ("C", 2)), "bend": (float, ("C",)),
+    "slip": (float, ("C",)), "closed": (int, ("C",)), "chosen": (int, ("C",)),
+    "unknown": (int, ("3C", 2)), "matrix": (float, ("3C", "3C+1")), "column": (int, ("3C",)),
+    "found": (float, ("3C",)), "free": (float, ("3C", "3C")),
+    "state": (float, ("6N",)), "end": (float, ("6N",)), "total": (float, ("C", 3)),
+    "rates": (float, (7, "6N")), "forces": (float, (7, "C", 3)),
+    "first": (float, ("6N",)), "held": (float, ("C", 3)),
+    "before": (float, ("4C+N",)), "after": (float, ("4C+N",)),
+}  # fmt: skip
 
 
-def press_of(surface: Any, mass: Any, radius: Any, contacts: Any) -> Press:
-    """Return the press of balls of these masses (kg) and radii (m) on a surface.
+class Press:
+    """A press is a group with the room for its forces and its next piece, in lists."""
 
-    ``contacts`` has (one, other, what, mu, shape) of each contact.
+    own: Any = None  # a surface of a user's, which accelerates balls without contacts
+
+    def __init__(self) -> None:
+        self.balls = self.contacts = 0
+        self.pull = self.drag = 0.0
+        self.rolls = False
+        self.room = 0, 0
+
+    def hold(self, balls: int, contacts: int) -> None:
+        """Have room for so many balls and contacts."""
+        n, c = self.room
+        if balls > n or contacts > c:
+            self.room = max(balls, 2 * n), max(contacts, 2 * c)
+            for name, (kind, shape) in FORM.items():
+                setattr(self, name, rows_of(kind, lengths(shape, *self.room)))
+
+
+def lengths(shape: Sequence[Any], balls: int, contacts: int) -> tuple[int, ...]:
+    """Return the lengths of rows for so many balls and contacts.
+
+    >>> lengths((7, "6N"), 2, 1), lengths(("3C", "3C+1"), 2, 1)
+    ((7, 12), (3, 4))
     """
-    n, count = len(mass), len(contacts)
-    one, other, what, mu, shape = (list(part) for part in zip(*contacts, strict=True))
-    most = 3 * count
-    own, drag = None, surface.drag if surface.rolls else surface.pull
-    if not isinstance(surface, Sliding | Rolling):
-        own = surface.own if isinstance(surface, Press) else surface
-    unit = [
-        mass[i] if j < 0 else mass[i] * mass[j] / (mass[i] + mass[j])
-        for i, j in zip(one, other, strict=True)
-    ]
-    rows = [[0.0] * (most + 1) for _ in range(most)]
-    return Press(
-        own, surface.pull, drag, surface.rolls, [0.0, 0.0, 1.0], list(mass), list(radius),
-        [REST] * n, [False] * n, [[0.0] * 4 for _ in range(n)], [0.0] * (6 * n),
-        one, other, what, mu, shape, unit, [False] * count, [True] * count,
-        [0] * count, [0] * count, [[0.0] * 3 for _ in range(count)],
-        [[0.0] * 2 for _ in range(count)], [0.0] * count, [0.0] * count,
-        [[0] * 2 for _ in range(most)], rows,
-    )  # fmt: skip
+    known = {
+        "N": balls, "6N": 6 * balls, "C": contacts, "3C": 3 * contacts, "3C+1": 3 * contacts + 1,
+        "4C+N": 4 * contacts + balls,
+    }  # fmt: skip
+    return tuple(known.get(each, each) for each in shape)
 
 
-def part_of(g: Any, balls: Any, contacts: Any) -> Press:
-    """Return the press of some of the balls and contacts, in the same mode."""
-    number = {i: k for k, i in enumerate(balls)}
-    rows = [
-        (number[g.one[k]], number.get(g.other[k], -1), g.what[k], g.mu[k], g.shape[k])
-        for k in contacts
-    ]
-    part = press_of(g, [g.mass[i] for i in balls], [g.radius[i] for i in balls], rows)
-    for m, k in enumerate(contacts):
-        part.on[m], part.over[m] = g.on[k], g.over[k]
-        part.slides[m], part.into[m] = g.slides[k], g.into[k]
-    part.phase[:] = [g.phase[i] for i in balls]
-    part.stuck[:] = [g.stuck[i] for i in balls]
-    part.small[:] = g.small
-    return part
+def rows_of(kind: type, shape: Sequence[int]) -> Any:
+    """Return lists of zeros in lists."""
+    if len(shape) == 1:
+        return [kind()] * shape[0]
+    return [rows_of(kind, shape[1:]) for _ in range(shape[0])]
+
+
+def find_units(g: Any) -> None:
+    """Find the unit of each contact's forces, and forget how it presses."""
+    for k in range(g.contacts):
+        m, j = g.mass[g.one[k]], g.other[k]
+        g.unit[k] = m if j < 0 else m * g.mass[j] / (m + g.mass[j])
 
 
 # -- geometry ----------------------------------------------------------------------------------
@@ -118,7 +137,7 @@ def gap_of(g: Any, s: Any, k: int) -> float:
 
 def look(g: Any, s: Any) -> None:
     """Find the normal, the bend and the slip of each contact."""
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         i, shape, n = 6 * g.one[k], g.shape[k], g.normal[k]
         u, v = s[i + 2], s[i + 3]
         if g.what[k] == FLAT:
@@ -164,7 +183,7 @@ def find_forces(g: Any, s: Any) -> float:
     """Find the forces and the rates of a state; return how badly (m/s^2) they fit."""
     look(g, s)
     count = number_unknowns(g)
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         g.force[k][0] = g.force[k][1] = g.force[k][2] = 0.0
     find_rates(g, s)
     misfit = 0.0
@@ -173,11 +192,11 @@ def find_forces(g: Any, s: Any) -> float:
             g.matrix[p][count] = -residual(g, s, p)
         for q in range(count):
             fill_column(g, q, count)
-        misfit = solve(g.matrix, count)
+        misfit = solve(g, count)
         for q in range(count):
             k, kind = g.unknown[q]
             g.force[k][kind] = g.matrix[q][count] * g.unit[k]
-        for k in range(len(g.one)):
+        for k in range(g.contacts):
             if g.on[k]:
                 if g.slides[k]:
                     g.force[k][1] = -g.slides[k] * g.mu[k] * g.force[k][0]
@@ -190,7 +209,7 @@ def find_forces(g: Any, s: Any) -> float:
 def number_unknowns(g: Any) -> int:
     """List the unknown forces, and return their number."""
     count = 0
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         if not g.on[k]:
             continue
         for kind in (NORMAL, ALONG, INTO):
@@ -207,13 +226,13 @@ def number_unknowns(g: Any) -> int:
 
 def find_rates(g: Any, s: Any) -> None:
     """Find the pushes and the rates of all balls by the contacts' forces."""
-    for i in range(len(g.mass)):
+    for i in range(g.balls):
         f = g.push[i]
         f[0] = f[1] = f[2] = f[3] = 0.0
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         if g.on[k]:
-            normal, along, into = g.force[k]
-            nx, ny = g.normal[k]
+            normal, along, into = g.force[k][0], g.force[k][1], g.force[k][2]
+            nx, ny = g.normal[k][0], g.normal[k][1]
             x, y = normal * nx - along * ny, normal * ny + along * nx
             i, j = g.one[k], g.other[k]
             f, m = g.push[i], g.mass[i]
@@ -228,21 +247,22 @@ def find_rates(g: Any, s: Any) -> None:
                 f[1] += y / m
                 f[2] += into / m * nx
                 f[3] += into / m * ny
-    for i in range(len(g.mass)):
+    for i in range(g.balls):
         find_rate(g, s, i)
 
 
 def find_rate(g: Any, s: Any, i: int) -> None:
     """Find the rate of one ball's state."""
-    p, (fx, fy, cx, cy), d = 6 * i, g.push[i], g.rate
+    p, d, f = 6 * i, g.rate, g.push[i]
+    fx, fy, cx, cy = f[0], f[1], f[2], f[3]
     vx, vy = s[p + 2], s[p + 3]
     if g.phase[i] == REST:
         d[p] = d[p + 1] = d[p + 2] = d[p + 3] = d[p + 4] = d[p + 5] = 0.0
         return
     d[p], d[p + 1] = vx, vy
-    if g.own is not None:
-        path = g.own.path(0.0, (s[p], s[p + 1]), (vx, vy), (s[p + 4], s[p + 5]))
-        d[p + 2], d[p + 3] = fx + path.ax, fy + path.ay
+    if is_own(g):
+        ax, ay = own_pull(g, s, p)
+        d[p + 2], d[p + 3] = fx + ax, fy + ay
         d[p + 4], d[p + 5] = cx, cy
         return
     if g.phase[i] == SLIP:
@@ -255,6 +275,17 @@ def find_rate(g: Any, s: Any, i: int) -> None:
     share = holding(g.drag, vx, vy)
     d[p + 2] = d[p + 4] = (1.0 - SHARE) * fx + SHARE * cx - share * vx
     d[p + 3] = d[p + 5] = (1.0 - SHARE) * fy + SHARE * cy - share * vy
+
+
+def is_own(g: Any) -> bool:
+    """Tell whether the surface is a user's own."""
+    return g.own is not None
+
+
+def own_pull(g: Any, s: Any, p: int) -> Vector:
+    """Return the acceleration (m/s^2) that a user's own surface gives a ball without contacts."""
+    path = g.own.path(0.0, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
+    return path.ax, path.ay
 
 
 def holding(most: float, x: float, y: float) -> float:
@@ -282,14 +313,15 @@ def rate_along(g: Any, k: int, x: float, y: float) -> float:
 def residual(g: Any, s: Any, p: int) -> float:
     """Return what an unknown force must bring to 0 (m/s^2), at the present rates."""
     k, kind = g.unknown[p]
-    nx, ny = g.normal[k]
+    nx, ny = g.normal[k][0], g.normal[k][1]
     if kind == NORMAL:
         return opening_rate(g, k)
     if kind == ALONG:
         return rate_along(g, k, -ny, nx)
     i = g.one[k]
     if g.phase[i] == ROLL:
-        fx, fy, cx, cy = g.push[i]
+        f = g.push[i]
+        fx, fy, cx, cy = f[0], f[1], f[2], f[3]
         return float((cx - fx) * nx + (cy - fy) * ny)
     b = 6 * i
     turning = g.bend[k] * g.slip[k] * (s[b + 5] * nx - s[b + 4] * ny)
@@ -299,7 +331,7 @@ def residual(g: Any, s: Any, p: int) -> float:
 def fill_column(g: Any, q: int, count: int) -> None:
     """Fill in what an unknown force of unit size adds to each residual."""
     k, kind = g.unknown[q]
-    nx, ny = g.normal[k]
+    nx, ny = g.normal[k][0], g.normal[k][1]
     unit, mu = g.unit[k], g.mu[k]
     normal, along, into = float(kind == NORMAL), float(kind == ALONG), float(kind == INTO)
     if kind == NORMAL:
@@ -325,7 +357,7 @@ def reply(g: Any, p: int, i: int, sign: float, push: Any) -> float:
     """Return what a push on ball i adds to a residual, in which the ball has this sign."""
     fx, fy, cx, cy = push
     k, kind = g.unknown[p]
-    nx, ny = g.normal[k]
+    nx, ny = g.normal[k][0], g.normal[k][1]
     phase = g.phase[i]
     if phase == REST:
         return 0.0
@@ -340,46 +372,59 @@ def reply(g: Any, p: int, i: int, sign: float, push: Any) -> float:
     return float(sign * (fx * nx + fy * ny))
 
 
-def solve(matrix: Any, count: int) -> float:
-    """Solve a linear system in place; its last column becomes the solution of least norm.
+def solve(g: Any, count: int) -> float:
+    """Solve the linear system in place; its last column becomes the solution of least norm.
 
     Return the largest number that redundant rows leave, which is 0 where the system has a solution.
     """
-    column = [-1] * count  # the pivot's column of each row
-    rank = eliminate(matrix, count, column)
-    found, misfit = [0.0] * count, 0.0
+    rank, misfit = eliminate(g, count), 0.0
+    for q in range(count):
+        g.found[q] = 0.0
     for p in range(count):
         if p < rank:
-            found[column[p]] = matrix[p][count]
+            g.found[g.column[p]] = g.matrix[p][count]
         else:
-            misfit = max(misfit, abs(matrix[p][count]))
+            misfit = max(misfit, abs(g.matrix[p][count]))
     if rank < count:
-        least_norm(matrix, count, rank, column, found)
+        least_norm(g, count, rank)
     for q in range(count):
-        matrix[q][count] = found[q]
+        g.matrix[q][count] = g.found[q]
     return misfit
 
 
-def eliminate(matrix: Any, count: int, column: Any) -> int:
-    """Eliminate forces row by row (Gauss and Jordan); return the number of independent ones."""
+def eliminate(g: Any, count: int) -> int:
+    """Eliminate forces row by row (Gauss and Jordan); return the number of independent ones.
+
+    ``column`` becomes the pivot's column of each row.
+    """
     rank = 0
     for q in range(count):
         best, size = -1, REDUNDANT
         for p in range(rank, count):
-            if abs(matrix[p][q]) > size:
-                best, size = p, abs(matrix[p][q])
+            if abs(g.matrix[p][q]) > size:
+                best, size = p, abs(g.matrix[p][q])
         if best < 0:
             continue
-        matrix[rank], matrix[best] = matrix[best], matrix[rank]
-        row, pivot = matrix[rank], matrix[rank][q]
+        row = g.matrix[rank]
+        if best != rank:
+            exchange(row, g.matrix[best], q, count)
+        pivot = row[q]
         for m in range(q, count + 1):
             row[m] /= pivot
         for p in range(count):
-            if p != rank and matrix[p][q] != 0.0:
-                take_off(matrix[p], row, matrix[p][q], q, count)
-        column[rank] = q
+            if p != rank and g.matrix[p][q] != 0.0:
+                take_off(g.matrix[p], row, g.matrix[p][q], q, count)
+        g.column[rank] = q
         rank += 1
     return rank
+
+
+def exchange(one: Any, other: Any, first: int, last: int) -> None:
+    """Exchange the numbers of two rows between two columns."""
+    for m in range(first, last + 1):
+        kept = one[m]
+        one[m] = other[m]
+        other[m] = kept
 
 
 def take_off(other: Any, row: Any, part: float, first: int, last: int) -> None:
@@ -389,20 +434,25 @@ def take_off(other: Any, row: Any, part: float, first: int, last: int) -> None:
             other[m] -= part * row[m]
 
 
-def least_norm(matrix: Any, count: int, rank: int, column: Any, found: Any) -> None:
+def least_norm(g: Any, count: int, rank: int) -> None:
     """Take from a solution what lies along forces that change nothing."""
-    kept: list[list[float]] = []
+    kept = 0
     for q in range(count):
-        if q in column[:rank]:
+        is_pivot = False
+        for p in range(rank):
+            is_pivot |= g.column[p] == q
+        if is_pivot:
             continue
-        free = [0.0] * count
+        free = g.free[kept]
+        for p in range(count):
+            free[p] = 0.0
         free[q] = 1.0
         for p in range(rank):
-            free[column[p]] = -matrix[p][q]
-        for other in kept:
-            take_away(free, other, count)
-        kept.append(free)
-        take_away(found, free, count)
+            free[g.column[p]] = -g.matrix[p][q]
+        for other in range(kept):
+            take_away(free, g.free[other], count)
+        kept += 1
+        take_away(g.found, free, count)
 
 
 def take_away(found: Any, other: Any, count: int) -> None:
@@ -418,11 +468,11 @@ def take_away(found: Any, other: Any, count: int) -> None:
 # -- what presses, slips and rolls ---------------------------------------------------------------
 
 
-def begin(g: Any, s: Any) -> None:
+def guess(g: Any, s: Any) -> None:
     """Guess the mode of a state: everything that could be held is held."""
     set_phases(g, s)
     look(g, s)
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         freshen(g, s, k)
 
 
@@ -430,20 +480,28 @@ def set_scale(g: Any, s: Any) -> None:
     """Set the speed and the acceleration below which there is none."""
     fastest = 0.0
     strongest = max(g.pull, g.drag)
-    for number in range(len(g.mass)):
+    for number in range(g.balls):
         p = 6 * number
         fastest = max(fastest, size_of(s[p + 2], s[p + 3]), size_of(s[p + 4], s[p + 5]))
     look(g, s)
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         strongest = max(strongest, abs(g.bend[k]) * g.slip[k] * g.slip[k])
-    fastest = max(fastest, math.sqrt(strongest * min(g.radius)))
+    fastest = max(fastest, math.sqrt(strongest * smallest(g)))
     g.small[0], g.small[1] = SLOW * fastest, WEAK * strongest
+
+
+def smallest(g: Any) -> float:
+    """Return the smallest radius (m)."""
+    least = math.inf
+    for i in range(g.balls):
+        least = min(least, g.radius[i])
+    return least
 
 
 def set_phases(g: Any, s: Any) -> None:
     """Set the phases of balls; tiny slips and speeds are none."""
     fastest = g.small[0] / SLOW
-    for i in range(len(g.mass)):
+    for i in range(g.balls):
         p, g.phase[i] = 6 * i, phase_of(g, s, i, TINY * g.small[2] * fastest)
         if g.phase[i] == ROLL:
             for q in (p + 2, p + 3):
@@ -456,7 +514,7 @@ def phase_of(g: Any, s: Any, i: int, least: float) -> int:
     """Return the phase of a ball; slower slips and speeds than ``least`` (m/s) are none."""
     p = 6 * i
     vx, vy, wx, wy = s[p + 2], s[p + 3], s[p + 4], s[p + 5]
-    if g.own is not None:
+    if is_own(g):
         return SLIP
     if size_of(vx, vy) <= least and size_of(wx, wy) <= least:
         return REST
@@ -465,7 +523,7 @@ def phase_of(g: Any, s: Any, i: int, least: float) -> int:
 
 def freshen(g: Any, s: Any, k: int) -> None:
     """Let a contact press, with the signs of its slip and of the roll into it."""
-    g.on[k] = True
+    g.on[k] = 1
     g.slides[k] = sign(g.slip[k], g.small[0]) if g.mu[k] > 0.0 else 0
     g.into[k] = sign(roll_into(g, s, k), g.small[0]) if wrings(g, k) else 0
 
@@ -487,18 +545,18 @@ def touches(g: Any, s: Any, k: int) -> bool:
     return bool(opening(g, s, k) <= 10.0 * g.small[0])
 
 
-def room(g: Any, s: Any, k: int) -> float:
-    """Return how far (m) a ball is from the nearer end of the side that it touches."""
-    i, shape = 6 * g.one[k], g.shape[k]
+def room(g: Any, k: int, x: float, y: float) -> float:
+    """Return how far (m) a ball at a place is from the nearer end of the side that it touches."""
+    shape = g.shape[k]
     if g.what[k] == BALL:
         return math.inf
     if g.what[k] == FLAT:
-        foot = s[i + 1] * shape[0] - s[i] * shape[1]
+        foot = y * shape[0] - x * shape[1]
         return float(min(foot - shape[3], shape[4] - foot))
-    if len(shape) == 4:
+    fx, fy, lx, ly = shape[4], shape[5], shape[6], shape[7]
+    if fx == fy == 0.0:
         return math.inf
-    x, y = s[i] - shape[0], s[i + 1] - shape[1]
-    fx, fy, lx, ly = shape[4:]
+    x, y = x - shape[0], y - shape[1]
     after, before = fx * y - fy * x, x * ly - y * lx
     is_short = fx * ly - fy * lx >= 0.0  # at most half a turn
     return float(min(after, before) if is_short else max(after, before))
@@ -507,37 +565,34 @@ def room(g: Any, s: Any, k: int) -> float:
 def leaves(g: Any, s: Any, k: int) -> bool:
     """Tell whether a ball at the end of a side moves on beyond it."""
     p, near = 6 * g.one[k], NEAR * g.radius[g.one[k]]
-    left, speed = room(g, s, k), size_of(s[p + 2], s[p + 3])
+    left, speed = room(g, k, s[p], s[p + 1]), size_of(s[p + 2], s[p + 3])
     if left > near or speed == 0.0:
         return False
-    ahead = list(s)
-    ahead[p] += near / speed * s[p + 2]
-    ahead[p + 1] += near / speed * s[p + 3]
-    return room(g, ahead, k) < left
+    x, y = s[p] + near / speed * s[p + 2], s[p + 1] + near / speed * s[p + 3]
+    return room(g, k, x, y) < left
 
 
 def decide(g: Any, s: Any) -> bool:
     """Find what presses, slips and rolls, from a guess; tell whether all fits then."""
-    count = len(g.one)
     look(g, s)
-    closed = [touches(g, s, k) for k in range(count)]
-    for k in range(count):
-        g.on[k] = g.on[k] and closed[k]
-    for exchange in range(EXCHANGES * (count + len(g.mass))):
+    for k in range(g.contacts):
+        g.closed[k] = touches(g, s, k)
+        g.on[k] = g.on[k] and g.closed[k]
+    for number in range(EXCHANGES * (g.contacts + g.balls)):
         misfit = find_forces(g, s)
-        if not mend(g, s, misfit, closed, exchange < count + 3):
+        if not mend(g, s, misfit, number < g.contacts + 3):
             return True
     return False
 
 
-def mend(g: Any, s: Any, misfit: float, closed: Any, all_at_once: bool) -> bool:
+def mend(g: Any, s: Any, misfit: float, all_at_once: bool) -> bool:
     """Change what does not fit, all of a kind or the worst of it; tell whether anything did."""
     if misfit > 1e3 * g.small[1]:
         return open_widest(g)
     return (
         open_pulling(g, all_at_once)
         or let_slip(g, all_at_once)
-        or close_closing(g, s, closed, all_at_once)
+        or close_closing(g, s, all_at_once)
         or let_go(g, s)
     )
 
@@ -545,33 +600,33 @@ def mend(g: Any, s: Any, misfit: float, closed: Any, all_at_once: bool) -> bool:
 def open_widest(g: Any) -> bool:
     """Open the contact whose sides part fastest, where no forces fit."""
     widest, which = -math.inf, -1
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         if g.on[k] and opening_rate(g, k) > widest:
             widest, which = opening_rate(g, k), k
     if which >= 0:
-        g.on[which] = False
+        g.on[which] = 0
     return which >= 0
 
 
 def open_pulling(g: Any, all_at_once: bool) -> bool:
     """Open contacts that would pull."""
     least, which = -g.small[1], -1
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         if g.on[k]:
             press = g.force[k][0] / g.unit[k]
             if press < (-g.small[1] if all_at_once else least):
                 least, which = press, k
                 if all_at_once:
-                    g.on[k] = False
+                    g.on[k] = 0
     if which >= 0:
-        g.on[which] = False
+        g.on[which] = 0
     return which >= 0
 
 
 def let_slip(g: Any, all_at_once: bool) -> bool:
     """Let sides slip that friction cannot hold."""
     found = False
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         if g.on[k] and (all_at_once or not found):
             most, slack = g.mu[k] * g.force[k][0], g.small[1] * g.unit[k]
             if g.slides[k] == 0 and abs(g.force[k][1]) > most + slack:
@@ -581,11 +636,11 @@ def let_slip(g: Any, all_at_once: bool) -> bool:
     return found
 
 
-def close_closing(g: Any, s: Any, closed: Any, all_at_once: bool) -> bool:
+def close_closing(g: Any, s: Any, all_at_once: bool) -> bool:
     """Let contacts press that would close."""
     least, which = -4.0 * g.small[1], -1
-    for k in range(len(g.one)):
-        if closed[k] and not g.on[k]:
+    for k in range(g.contacts):
+        if g.closed[k] and not g.on[k]:
             rate = opening_rate(g, k)
             if rate < (-4.0 * g.small[1] if all_at_once else least):
                 least, which = rate, k
@@ -602,14 +657,15 @@ def drive(g: Any, i: int) -> tuple[float, float]:
     That is what would move a ball at rest, without what walls and their friction take, or what
     would make one slip that rolls.
     """
-    fx, fy, cx, cy = g.push[i]
+    f = g.push[i]
+    fx, fy, cx, cy = f[0], f[1], f[2], f[3]
     if g.phase[i] == ROLL:
         return SHARE * (fx - cx), SHARE * (fy - cy)
     if g.rolls:
         fx, fy = (1.0 - SHARE) * fx + SHARE * cx, (1.0 - SHARE) * fy + SHARE * cy
-    for k in range(len(g.one)):
+    for k in range(g.contacts):
         if g.on[k] and g.one[k] == i and g.other[k] < 0:
-            nx, ny = g.normal[k]
+            nx, ny = g.normal[k][0], g.normal[k][1]
             into, along = min(fx * nx + fy * ny, 0.0), fy * nx - fx * ny
             held = min(max(along, g.mu[k] * into), -g.mu[k] * into)
             fx, fy = fx - into * nx + held * ny, fy - into * ny - held * nx
@@ -627,7 +683,7 @@ def spare_hold(g: Any, i: int) -> float:
 
 def let_go(g: Any, s: Any) -> bool:
     """Let a ball slip that cannot roll on, or move that cannot rest."""
-    for i in range(len(g.mass)):
+    for i in range(g.balls):
         if spare_hold(g, i) < -g.small[1]:
             set_free(g, s, i)
             return True

@@ -66,6 +66,10 @@ class Side(Protocol):
     def curvature(self, x: float, y: float) -> float: ...
 
 
+# The numbers of a shape are those of physics/pressed.py.
+Shape = tuple[float, float, float, float, float, float, float, float]
+
+
 class Straight(NamedTuple):
     """A straight edge is a line through ``point``, across the unit vector ``normal``."""
 
@@ -121,6 +125,11 @@ class Face(NamedTuple):
         if foot < -slack or foot > length + slack:
             return math.inf
         return (x - x0) * nx + (y - y0) * ny - radius - r
+
+    def shape(self, x: float, y: float, r: float) -> tuple[int, Shape]:
+        (nx, ny), (x0, y0) = self.normal(x, y), self.start
+        height, last = x * nx + y * ny - self.gap(x, y, r), y0 * nx - x0 * ny
+        return FLAT, (nx, ny, height, last - self.length, last, 0.0, 0.0, 0.0)
 
     def normal(self, x: float, y: float) -> Vector:
         return self.outward
@@ -186,6 +195,9 @@ class RoundSide(NamedTuple):
         dx, dy = x - self.center[0], y - self.center[1]
         return math.sqrt(dx * dx + dy * dy) - self.radius - r
 
+    def shape(self, x: float, y: float, r: float) -> tuple[int, Shape]:
+        return circle(self.center[0], self.center[1], 1.0, self.radius + r)
+
     def normal(self, x: float, y: float) -> Vector:
         return unit(x - self.center[0], y - self.center[1])
 
@@ -231,6 +243,10 @@ class Arc(NamedTuple):
         if not within_sector(dx, dy, first, last):
             return math.inf
         return facing * (math.sqrt(dx * dx + dy * dy) - radius) - r
+
+    def shape(self, x: float, y: float, r: float) -> tuple[int, Shape]:
+        (cx, cy), (fx, fy), (lx, ly) = self.center, self.first, self.last
+        return ROUND, (cx, cy, self.facing, self.radius + self.facing * r, fx, fy, lx, ly)
 
     def normal(self, x: float, y: float) -> Vector:
         nx, ny = unit(x - self.center[0], y - self.center[1])
@@ -458,26 +474,24 @@ def face_between(start: Vector, end: Vector, radius: float = 0.0) -> Face:
     return Face(start, (tx, ty), (-ty, tx), math.sqrt(dx * dx + dy * dy), radius)
 
 
-def shape_of(side: Any, x: float, y: float, r: float) -> tuple[int, list[float]]:
+def shape_of(side: Any, x: float, y: float, r: float) -> tuple[int, Shape]:
     """Return what a ball touches, and the numbers of its shape, as a press takes them.
 
     The ball has its centre at (x, y), and the radius r (m). A side of a user's own is taken as the
     line or the circle that its normal and its curvature describe there, without ends.
     """
+    if type(side) in (Face, RoundSide, Arc):
+        return side.shape(x, y, r)  # type: ignore[no-any-return]
     (nx, ny), bends = side.normal(x, y), side.curvature(x, y)
-    if isinstance(side, Arc):
-        far = side.radius + side.facing * r
-        return ROUND, [*side.center, side.facing, far, *side.first, *side.last]
-    if isinstance(side, RoundSide):
-        return ROUND, [*side.center, 1.0, side.radius + r]
     if bends != 0.0:
-        center = x - nx / bends, y - ny / bends
-        return ROUND, [*center, math.copysign(1.0, bends), 1.0 / abs(bends)]
-    first, last, height = -math.inf, math.inf, x * nx + y * ny - side.gap(x, y, r)
-    if isinstance(side, Face):
-        last = side.start[1] * nx - side.start[0] * ny
-        first = last - side.length
-    return FLAT, [nx, ny, height, first, last]
+        return circle(x - nx / bends, y - ny / bends, math.copysign(1.0, bends), 1.0 / abs(bends))
+    height = x * nx + y * ny - side.gap(x, y, r)
+    return FLAT, (nx, ny, height, -math.inf, math.inf, 0.0, 0.0, 0.0)
+
+
+def circle(x: float, y: float, facing: float, far: float) -> tuple[int, Shape]:
+    """Return the shape of a circle without ends, from whose centre a ball is ``far`` (m)."""
+    return ROUND, (x, y, facing, far, 0.0, 0.0, 0.0, 0.0)
 
 
 def unit(x: float, y: float) -> Vector:

@@ -33,7 +33,7 @@ def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine)
 def cut_off(trace: EngineTrace, engine: ContactEngine, t: float) -> None:
     """Write down where the balls are that still move when the run ends at ``t`` (s)."""
     engine.now = t
-    engine.groups.tell_all()
+    engine.tell_all()
     trace.warn_of_persisted()
     if trace.status == "settled":
         return
@@ -46,7 +46,7 @@ def cut_off(trace: EngineTrace, engine: ContactEngine, t: float) -> None:
         )
     for i, path in enumerate(engine.paths):
         if path.end > t or trace.knots[i][-1][3:5] != NONE:
-            x, y, vx, vy, wx, wy = engine.groups.state_of(i)
+            x, y, vx, vy, wx, wy = engine.state_of(i)
             pull = (path.ax, path.ay) if path.end > t else NONE
             trace.breakpoint(i, t, (x, y), (vx, vy), pull, (wx, wy))
 

@@ -215,7 +215,7 @@ class LiveState:
     def state_of(self, i: int) -> tuple[Motion, Vector]:
         """Return the motion (m, m/s) and the roll (m/s) of ball ``i`` now."""
         self.engine.now = self.now
-        x, y, vx, vy, wx, wy = self.engine.groups.state_of(i)
+        x, y, vx, vy, wx, wy = self.engine.state_of(i)
         return (x, y, vx, vy), (wx, wy)
 
     def begin_path(
@@ -253,7 +253,7 @@ class LiveState:
         The balls of groups that came apart go on by themselves.
         """
         self.sent_off.update(balls)
-        loose = [self.balls[i] for i in self.engine.groups.loose]
+        loose = [self.balls[i] for i in self.engine.loose()]
         for ball in dict.fromkeys((*balls, *loose)):
             self.carry(ball)
         numbers = [ball.number for ball in (*balls, *loose)]

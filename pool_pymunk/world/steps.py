@@ -78,15 +78,11 @@ class Callbacks(Recorder):
     def end_persistent(self) -> None:
         """Tell of the persistent contacts that are over, as they are at their ends."""
         engine, persisted = self.state.engine, self.state.engine.groups.persisted
-        for hit in [hit for hit in persisted if not self._presses(hit)]:
+        for hit in [hit for hit in persisted if not engine.presses(hit)]:
             if self._is_there(hit, persisted[hit]):
                 contact = engine.contact(hit, engine.motions([hit]))
                 persisted[hit] = persisted[hit]._replace(contact=contact)
-            engine.groups.tell(hit)
-
-    def _presses(self, hit: Hit) -> bool:
-        group = self.state.engine.groups.of.get(hit.i)
-        return group is not None and group.is_on(hit)
+            engine.tell(hit)
 
     def _is_there(self, hit: Hit, persisted: Persisted) -> bool:
         """Tell whether a contact is over just now, and both of its sides are still there."""
