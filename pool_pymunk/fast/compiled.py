@@ -23,7 +23,7 @@ from types import FunctionType
 from typing import Any, cast
 
 from pool_pymunk.fast import loop
-from pool_pymunk.fast.persistent import are_held, is_held
+from pool_pymunk.fast.due import not_taken
 from pool_pymunk.physics import changes, touches
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc
@@ -44,12 +44,17 @@ OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_
 # Inlined calls made shots 1.3 times as fast, and took no longer to compile. Calls for rare contacts
 # and for bent paths to arcs are not inlined: with them compilation took minutes.
 APART = (
+    "pool_pymunk.engine.groups",
+    "pool_pymunk.fast.asked",
     "pool_pymunk.fast.instant",
     "pool_pymunk.fast.together",
+    "pool_pymunk.physics.persistent",
+    "pool_pymunk.physics.pieces",
+    "pool_pymunk.physics.pressed",
     "pool_pymunk.physics.together",
 )
 RARE = (
-    bent_to_arc, time_in, time_out, are_held, is_held, changes.touch, changes.is_bent,
+    not_taken, bent_to_arc, time_in, time_out, changes.touch, changes.is_bent,
     changes.lose, changes.lose_velocity, changes.fall, changes.begin_to_roll,
     touches.touch_of_discs,
 )  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from pool_pymunk.engine import decisions
+from pool_pymunk.engine.groups import takes
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.fast.kinds import time_of_contact
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
@@ -63,7 +64,8 @@ def due_next(w: Work) -> tuple[int, float, float]:
 def note_next(w: Work, i: int) -> None:
     """Note when ball ``i`` has its next event."""
     due = w.due[i]
-    w.next_t[i] = min(min(due.ball_t, due.wall_t), min(due.stop_t, due.look_t))
+    soonest = min(min(due.ball_t, due.wall_t), min(due.stop_t, due.look_t))
+    w.next_t[i] = min(soonest, min(due.piece_t, due.press_t))
 
 
 def forget(w: Work, i: int) -> None:
@@ -114,11 +116,35 @@ def look_for_walls(w: Work, sides: Sides, i: int) -> None:
                 found, wall, first = k, sides[k].wall, t
             elif t < second and sides[k].wall != wall:
                 second = t
+        if first < math.inf and may_press(w, i, i, first):
+            found, first, second = not_taken(w, sides, i)
         if first < math.inf:
             due.path_end = first + decisions.nearly_now(ball.radius, ball.speed)
-        elif ball.end < math.inf:
+        elif ball.end < math.inf and w.groups.leader[i] == NOTHING:
             due.stop_t = ball.end
     due.side, due.wall_t, due.second_t = found, first, second
+
+
+def not_taken(w: Work, sides: Sides, i: int) -> tuple[int, float, float]:
+    """Return a path's first wall and second wall, without those that a ball is pressed on to."""
+    ball = w.ball[i]
+    path, found, first, second = path_of(ball), NOTHING, math.inf, math.inf
+    for n in range(len(sides)):
+        if sides[n].first != n:
+            continue
+        side, soonest = n, math.inf
+        for k in range(n, sides[n].last):
+            t = time_of_contact(sides[k], path, ball.radius, w.now)
+            if t < soonest:
+                side, soonest = k, t
+        is_taken = soonest < math.inf and may_press(w, i, i, soonest)
+        if is_taken and takes(w, sides, i, -1 - n, soonest):
+            continue
+        if soonest < first:
+            found, first, second = side, soonest, first
+        elif soonest < second:
+            second = soonest
+    return found, first, second
 
 
 def look_ahead(w: Work, i: int) -> None:
@@ -133,7 +159,7 @@ def look_ahead(w: Work, i: int) -> None:
     put_box(ball, box(path, ball.radius, w.now, end))
 
 
-def meet_others(w: Work, i: int, done: int) -> None:
+def meet_others(w: Work, sides: Sides, i: int, done: int) -> None:
     """Predict when ball ``i`` meets balls (not ball ``done``) whose boxes overlap its own."""
     own = w.ball[i].box
     x0, y0, x1, y1 = own[0], own[1], own[2], own[3]
@@ -143,10 +169,10 @@ def meet_others(w: Work, i: int, done: int) -> None:
             other[0] <= x1 and other[2] >= x0 and other[1] <= y1 and other[3] >= y0
             and j != i and j != done
         ):  # fmt: skip
-            meet(w, min(i, j), max(i, j))
+            meet(w, sides, min(i, j), max(i, j))
 
 
-def meet(w: Work, i: int, j: int) -> None:
+def meet(w: Work, sides: Sides, i: int, j: int) -> None:
     """Predict when two balls meet."""
     a, b = w.ball[i], w.ball[j]
     since = max(w.now, a.t, b.t)
@@ -156,7 +182,55 @@ def meet(w: Work, i: int, j: int) -> None:
         return
     noise = max(a.noise, b.noise)
     t = pair_time(path_of(a), path_of(b), touching, since, until, noise)
-    w.pair_t[i, j] = min(w.pair_t[i, j], t)
+    if t < math.inf and not (may_press(w, i, j, t) and takes(w, sides, i, j, t)):
+        w.pair_t[i, j] = min(w.pair_t[i, j], t)
+
+
+def may_press(w: Work, i: int, j: int, t: float) -> bool:
+    """Tell whether a hit at ``t`` (s) may be of sides that are held together, or of groups."""
+    speed = max(w.ball[i].speed, w.ball[j].speed)
+    is_soon = not (t - w.now) * speed > decisions.SOON * w.ball[i].radius
+    return is_soon or bool(w.groups.members + w.groups.waits > 0)
+
+
+def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
+    """Predict what one or two balls on new paths meet, and those of groups that came apart."""
+    if w.groups.loosened:
+        for i in range(w.scene.balls):
+            w.together.changed[i] = 0
+        for i in balls:
+            w.together.changed[i] = 1
+        predict_marked(w, sides)
+        return
+    for i in balls:
+        forget(w, i)
+        look_for_walls(w, sides, i)
+        look_ahead(w, i)
+    for i in balls:
+        meet_others(w, sides, i, balls[0])
+    for i in balls:
+        refresh(w, i)
+
+
+def predict_marked(w: Work, sides: Sides) -> None:
+    """Predict what the ``changed`` balls meet, and those of groups that came apart."""
+    at, r = w.together, w.groups
+    for m in range(r.loosened):
+        i = r.out[m]
+        at.changed[i] |= r.loose[i]
+        r.loose[i] = 0
+    r.loosened = 0
+    for i in range(w.scene.balls):
+        if at.changed[i]:
+            forget(w, i)
+            look_for_walls(w, sides, i)
+            look_ahead(w, i)
+    for i in range(w.scene.balls):
+        if at.changed[i]:
+            meet_others(w, sides, i, i)
+    for i in range(w.scene.balls):
+        if at.changed[i]:
+            refresh(w, i)
 
 
 # -- bounds ----------------------------------------------------------------------------------------

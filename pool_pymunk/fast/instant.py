@@ -92,6 +92,67 @@ def touches_wall(w: Work, sides: Sides, i: int, n: int, times: float) -> bool:
     return decisions.is_closed(room / times, x, y, r)
 
 
+def gap_to_wall(w: Work, sides: Sides, i: int, n: int) -> float:
+    """Return the gap (m) between a ball and the wall whose first side is ``n`` now."""
+    x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
+    r = w.ball[i].radius
+    return float(gap(nearest(sides, sides[n], x, y, r), x, y, r))
+
+
+# -- what touches ----------------------------------------------------------------------------------
+
+
+def spread(w: Work, found: int) -> bool:
+    """Mark all balls in the cluster of the ``found`` ones; return False if one is off the table."""
+    at, done = w.together, 0
+    while done < found:
+        i = at.queue[done]
+        done += 1
+        if w.count.pocket[i] != NOTHING:
+            return False
+        for j in range(w.scene.balls):
+            if not at.is_near[j] and touches_ball(w, min(i, j), max(i, j)):
+                at.is_near[j], at.queue[found] = 1, j
+                found += 1
+    return True
+
+
+def touches_ball(w: Work, i: int, j: int) -> bool:
+    """Tell whether two balls are on the table, and touch now, or nearly so."""
+    one, other = w.ball[i].box, w.ball[j].box
+    is_apart = other[0] > one[2] or other[2] < one[0] or other[1] > one[3] or other[3] < one[1]
+    return not is_apart and touch(w, i, j, decisions.NEARLY_CLOSED)
+
+
+def cluster_around(w: Work, sides: Sides, i: int) -> None:
+    """Find all contacts in the cluster around a ball, for its group."""
+    at, r, balls = w.together, w.groups, w.scene.balls
+    for k in range(balls):
+        at.is_near[k] = 0
+    at.is_near[i], at.queue[0], r.hits = 1, i, 0
+    spread(w, 1)
+    for k in range(balls):
+        for j in range(k + 1, balls):
+            if at.is_near[k] and at.is_near[j] and touches_ball(w, k, j):
+                note_touching(w, k, j)
+    for k in range(balls):
+        for n in range(len(sides)):
+            is_cushion = sides[n].first == n and sides[n].pocket == NOTHING
+            is_asked = is_cushion and at.is_near[k] != 0
+            if is_asked and touches_wall(w, sides, k, n, decisions.NEARLY_CLOSED):
+                note_touching(w, k, -1 - n)
+
+
+def note_touching(w: Work, i: int, other: int) -> None:
+    """Put a contact among those of a group, if there is room."""
+    r = w.groups
+    if r.hits == MOST_TOGETHER:
+        r.is_full = 1
+        return
+    r.hit[r.hits][0], r.hit[r.hits][1] = i, other
+    r.hits += 1
+
+
 # -- contacts --------------------------------------------------------------------------------------
 
 

@@ -74,6 +74,7 @@ jumps = by_kind([law.jumps for law in COMPILED])
 gap = by_kind([answer("gap", kind) for kind in KINDS])
 curvature = by_kind([answer("curvature", kind) for kind in KINDS])
 normal = by_kind([answer("normal", kind) for kind in KINDS])
+shape = by_kind([answer("shape", kind) for kind in KINDS])
 time_of_contact = where(
     "own",
     by_kind([answer("time_of_contact", kind) for kind in KINDS]),

@@ -3,8 +3,7 @@
 It does the engine's work: it calls the functions that :mod:`pool_pymunk.engine.contacts` calls with
 the same numbers in the same order, so every bit of an end is the same. Contacts that come alone are
 answered here, and others by :mod:`pool_pymunk.fast.together`. A shot is ``HARD``, and played by the
-engine, if a contact persists, hits at one instant have no end, too many come at once, or a ball is
-lost.
+engine, if hits at one instant have no end, too many come at once, or a ball is lost.
 """
 
 from __future__ import annotations
@@ -12,22 +11,25 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pool_pymunk.engine import decisions
+from pool_pymunk.engine import decisions, groups
+from pool_pymunk.engine.groups import begin_at, go_on
 from pool_pymunk.engine.near import NOWHERE, box, piece
+from pool_pymunk.fast.asked import predict_loose
 from pool_pymunk.fast.due import (
     due_next,
     forget,
     look_ahead,
-    look_for_walls,
     may_roll,
     meet_others,
+    note_next,
     path_of,
+    predict,
     put_box,
     refresh,
     slows,
 )
 from pool_pymunk.fast.instant import gather, latest_of
-from pool_pymunk.fast.kinds import ball_ball, curvature, cushion, gap, jumps, normal
+from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal
 from pool_pymunk.fast.moves import (
     begin,
     keep,
@@ -40,7 +42,6 @@ from pool_pymunk.fast.moves import (
     squared,
     stop,
 )
-from pool_pymunk.fast.persistent import Place, balls_persist, parting_at, wall_persists
 from pool_pymunk.fast.records import (
     COLUMNS,
     MOST_BALLS,
@@ -53,12 +54,18 @@ from pool_pymunk.fast.records import (
     Tracks,
     Work,
 )
-from pool_pymunk.fast.together import answer_alone, answer_together, has_many_rounds, note_met
+from pool_pymunk.fast.together import (
+    answer_alone,
+    answer_together,
+    has_many_rounds,
+    note_met,
+    take_apart,
+)
 from pool_pymunk.fast.walls import coefficients, nearest
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.changes import ROLL
-from pool_pymunk.physics.contact import Pair, approach, changed, split, wall_approach
+from pool_pymunk.physics.contact import Pair, Vector, approach, changed, split, wall_approach
 from pool_pymunk.physics.impulses import pushed_along, slowing
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.sides import unit
@@ -140,12 +147,23 @@ def write_shot(w: Work, out: Out, s: int) -> None:
     for i in range(w.scene.balls):
         x = y = math.nan
         if not w.ball[i].is_off:
-            x, y, _, _ = motion_at(path_of(w.ball[i]), max(w.now, count.duration))
+            x, y = last_place(w, i)
         out.final[s, i, 0], out.final[s, i, 1] = x, y
         out.pocketed[s, i], out.met[s, i] = count.pocket[i], count.met[i] != 0
     out.in_doubt[s] = w.in_doubt != 0
     out.duration[s], out.events[s] = count.duration, count.events
     out.hits[s], out.cushions[s], out.first_hit[s] = count.hits, count.cushions, count.first_hit
+
+
+def last_place(w: Work, i: int) -> Vector:
+    """Return where (m) a ball is at the end of a shot."""
+    leader, t = w.groups.leader[i], max(w.now, w.count.duration)
+    if leader != NOTHING and w.ball[i].moves:
+        groups.find_state(w, leader, t)
+        p = 6 * w.groups.local[i]
+        return w.press.end[p], w.press.end[p + 1]
+    x, y, _, _ = motion_at(path_of(w.ball[i]), t)
+    return x, y
 
 
 def write_track(w: Work, tracks: Tracks, rows: int, events: int) -> tuple[int, int]:
@@ -167,31 +185,49 @@ def play(w: Work, sides: Sides) -> int:
         if t == math.inf or t > w.scene.latest:
             return end(w, t)
         w.now = max(t, w.now)
-        i = first_to_end(w, i, t) if other_t == t else i
-        due = w.due[i]
-        is_hit, is_wall = due.ball_t == t, due.wall_t == t
-        j = due.ball if is_hit else NOTHING
+        i = first_of_all(w, i, t) if other_t == t else i
+        due, is_sound = w.due[i], True
         if due.stop_t == t:
-            if not end_path(w, sides, i, t):
-                return HARD
-        elif is_hit or is_wall:
-            if not answer(w, sides, i, j, other_t):
-                return HARD
+            is_sound = end_path(w, sides, i, t)
+        elif due.piece_t == t:
+            due.piece_t = math.inf
+            note_next(w, i)
+            go_on(w, sides, i)
+        elif due.ball_t == t or due.wall_t == t:
+            is_sound = answer(w, sides, i, due.ball if due.ball_t == t else NOTHING, other_t)
             is_full = w.track.rows + 4 * MOST_BALLS > MOST_ROWS
-            if is_full or w.count.events >= decisions.NEVER_SETTLES:
-                return HARD
-        else:
+            is_sound &= not is_full and w.count.events < decisions.NEVER_SETTLES
+        elif due.look_t == t:
             look_ahead(w, i)
-            meet_others(w, i, i)
+            meet_others(w, sides, i, i)
             refresh(w, i)
+        else:
+            find_press(w, i)
+            begin_at(w, sides, i)
+        if not is_sound or w.groups.is_full or w.together.unlisted >= decisions.NEVER_SETTLES:
+            return HARD
 
 
-def first_to_end(w: Work, i: int, t: float) -> int:
-    """Return the first ball whose path ends at ``t`` (s), or else i: stops come before hits."""
+def first_of_all(w: Work, i: int, t: float) -> int:
+    """Return the ball whose event at ``t`` (s) comes first: ends of paths, hits, then presses."""
     for k in range(w.scene.balls):
-        if w.due[k].stop_t == t:
+        if w.due[k].stop_t == t or w.due[k].piece_t == t:
+            return k
+    for k in range(i, w.scene.balls):
+        due = w.due[k]
+        if due.ball_t == t or due.wall_t == t or due.look_t == t:
             return k
     return i
+
+
+def find_press(w: Work, i: int) -> None:
+    """Find when contacts around a ball are to press after now: when their wait is over."""
+    r = w.groups
+    w.due[i].press_t = math.inf
+    for m in range(r.waits):
+        if r.asked[m] and r.wait[m][0] == i and r.until[m] > w.now:
+            w.due[i].press_t = min(w.due[i].press_t, r.until[m])
+    note_next(w, i)
 
 
 def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
@@ -201,7 +237,7 @@ def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
         stop(w, i, t)
         return True
     path = roll_on(path_of(ball), w.scene.drag)
-    is_sound = put_path(ball, path)
+    is_sound = put_path(w, i, path)
     ball.noise = NOISE * ball.speed
     if sets_off(path):
         w.count.events += 1
@@ -222,11 +258,45 @@ def answer(w: Work, sides: Sides, i: int, j: int, other_t: float) -> bool:
         if not gather(w, sides, i, j):
             return False
         if w.together.dues > 1:
-            return answer_together(w, sides)
-    if j >= 0:
-        return answer_hit(w, sides, i, j)
+            return is_absorbed(w, sides) or answer_together(w, sides)
     side = sides[w.due[i].side]
-    return answer_cushion(w, sides, i, side) if side.pocket < 0 else take_in(w, i, side)
+    if j < 0 and side.pocket >= 0:
+        return take_in(w, sides, i, side)
+    w.together.dues, w.together.due[0, 0] = 1, i
+    w.together.due[0, 1] = j if j >= 0 else -1 - side.first
+    if is_absorbed(w, sides):
+        return True
+    take_apart(w, i, j)
+    return answer_hit(w, sides, i, j) if j >= 0 else answer_cushion(w, sides, i, side)
+
+
+def is_absorbed(w: Work, sides: Sides) -> bool:
+    """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
+    at = w.together
+    for k in range(at.dues):
+        i, other = at.due[k, 0], at.due[k, 1]
+        is_of_pocket = other < 0 and sides[-1 - other].pocket != NOTHING
+        if is_of_pocket or not groups.is_faint(w, sides, i, other):
+            return False
+    groups.begin_at(w, sides, at.due[0, 0])
+    is_over = True
+    for k in range(at.dues):
+        is_over &= groups.is_absorbed(w, sides, at.due[k, 0], at.due[k, 1])
+    if is_over:
+        for k in range(at.dues):
+            leave_out(w, at.due[k, 0], at.due[k, 1])
+    return is_over
+
+
+def leave_out(w: Work, i: int, other: int) -> None:
+    """Leave a contact out that is due now."""
+    due = w.due[i]
+    if other >= 0 and w.pair_t[i, other] <= w.now:
+        w.pair_t[i, other] = math.inf
+        refresh(w, i)
+    elif other < 0 and due.wall_t <= w.now:
+        due.wall_t = due.second_t
+        note_next(w, i)
 
 
 def may_come_together(w: Work, i: int, j: int, other_t: float) -> bool:
@@ -256,7 +326,7 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
             if may_roll(ball):
                 wx, wy = shots.roll[s, i, 0], shots.roll[s, i, 1]
         path = path_from(w, 0.0, (x, y), (vx, vy), (wx, wy))
-        is_ordinary &= put_path(ball, path)
+        is_ordinary &= put_path(w, i, path)
         ball.noise = NOISE * fastest_of(path)
         keep(w, i, path)
         ball.moves = sets_off(path)
@@ -273,10 +343,13 @@ def clear(w: Work) -> None:
     w.now, w.instant, w.rounds, count.duration, w.in_doubt = 0.0, -math.inf, 0, 0.0, 0
     count.events = count.hits = count.cushions = track.rows = track.events = 0
     count.first_hit, w.together.mets, w.together.unlisted = NOTHING, 0, 0
+    w.groups.coarser, w.groups.is_full = 1.0, 0
+    groups.forget(w.groups, w.scene.balls)
     for i in range(w.scene.balls):
         due = w.due[i]
         count.pocket[i], count.met[i], due.ball = NOTHING, 0, NOTHING
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
+        due.piece_t = due.press_t = math.inf
         due.until = w.next_t[i] = math.inf
         for j in range(i + 1, w.scene.balls):
             w.pair_t[i, j] = math.inf
@@ -308,23 +381,9 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
     noise = decisions.noise_after(fastest, noise)
     is_sound = begin(w, i, (x, y), after_a, roll_of(w, i), noise)
     is_sound &= begin(w, j, (u, v), after_b, roll_of(w, j), noise)
-    parting = parting_at(approach((a.vx, a.vy), (b.vx, b.vy), along), noise)
-    if balls_persist(w, i, j, parting, e):
-        return False
     predict(w, sides, (i, j))
+    groups.look_after(w, sides, i, j)
     return is_sound
-
-
-def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
-    """Predict what one or two balls on new paths meet."""
-    for i in balls:
-        forget(w, i)
-        look_for_walls(w, sides, i)
-        look_ahead(w, i)
-    for i in balls:
-        meet_others(w, i, balls[0])
-    for i in balls:
-        refresh(w, i)
 
 
 def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
@@ -335,7 +394,7 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
         return False
     x, y, vx, vy = motion_at(path_of(ball), w.now)
     met, (e, mu) = nearest(sides, side, x, y, ball.radius), coefficients(side, w.scene)
-    across, bends = normal(met, x, y), curvature(met, x, y)
+    across = normal(met, x, y)
     closing = wall_approach((vx, vy), across)
     if has_many or closing <= ball.noise:
         return answer_alone(w, sides, i, -1 - side.first, has_many)
@@ -349,21 +408,21 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
         push = across, slowing(mu, impulse, ball.mass)
         roll = changed_by(slowed_by(push, roll, NO_ROLL), roll)
     is_sound = begin(w, i, (x, y), after, roll, noise)
-    parting = parting_at(wall_approach((ball.vx, ball.vy), across), noise)
-    if wall_persists(w, i, Place(across, bends), parting, e):
-        return False
     predict(w, sides, (i,))
+    groups.look_after(w, sides, i, -1 - side.first)
     return is_sound
 
 
-def take_in(w: Work, i: int, side: Any) -> bool:
+def take_in(w: Work, sides: Sides, i: int, side: Any) -> bool:
     """Let a pocket take in a ball; the ball meets nothing any more."""
     ball, count = w.ball[i], w.count
     keep_event(w, i, -1 - side.wall, w.now)
     x, y, vx, vy = motion_at(path_of(ball), w.now)
+    if w.groups.members:
+        groups.release(w, i, 0.0)
     keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now, True, 0.0, 0.0))
     path = standing(w.now, side.center[0], side.center[1])
-    put_path(ball, path)
+    put_path(w, i, path)
     ball.noise, ball.moves = 0.0, 0
     keep(w, i, path)
     count.events += 1
@@ -372,6 +431,8 @@ def take_in(w: Work, i: int, side: Any) -> bool:
     put_box(ball, NOWHERE)
     forget(w, i)
     refresh(w, i)
+    w.groups.loose[i] = 0
+    predict_loose(w, sides)
     return True
 
 

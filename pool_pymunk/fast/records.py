@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.engine import groups
+from pool_pymunk.physics import pressed
 from pool_pymunk.physics.contact import Pair
 
 Work = Any  # one record of WORKS
@@ -60,11 +62,11 @@ BALLS = {
 }  # fmt: skip
 
 # What is due for a ball: when it meets its first and its second wall, stops, looks ahead again, and
-# meets the first ball of a higher number; when its path ends at a wall, and until when the path is
-# looked at.
+# meets the first ball of a higher number; when the piece of its group ends, and when contacts around
+# it are to press; when its path ends at a wall, and until when the path is looked at.
 DUE = np.dtype(
     [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
-     ("ball_t", F), ("path_end", F), ("until", F)]
+     ("ball_t", F), ("piece_t", F), ("press_t", F), ("path_end", F), ("until", F)]
 )  # fmt: skip
 
 COUNT = np.dtype(
@@ -107,12 +109,27 @@ TOGETHER = np.dtype(
      ("pushing", I, C), ("chosen", I, C)]
 )  # fmt: skip
 
+
+def form_of(form: Any, **scalars: Any) -> Any:
+    """Return the form of a record with these rows and numbers."""
+    rows = [(name, kind, pressed.lengths(shape, N, C)) for name, (kind, shape) in form.items()]
+    return np.dtype([*scalars.items(), *rows])
+
+
+PRESS = form_of(pressed.FORM, balls=I, contacts=I, pull=F, drag=F, rolls=I)
+# If a group `is_full`, the shot goes to the engine; `asked` tells which waits wake their balls.
+GROUPS = form_of(
+    groups.FORM | {"asked": (int, ("C",))}, coarser=F, members=I, loosened=I, waits=I, hits=I,
+    todos=I, begun=I, used=I, free=I, begun_t=F, is_full=I,
+)  # fmt: skip
+
 WORKS = {
     rolls: np.dtype(
         [("scene", SCENE), ("ball", ball, N), ("now", F), ("instant", F), ("rounds", I),
          ("in_doubt", I),
          ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)),
-         ("count", COUNT), ("track", TRACK), ("together", TOGETHER)]
+         ("count", COUNT), ("track", TRACK), ("together", TOGETHER), ("press", PRESS),
+         ("groups", GROUPS)]
     )
     for rolls, ball in BALLS.items()
 }  # fmt: skip

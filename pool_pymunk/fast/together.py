@@ -2,7 +2,7 @@
 
 It does in arrays what :mod:`pool_pymunk.engine.resolver` and :mod:`pool_pymunk.engine.contacts` do
 for contacts that share a ball, rows of touching balls, and balls that a cushion leads. A function
-that answers returns -1 (``NOTHING``) or False where a shot is hard: where a contact persists, where
+that answers returns -1 (``NOTHING``) or False where a shot is hard: where
 hits may have no end, where the law's impulses are unknown, or where there is no more room.
 """
 
@@ -12,19 +12,17 @@ import math
 from typing import Any
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.fast.due import (
-    forget,
-    look_ahead,
-    look_for_walls,
-    may_roll,
-    meet,
-    meet_others,
-    refresh,
+from pool_pymunk.engine.groups import look_after, release
+from pool_pymunk.fast.due import may_roll, meet, predict_marked, refresh
+from pool_pymunk.fast.instant import (
+    note_due,
+    read_contacts,
+    spread,
+    touches_ball,
+    touches_wall,
 )
-from pool_pymunk.fast.instant import note_due, read_contacts, touch, touches_wall
 from pool_pymunk.fast.kinds import ball_ball, cushion, jumps
 from pool_pymunk.fast.moves import begin, note_cushion, note_hit, roll_of, squared
-from pool_pymunk.fast.persistent import any_persists
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import (
@@ -74,6 +72,8 @@ def answer_together(w: Work, sides: Sides) -> bool:
     """Answer the contacts of this instant that are ``due``; return False where that is hard."""
     at, fastest = w.together, NOTHING
     for k in range(at.dues):
+        take_apart(w, at.due[k, 0], at.due[k, 1])
+    for k in range(at.dues):
         for i in (at.due[k, 0], at.due[k, 1]):
             if i >= 0 and (fastest == NOTHING or w.ball[i].speed > w.ball[fastest].speed):
                 fastest = i
@@ -84,6 +84,14 @@ def answer_together(w: Work, sides: Sides) -> bool:
         if is_pocket or not note_met(w, i, other):
             return False
     return answer_round(w, sides, has_many)
+
+
+def take_apart(w: Work, i: int, other: int) -> None:
+    """Take groups apart that are hit; the order of their contacts is unknown then."""
+    if w.groups.members:
+        w.in_doubt |= release(w, i, 0.0)
+        if other >= 0:
+            w.in_doubt |= release(w, other, 0.0)
 
 
 def answer_alone(w: Work, sides: Sides, i: int, other: int, has_many: bool) -> bool:
@@ -109,30 +117,16 @@ def answer_round(w: Work, sides: Sides, has_many: bool) -> bool:
     if not (answer_cluster(w, sides) if has_many else resolve(w, at.dues) >= 0):
         return False
     w.in_doubt |= at.dues > 1 or at.misses > 0
-    predict_changed(w, sides)
+    predict_marked(w, sides)
     for k in range(at.misses):
         i, j = at.missed[k, 0], at.missed[k, 1]
         is_moved = has_many and (at.changed[i] or at.changed[j])
         if w.ball[i].end > w.now and w.ball[j].end > w.now and not is_moved:
-            meet(w, i, j)
+            meet(w, sides, i, j)
             refresh(w, i)
+    for k in range(at.dues):
+        look_after(w, sides, at.due[k, 0], at.due[k, 1])
     return True
-
-
-def predict_changed(w: Work, sides: Sides) -> None:
-    """Predict what the balls on new paths meet."""
-    at = w.together
-    for i in range(w.scene.balls):
-        if at.changed[i]:
-            forget(w, i)
-            look_for_walls(w, sides, i)
-            look_ahead(w, i)
-    for i in range(w.scene.balls):
-        if at.changed[i]:
-            meet_others(w, i, i)
-    for i in range(w.scene.balls):
-        if at.changed[i]:
-            refresh(w, i)
 
 
 # -- what touches, round after round ---------------------------------------------------------------
@@ -165,7 +159,7 @@ def answer_cluster(w: Work, sides: Sides) -> bool:
             return False
         due = next_round(w)
     w.rounds = at.mets = 0
-    return not any_persists(w, at.contact, at.dues)
+    return True
 
 
 def find_touching(w: Work, sides: Sides) -> bool:
@@ -191,7 +185,7 @@ def find_touching(w: Work, sides: Sides) -> bool:
 
 def find_near(w: Work) -> bool:
     """Mark the balls in the cluster of this instant; return False if one is off the table."""
-    at, found, done = w.together, 0, 0
+    at, found = w.together, 0
     for i in range(w.scene.balls):
         at.is_near[i] = 0
     for k in range(at.mets):
@@ -199,16 +193,7 @@ def find_near(w: Work) -> bool:
             if i >= 0 and not at.is_near[i]:
                 at.is_near[i], at.queue[found] = 1, i
                 found += 1
-    while done < found:
-        i = at.queue[done]
-        done += 1
-        if w.count.pocket[i] != NOTHING:
-            return False
-        for j in range(w.scene.balls):
-            if not at.is_near[j] and touches_ball(w, min(i, j), max(i, j)):
-                at.is_near[j], at.queue[found] = 1, j
-                found += 1
-    return True
+    return spread(w, found)
 
 
 def has_met(w: Work, i: int, other: int) -> bool:
@@ -217,13 +202,6 @@ def has_met(w: Work, i: int, other: int) -> bool:
     for k in range(at.mets):
         found |= at.met[k, 0] == i and at.met[k, 1] == other
     return found
-
-
-def touches_ball(w: Work, i: int, j: int) -> bool:
-    """Tell whether two balls are on the table, and touch now, or nearly so."""
-    one, other = w.ball[i].box, w.ball[j].box
-    is_apart = other[0] > one[2] or other[2] < one[0] or other[1] > one[3] or other[3] < one[1]
-    return not is_apart and touch(w, i, j, decisions.NEARLY_CLOSED)
 
 
 def next_round(w: Work) -> int:
@@ -258,7 +236,7 @@ def resolve(w: Work, count: int) -> int:
     if hits > 0 and not answer_hits(w, count):
         return NOTHING
     is_sound = leave_out(w, count) and report(w, count) and carry_out(w, count)
-    return hits if is_sound and not any_persists(w, at.answered, count) else NOTHING
+    return hits if is_sound else NOTHING
 
 
 def is_hit(w: Work, one: Any) -> bool:

@@ -51,7 +51,7 @@ DEVIATION = 4e-9
 GROWTH = 10.0  # A piece is at most so many times as long as the one before.
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
-FADED = 1e4  # A slip has faded that is not larger than this many times what is none.
+FADED = 1e5  # A slip has faded that is not larger than this many times what is none.
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 
 

@@ -333,7 +333,7 @@ def fill_column(g: Any, q: int, count: int) -> None:
     k, kind = g.unknown[q]
     nx, ny = g.normal[k][0], g.normal[k][1]
     unit, mu = g.unit[k], g.mu[k]
-    normal, along, into = float(kind == NORMAL), float(kind == ALONG), float(kind == INTO)
+    normal, along, into = 1.0 * (kind == NORMAL), 1.0 * (kind == ALONG), 1.0 * (kind == INTO)
     if kind == NORMAL:
         along, into = -g.slides[k] * mu, -g.into[k] * mu / GYRATION
     x, y = unit * (normal * nx - along * ny), unit * (normal * ny + along * nx)

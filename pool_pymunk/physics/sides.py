@@ -127,9 +127,9 @@ class Face(NamedTuple):
         return (x - x0) * nx + (y - y0) * ny - radius - r
 
     def shape(self, x: float, y: float, r: float) -> tuple[int, Shape]:
-        (nx, ny), (x0, y0) = self.normal(x, y), self.start
-        height, last = x * nx + y * ny - self.gap(x, y, r), y0 * nx - x0 * ny
-        return FLAT, (nx, ny, height, last - self.length, last, 0.0, 0.0, 0.0)
+        (x0, y0), _, (nx, ny), length, radius = self
+        gap, last = (x - x0) * nx + (y - y0) * ny - radius - r, y0 * nx - x0 * ny
+        return FLAT, (nx, ny, x * nx + y * ny - gap, last - length, last, 0.0, 0.0, 0.0)
 
     def normal(self, x: float, y: float) -> Vector:
         return self.outward
@@ -383,6 +383,9 @@ class Rim(NamedTuple):
         """Return the distance (m) from the ball's centre to the rim; negative within it."""
         dx, dy = x - self.center[0], y - self.center[1]
         return math.sqrt(dx * dx + dy * dy) - self.radius
+
+    def shape(self, x: float, y: float, r: float) -> tuple[int, Shape]:
+        return circle(self.center[0], self.center[1], 1.0, self.radius)
 
     def normal(self, x: float, y: float) -> Vector:
         return unit(x - self.center[0], y - self.center[1])
