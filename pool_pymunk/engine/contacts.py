@@ -489,7 +489,14 @@ class ContactEngine:
         resolution = self.resolver.resolve(contacts, before)
         self._carry_out(resolution, motions)
         self.predict(resolution.velocity)
+        self._meet_missed(resolution.missed)
         self._look_after(hits)
+
+    def _meet_missed(self, contacts: Iterable[Contact]) -> None:
+        """Predict when balls meet that touch, but did not close; their predictions are used up."""
+        for contact in contacts:
+            if all(self.paths[i].end > self.now for i in contact.balls):
+                self.meet(contact.a, contact.b)
 
     def _add_round(self, hits: Iterable[Hit], before: Mapping[int, Vector]) -> Instant:
         """Add a round of hits to the present instant, or begin another one."""
@@ -525,6 +532,9 @@ class ContactEngine:
         self.instant.rounds = 0
         self.instant.met.clear()
         self.predict(cluster.changed)
+        self._meet_missed(
+            one for one in cluster.missed if cluster.changed.keys().isdisjoint(one.balls)
+        )
         self._look_after(hits)
 
     # -- what follows ----------------------------------------------------------------------------

@@ -112,7 +112,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)),
     "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
     "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
-    "what": (int, ("C",)), "mu": (float, ("C",)), "shape": (float, ("C", 8)),
+    "what": (int, ("C",)), "mu": (float, ("C",)), "edge": (float, ("C", 8)),
     "total": (float, ("C", 3)), "hit": (int, ("C", 2)),
     "wait": (int, ("C", 2)), "until": (float, ("C",)), "ended": (float, ("C",)),
     "length": (float, ("C",)),
@@ -458,7 +458,7 @@ def gather(w: Any, sides: Any) -> None:
         i, other = r.hit[k][0], r.hit[k][1]
         _, mu = coefficients(w, sides, i, other)
         put_contact(w, k, i, other)
-        g.mu[k], g.what[k] = mu, read_shape(w, sides, i, other, g.shape[k])
+        g.mu[k], g.what[k] = mu, read_shape(w, sides, i, other, g.edge[k])
         g.on[k], g.over[k], g.slides[k], g.into[k] = 1, 0, 0, 0
     g.contacts, g.small[2] = r.hits, r.coarser
     find_units(g)
@@ -513,7 +513,10 @@ def join_sides(w: Any) -> None:
 
 def set_leader(r: Any, i: int, leader: int) -> None:
     """Let a ball be part of a leader's group, or of none."""
-    r.members += (leader != NONE) - (r.leader[i] != NONE)
+    if leader != NONE:
+        r.members += 1
+    if r.leader[i] != NONE:
+        r.members -= 1
     r.leader[i] = leader
 
 
@@ -622,7 +625,7 @@ def load(w: Any, leader: int) -> None:
         g.on[k], g.over[k], g.slides[k], g.into[k] = r.on[c], r.over[c], r.slides[c], r.into[c]
         g.what[k], g.mu[k] = r.what[c], r.mu[c]
         for n in range(8):
-            g.shape[k][n] = r.shape[c][n]
+            g.edge[k][n] = r.edge[c][n]
         for n in range(3):
             g.total[k][n] = r.total[c][n]
         k, c = k + 1, r.following[c]
@@ -861,7 +864,7 @@ def store_contact(w: Any, k: int, leader: int) -> None:
     r.one[c], r.other[c], r.what[c], r.mu[c] = g.ball[g.one[k]], g.place[k], g.what[k], g.mu[k]
     r.on[c], r.over[c], r.slides[c], r.into[c] = g.on[k], g.over[k], g.slides[k], g.into[k]
     for n in range(8):
-        r.shape[c][n] = g.shape[k][n]
+        r.edge[c][n] = g.edge[k][n]
 
 
 def set_out(w: Any, leader: int, is_second: int) -> None:

@@ -43,7 +43,7 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # (m/s^2); `rate` is the change of the state. A ball is `stuck` that other balls and walls hold at
 # rest, because it came back to rest as soon as it was let go. Each contact has its place in the
 # run, its balls `one` and `other` (-1 for a wall), `what` is touched, its friction `mu`, and its
-# `shape`: of two balls the sum of their radii (m); of a flat wall its normal, the height of a
+# `edge`: of two balls the sum of their radii (m); of a flat wall its normal, the height of a
 # touching ball's centre along it, and its ends along the tangent (m); of a round one its center, 1
 # or -1 for balls that are outside or inside, the distance of the centres (m), and the directions of
 # its ends, if it has any, counter-clockwise. `unit` (kg) is that of its forces, in which its own
@@ -59,7 +59,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "phase": (int, ("N",)), "stuck": (int, ("N",)), "push": (float, ("N", 4)),
     "rate": (float, ("6N",)),
     "place": (int, ("C",)), "one": (int, ("C",)), "other": (int, ("C",)), "what": (int, ("C",)),
-    "mu": (float, ("C",)), "shape": (float, ("C", 8)), "unit": (float, ("C",)),
+    "mu": (float, ("C",)), "edge": (float, ("C", 8)), "unit": (float, ("C",)),
     "over": (int, ("C",)), "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)),
     "force": (float, ("C", 3)), "normal": (float, ("C", 2)), "bend": (float, ("C",)),
     "slip": (float, ("C",)), "closed": (int, ("C",)), "chosen": (int, ("C",)),
@@ -124,7 +124,7 @@ def find_units(g: Any) -> None:
 
 def gap_of(g: Any, s: Any, k: int) -> float:
     """Return the gap (m) of a contact."""
-    i, shape = 6 * g.one[k], g.shape[k]
+    i, shape = 6 * g.one[k], g.edge[k]
     if g.what[k] == FLAT:
         return float(s[i] * shape[0] + s[i + 1] * shape[1] - shape[2])
     if g.what[k] == BALL:
@@ -138,7 +138,7 @@ def gap_of(g: Any, s: Any, k: int) -> float:
 def look(g: Any, s: Any) -> None:
     """Find the normal, the bend and the slip of each contact."""
     for k in range(g.contacts):
-        i, shape, n = 6 * g.one[k], g.shape[k], g.normal[k]
+        i, shape, n = 6 * g.one[k], g.edge[k], g.normal[k]
         u, v = s[i + 2], s[i + 3]
         if g.what[k] == FLAT:
             n[0], n[1], g.bend[k] = shape[0], shape[1], 0.0
@@ -547,7 +547,7 @@ def touches(g: Any, s: Any, k: int) -> bool:
 
 def room(g: Any, k: int, x: float, y: float) -> float:
     """Return how far (m) a ball at a place is from the nearer end of the side that it touches."""
-    shape = g.shape[k]
+    shape = g.edge[k]
     if g.what[k] == BALL:
         return math.inf
     if g.what[k] == FLAT:
