@@ -69,6 +69,7 @@ from pool_pymunk.physics.pressed import (
     NEAR,
     REST,
     ROLL,
+    STUCK,
     decide,
     find_forces,
     find_units,
@@ -704,10 +705,10 @@ def load_end(w: Any) -> None:
 
 def any_stuck(g: Any) -> bool:
     """Tell whether a ball of the press is stuck."""
-    stuck = 0
+    stuck = False
     for m in range(g.balls):
-        stuck |= g.stuck[m]
-    return stuck != 0
+        stuck |= g.stuck[m] == STUCK
+    return stuck
 
 
 def keep_start(w: Any, leader: int, longest: float) -> None:
@@ -743,8 +744,11 @@ def keep_piece(w: Any, leader: int, piece: Piece) -> None:
     g, r = w.press, w.groups
     r.span[leader], r.after[leader], r.fell[leader], r.faded[leader] = piece
     for m in range(g.balls):
+        i = g.ball[m]
+        if piece.time > 0.0 and r.stuck[i] != STUCK:
+            r.stuck[i] = 0
         for p in range(6):
-            r.end[g.ball[m]][p] = g.end[6 * m + p]
+            r.end[i][p] = g.end[6 * m + p]
     k, c = 0, r.contact[leader]
     while c != NONE:
         for n in range(3):

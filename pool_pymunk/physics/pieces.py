@@ -12,11 +12,14 @@ from typing import Any, NamedTuple
 
 from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.pressed import (
+    FADED,
+    LET_GO,
     NEAR,
     REST,
     ROLL,
     SLIP,
     SLOW,
+    STUCK,
     find_forces,
     gap_of,
     is_own,
@@ -51,7 +54,6 @@ DEVIATION = 4e-9
 GROWTH = 10.0  # A piece is at most so many times as long as the one before.
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
-FADED = 1e5  # A slip has faded that is not larger than this many times what is none.
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 
 
@@ -265,6 +267,7 @@ def change(g: Any, s: Any, which: int) -> None:
     look(g, s)
     if k >= g.contacts:
         set_free(g, s, which - 4 * g.contacts)
+        close(g, s)
     elif kind in (0, 3):
         g.on[k], g.over[k] = 0, int(kind == 3)
     elif kind == 1:
@@ -457,7 +460,7 @@ def settle(g: Any, s: Any) -> None:
             size, time = fading(g, s, i)
         if size <= least:
             s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
-            g.phase[i], g.stuck[i] = REST, int(size <= 2.0 * g.small[0])
+            g.phase[i], g.stuck[i] = REST, STUCK if g.stuck[i] == LET_GO else 0
     close(g, s)
 
 

@@ -26,12 +26,16 @@ from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.surface import GYRATION, SHARE
 
 REST, SLIP, ROLL = 0, 1, 2  # phases of a ball
+STUCK, LET_GO = 1, 2  # It came back to rest as soon as it was let go; it was let go just now.
 FLAT, ROUND, BALL = 0, 1, 2  # what a ball touches
 NORMAL, ALONG, INTO = 0, 1, 2  # kinds of unknown forces: N, that holds a slip, that holds a roll
 
 # of the largest speed and acceleration of a group: smaller ones are none
 SLOW, WEAK = 1e-13, 1e-12
 TINY = 1e-8  # of the largest speed; slower slips at the beginning are none
+# A slip or a speed has faded that is not larger than this many times what is none; a ball that is
+# let go begins with as much.
+FADED = 1e5
 NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
@@ -674,7 +678,7 @@ def drive(g: Any, i: int) -> tuple[float, float]:
 
 def spare_hold(g: Any, i: int) -> float:
     """Return how much more (m/s^2) the surface friction that holds a ball could hold."""
-    if g.phase[i] == SLIP or g.stuck[i]:
+    if g.phase[i] == SLIP or g.stuck[i] == STUCK:
         return math.inf
     x, y = drive(g, i)
     most = g.drag if g.rolls and g.phase[i] == REST else g.pull
@@ -693,8 +697,8 @@ def let_go(g: Any, s: Any) -> bool:
 def set_free(g: Any, s: Any, i: int) -> None:
     """Let a ball slip that rolls, or move that rests, with a small speed along its drive."""
     p, (x, y) = 6 * i, drive(g, i)
-    least = g.small[0] / math.sqrt(x * x + y * y)
-    x, y = least * x, least * y
+    least = FADED * g.small[2] * g.small[0] / math.sqrt(x * x + y * y)
+    x, y, g.stuck[i] = least * x, least * y, LET_GO
     if g.phase[i] == ROLL:
         s[p + 4], s[p + 5] = s[p + 2] - x, s[p + 3] - y
         g.phase[i] = SLIP
