@@ -132,7 +132,8 @@ class ContactEngine:
         """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
         for i in range(len(self.paths)):
             self.release(i)
-        groups.forget(self.groups, len(self.paths))
+            groups.forget_ball(self.groups, i)
+        groups.forget_all(self.groups)
         self.groups.persisted.clear()
         self.now, self.instant = t, Instant()
         self.queue.clear()

@@ -143,12 +143,10 @@ class Groups:
             forget_ball(self, i)
 
 
-def forget(r: Any, balls: int) -> None:
-    """Forget all groups, and what has been until now."""
+def forget_all(r: Any) -> None:
+    """Forget all groups, and what has been until now, except what balls were part of."""
     r.members = r.loosened = r.waits = r.hits = r.todos = r.begun = r.used = 0
     r.free, r.begun_t = NONE, -math.inf
-    for i in range(balls):
-        forget_ball(r, i)
 
 
 def forget_ball(r: Any, i: int) -> None:
@@ -341,8 +339,21 @@ def look_after(w: Any, sides: Any, i: int, other: int) -> None:
     note_hit(w, i)
     if other >= 0:
         note_hit(w, other)
+    look_again(w, sides, i, other)
+
+
+def look_again(w: Any, sides: Any, i: int, other: int) -> None:
+    """Look whether two sides persist that have just hit."""
     if may_persist(w, sides, i, other):
         look_at(w, sides, i, other)
+
+
+def is_slow(speed: float, strongest: float, radius: float) -> bool:
+    """Tell whether bounces at a speed (m/s) may ever be too low to be seen.
+
+    No more than the ``strongest`` acceleration (m/s^2) presses their sides together.
+    """
+    return speed * speed < 4.0 * strongest * UNSEEN * WEAR[MOST] * radius
 
 
 def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:

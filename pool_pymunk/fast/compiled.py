@@ -22,6 +22,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
+from pool_pymunk.engine import groups
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.due import not_taken
 from pool_pymunk.physics import changes, touches
@@ -53,6 +54,7 @@ APART = (
     "pool_pymunk.physics.pressed",
     "pool_pymunk.physics.together",
 )
+OFTEN = (groups.note_hit, groups.forget_all, groups.forget_ball, groups.is_slow)
 RARE = (
     not_taken, bent_to_arc, time_in, time_out, changes.touch, changes.is_bent,
     changes.lose, changes.lose_velocity, changes.fall, changes.begin_to_roll,
@@ -150,7 +152,7 @@ def _register(function: FunctionType) -> None:
 
 def is_inlined(function: FunctionType) -> bool:
     """Tell whether calls of a function are inlined."""
-    return function.__module__ not in APART and function not in RARE
+    return function in OFTEN or (function.__module__ not in APART and function not in RARE)
 
 
 def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:

@@ -30,15 +30,15 @@ def may_roll(ball: Moving) -> bool:
 
 def slows(ball: Moving) -> bool:
     """Tell whether a ball's path slows."""
-    return not may_roll(ball) or bool(ball.roll[0] != 0.0)
+    return bool(ball.slows != 0)
 
 
 def path_of(ball: Moving) -> Path:
     """Return the path of a ball."""
     b = ball
     if not may_roll(b):
-        return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, True, 0.0, 0.0)
-    return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, slows(b), b.roll[1], b.roll[2])
+        return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, slows(b), 0.0, 0.0)
+    return Path(b.t, b.x, b.y, b.vx, b.vy, b.ax, b.ay, b.end, slows(b), b.roll[0], b.roll[1])
 
 
 def put_box(ball: Moving, found: tuple[float, float, float, float]) -> None:

@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 from pool_pymunk.engine import decisions, groups
-from pool_pymunk.engine.groups import begin_at, go_on
+from pool_pymunk.engine.groups import begin_at, go_on, is_slow
 from pool_pymunk.engine.near import NOWHERE, box, piece
 from pool_pymunk.fast.asked import predict_loose
 from pool_pymunk.fast.due import (
@@ -29,7 +29,7 @@ from pool_pymunk.fast.due import (
     slows,
 )
 from pool_pymunk.fast.instant import gather, latest_of
-from pool_pymunk.fast.kinds import ball_ball, cushion, gap, jumps, normal
+from pool_pymunk.fast.kinds import ball_ball, curvature, cushion, gap, jumps, normal
 from pool_pymunk.fast.moves import (
     begin,
     keep,
@@ -262,11 +262,11 @@ def answer(w: Work, sides: Sides, i: int, j: int, other_t: float) -> bool:
     side = sides[w.due[i].side]
     if j < 0 and side.pocket >= 0:
         return take_in(w, sides, i, side)
-    w.together.dues, w.together.due[0, 0] = 1, i
-    w.together.due[0, 1] = j if j >= 0 else -1 - side.first
-    if is_absorbed(w, sides):
-        return True
-    take_apart(w, i, j)
+    w.together.is_asked = w.groups.members
+    if w.groups.members:
+        if is_absorbed_alone(w, sides, i, j if j >= 0 else -1 - side.first):
+            return True
+        take_apart(w, i, j)
     return answer_hit(w, sides, i, j) if j >= 0 else answer_cushion(w, sides, i, side)
 
 
@@ -286,6 +286,13 @@ def is_absorbed(w: Work, sides: Sides) -> bool:
         for k in range(at.dues):
             leave_out(w, at.due[k, 0], at.due[k, 1])
     return is_over
+
+
+def is_absorbed_alone(w: Work, sides: Sides, i: int, other: int) -> bool:
+    """Let the two sides of one hit persist, if they close too slowly to be seen to bounce."""
+    at = w.together
+    at.dues, at.due[0, 0], at.due[0, 1] = 1, i, other
+    return is_absorbed(w, sides)
 
 
 def leave_out(w: Work, i: int, other: int) -> None:
@@ -344,9 +351,10 @@ def clear(w: Work) -> None:
     count.events = count.hits = count.cushions = track.rows = track.events = 0
     count.first_hit, w.together.mets, w.together.unlisted = NOTHING, 0, 0
     w.groups.coarser, w.groups.is_full = 1.0, 0
-    groups.forget(w.groups, w.scene.balls)
+    groups.forget_all(w.groups)
     for i in range(w.scene.balls):
         due = w.due[i]
+        groups.forget_ball(w.groups, i)
         count.pocket[i], count.met[i], due.ball = NOTHING, 0, NOTHING
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
         due.piece_t = due.press_t = math.inf
@@ -360,14 +368,17 @@ def clear(w: Work) -> None:
 
 def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
     """Answer a hit of two balls; return False where that is hard."""
-    a, b, scene = w.ball[i], w.ball[j], w.scene
-    has_many = has_many_rounds(w, b if b.speed > a.speed else a)
-    if not note_met(w, i, j):
-        return False
+    a, b, scene, r = w.ball[i], w.ball[j], w.scene, w.ball[i].radius
     x, y, ax, ay = motion_at(path_of(a), w.now)
     u, v, bx, by = motion_at(path_of(b), w.now)
     along, noise = unit(u - x, v - y), max(a.noise, b.noise)
     closing = approach((ax, ay), (bx, by), along)
+    may_be_faint = not w.together.is_asked and is_slow(closing, scene.pull, r)
+    if may_be_faint and is_absorbed_alone(w, sides, i, j):
+        return True
+    has_many = has_many_rounds(w, b if b.speed > a.speed else a)
+    if not note_met(w, i, j):
+        return False
     e = scene.cue_ball if scene.cue in (i, j) else scene.ball_ball
     pair = Pair(a.mass, b.mass, e, scene.ball_friction)
     before_a, before_b = split((ax, ay), along), split((bx, by), along)
@@ -382,20 +393,28 @@ def answer_hit(w: Work, sides: Sides, i: int, j: int) -> bool:
     is_sound = begin(w, i, (x, y), after_a, roll_of(w, i), noise)
     is_sound &= begin(w, j, (u, v), after_b, roll_of(w, j), noise)
     predict(w, sides, (i, j))
-    groups.look_after(w, sides, i, j)
+    groups.note_hit(w, i)
+    groups.note_hit(w, j)
+    closing = approach((a.vx, a.vy), (b.vx, b.vy), along)
+    if closing >= 0.0 or is_slow(closing, scene.pull, r):
+        groups.look_again(w, sides, i, j)
     return is_sound
 
 
 def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
     """Answer a hit on a side of a cushion; return False where that is hard."""
     ball = w.ball[i]
+    x, y, vx, vy = motion_at(path_of(ball), w.now)
+    met, (e, mu) = nearest(sides, side, x, y, ball.radius), coefficients(side, w.scene)
+    across, bends = normal(met, x, y), curvature(met, x, y)
+    closing = wall_approach((vx, vy), across)
+    strongest = w.scene.pull + abs(bends) * squared((vx, vy))
+    may_be_faint = not w.together.is_asked and is_slow(closing, strongest, ball.radius)
+    if may_be_faint and is_absorbed_alone(w, sides, i, -1 - side.first):
+        return True
     has_many = has_many_rounds(w, ball)
     if not note_met(w, i, -1 - side.first):
         return False
-    x, y, vx, vy = motion_at(path_of(ball), w.now)
-    met, (e, mu) = nearest(sides, side, x, y, ball.radius), coefficients(side, w.scene)
-    across = normal(met, x, y)
-    closing = wall_approach((vx, vy), across)
     if has_many or closing <= ball.noise:
         return answer_alone(w, sides, i, -1 - side.first, has_many)
     before = split((vx, vy), across)
@@ -409,7 +428,10 @@ def answer_cushion(w: Work, sides: Sides, i: int, side: Any) -> bool:
         roll = changed_by(slowed_by(push, roll, NO_ROLL), roll)
     is_sound = begin(w, i, (x, y), after, roll, noise)
     predict(w, sides, (i,))
-    groups.look_after(w, sides, i, -1 - side.first)
+    groups.note_hit(w, i)
+    closing = wall_approach((ball.vx, ball.vy), across)
+    if closing >= 0.0 or is_slow(closing, strongest, ball.radius):
+        groups.look_again(w, sides, i, -1 - side.first)
     return is_sound
 
 

@@ -22,8 +22,9 @@ def put_path(w: Work, i: int, path: Path) -> bool:
     for m in range(r.waits):
         r.asked[m] &= r.wait[m][0] != i
     ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end, _, _, _ = path
+    ball.slows = path.slows
     if may_roll(ball):
-        ball.roll[0], ball.roll[1], ball.roll[2] = path.slows, path.wx, path.wy
+        ball.roll[0], ball.roll[1] = path.wx, path.wy
     ball.rest[0], ball.rest[1] = path.x, path.y
     ball.speed = bound_of(path)
     return not is_lost(path, ball.radius)

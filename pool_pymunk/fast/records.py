@@ -50,20 +50,20 @@ SCENE = np.dtype(
 )  # fmt: skip
 
 # A ball has its path, a speed that it does not exceed there, how much of a velocity is noise, a box
-# around the path, and if it does not move, where it rests. The three numbers of
-# `roll` are: whether the path slows, wx, wy. There are none where balls only slide.
+# around the path, and if it does not move, where it rests. The numbers of `roll` are wx and wy;
+# there are none where balls only slide.
 BALLS = {
     rolls: np.dtype(
         [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
-         ("roll", F, (3 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4), ("moves", I),
-         ("rest", F, 2), ("radius", F), ("mass", F), ("is_off", I)]
+         ("slows", I), ("roll", F, (2 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4),
+         ("moves", I), ("rest", F, 2), ("radius", F), ("mass", F), ("is_off", I)]
     )
     for rolls in (False, True)
 }  # fmt: skip
 
 # What is due for a ball: when it meets its first and its second wall, stops, looks ahead again, and
-# meets the first ball of a higher number; when the piece of its group ends, and when contacts around
-# it are to press; when its path ends at a wall, and until when the path is looked at.
+# meets the first ball of a higher number; when its group's piece ends, and when contacts around it
+# are to press; when its path ends at a wall, and until when the path is looked at.
 DUE = np.dtype(
     [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
      ("ball_t", F), ("piece_t", F), ("press_t", F), ("path_end", F), ("until", F)]
@@ -97,7 +97,8 @@ CONTACT = np.dtype(
 # -1 - the first side of a wall. Arrays by ball have room for the ball -1 at the end.
 C = MOST_TOGETHER
 TOGETHER = np.dtype(
-    [("met", I, (C, 2)), ("mets", I), ("due", I, (C, 2)), ("dues", I), ("turn", I, (C, 2)),
+    [("is_asked", I), ("met", I, (C, 2)), ("mets", I), ("due", I, (C, 2)), ("dues", I),
+     ("turn", I, (C, 2)),
      ("missed", I, (C, 2)), ("misses", I), ("unlisted", I),
      ("contact", CONTACT, C), ("answered", CONTACT, C), ("hitting", CONTACT, C + 1),
      ("group", CONTACT, C), ("place", F, (N, 2)), ("velocity", F, (N + 1, 2)),
