@@ -8,7 +8,7 @@ import random
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from hard_kinds import random_hard_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, rack
-from pool_pymunk.fast import compiled, loop, many
+from pool_pymunk.fast import asked, compiled, loop, many
 from pool_pymunk.fast.derivatives import TWINS
 from pool_pymunk.fast.tables import can_compile
 
@@ -89,8 +89,8 @@ def many_balls(rnd: random.Random, law: str, rows: int, gap: float | None = None
 
 
 def uncompiled(*_: bool) -> Any:
-    """Return the loop that numba compiles, as Python plays it."""
-    loop_in_python: Any = partial(loop.play_shots)
+    """Return the loop that numba compiles, as Python plays it with the twins of numba."""
+    loop_in_python: Any = partial(with_twins(loop.play_shots))
     loop_in_python.signatures = ["Python"]
     return loop_in_python
 
@@ -106,15 +106,25 @@ def with_twins(follow: Callable[..., int]) -> Callable[..., int]:
     """Return a function that numba compiles, as Python plays it with the twins of numba."""
 
     def followed(*args: Any) -> int:
-        physics = [m for name, m in sys.modules.items() if name.startswith("pool_pymunk.physics")]
         with pytest.MonkeyPatch.context() as patch:
-            for module in physics:
-                for name, value in list(vars(module).items()):
-                    if inspect.isfunction(value) and value in TWINS:
-                        patch.setattr(module, name, TWINS[value])
+            for module, name, twin in asking():
+                patch.setattr(module, name, twin)
             return follow(*args)
 
     return followed
+
+
+@cache
+def asking() -> list[tuple[Any, str, Any]]:
+    """Return where functions that have a twin are called, and their twins."""
+    twins, rooms = {**TWINS, **asked.TWINS}, ("pool_pymunk.physics", "pool_pymunk.engine.groups")
+    modules = [module for name, module in sys.modules.items() if name.startswith(rooms)]
+    return [
+        (module, name, twins[value])
+        for module in modules
+        for name, value in vars(module).items()
+        if inspect.isfunction(value) and value in twins
+    ]
 
 
 def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any], ...]:

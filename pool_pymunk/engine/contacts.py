@@ -349,7 +349,7 @@ class ContactEngine:
             return [*motion_at(path, self.now), *self.surface.roll(path, self.now)]
         groups.find_state(self, leader, self.now)
         p = 6 * self.groups.local[i]
-        return press.end[p : p + 6]
+        return list(press.end[p : p + 6])
 
     def presses(self, hit: Hit) -> bool:
         """Tell whether a contact has a force now."""

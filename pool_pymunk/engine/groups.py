@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from itertools import accumulate
 from operator import mul
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.engine.asked import (
     begins_to_rest,
@@ -100,7 +100,7 @@ NONE = -1  # stands for no ball, no contact
 # its end. The leader has what the group has: when its piece `began`, its length `span`, how long
 # the `longest` and the one `after` may be (s), what ends it (`fell`, `faded`), the `changes` of
 # mode at one instant, and its tolerances (`small`). A ball has had `many` hits, the last at `hit_t`
-# (s); it is `loose` if its group was taken apart, and `pressed` until when it has asked to press.
+# (s); it is `loose` if its group was taken apart.
 # `wait` has contacts without forces (ball, other) `until` a time (s), of a moment `length` (s).
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "leader": (int, ("N",)), "next": (int, ("N",)), "contact": (int, ("N",)),
@@ -129,6 +129,10 @@ class Groups:
         self.used, self.free, self.begun_t = 0, NONE, -math.inf
         self.room = 0, 0
         self.persisted: dict[Hit, Persisted] = {}
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...  # the lists of FORM
 
     def hold(self, balls: int, contacts: int) -> None:
         """Have room for so many balls and contacts."""
@@ -606,7 +610,7 @@ def wait(w: Any, k: int) -> None:
 
 
 def new_wait(w: Any) -> int:
-    """Return a place for a wait; the oldest one gives way if there is no room."""
+    """Return the number of a new wait; it takes that of the oldest one if there is no room."""
     r = w.groups
     if has_room_to_wait(w):
         r.waits += 1

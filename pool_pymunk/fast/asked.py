@@ -1,6 +1,6 @@
-"""What groups ask of compiled shots, and tell them: twins of the functions of the contact engine.
+"""This module has twins of the functions by which groups ask the engine (engine/asked.py).
 
-A wall's number is that of its first side.
+They look into the records of compiled shots. A wall's number is that of its first side.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pool_pymunk.fast.due import may_roll, note_next, predict_marked
 from pool_pymunk.fast.instant import cluster_around, gap_to_wall, touch, touches_wall
 from pool_pymunk.fast.instant import gap_between as gap_of_pair
 from pool_pymunk.fast.kinds import curvature, normal, shape
-from pool_pymunk.fast.moves import put_path, stop
+from pool_pymunk.fast.moves import put_on, stop
 from pool_pymunk.fast.records import MOST_BALLS, MOST_TOGETHER, NOTHING, Sides, Work
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
@@ -110,7 +110,7 @@ def read_shape(w: Work, sides: Sides, i: int, other: int, numbers: Any) -> int:
     what, found = shape(nearest(sides, sides[-1 - other], x, y, r), x, y, r)
     numbers[0], numbers[1], numbers[2], numbers[3] = found[0], found[1], found[2], found[3]
     numbers[4], numbers[5], numbers[6], numbers[7] = found[4], found[5], found[6], found[7]
-    return what
+    return int(what)
 
 
 def find_touching(w: Work, sides: Sides, i: int) -> None:
@@ -119,7 +119,7 @@ def find_touching(w: Work, sides: Sides, i: int) -> None:
 
 def lead(w: Work, i: int, path: Path) -> None:
     ball = w.ball[i]
-    w.groups.is_full |= not put_path(w, i, path)
+    w.groups.is_full |= not put_on(w, i, path)
     ball.noise, ball.moves = NOISE * fastest_of(path), 1
     moves.keep(w, i, path)
 
@@ -127,7 +127,7 @@ def lead(w: Work, i: int, path: Path) -> None:
 def begins_to_rest(w: Work, i: int, x: float, y: float) -> bool:
     if not w.ball[i].moves:
         return False
-    put_path(w, i, standing(w.now, x, y))
+    put_on(w, i, standing(w.now, x, y))
     stop(w, i, w.now)
     return True
 
@@ -175,7 +175,7 @@ def has_room(w: Work, balls: int, contacts: int) -> bool:
     g.pull, g.drag = pull_and_drag(w)
     if balls > MOST_BALLS or contacts > MOST_TOGETHER or w.scene.keeps:
         w.groups.is_full = 1
-    return w.groups.is_full == 0
+    return bool(w.groups.is_full == 0)
 
 
 def has_room_to_wait(w: Work) -> bool:

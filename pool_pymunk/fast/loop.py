@@ -37,7 +37,7 @@ from pool_pymunk.fast.moves import (
     note_cushion,
     note_hit,
     path_from,
-    put_path,
+    put_on,
     roll_of,
     squared,
     stop,
@@ -237,7 +237,7 @@ def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
         stop(w, i, t)
         return True
     path = roll_on(path_of(ball), w.scene.drag)
-    is_sound = put_path(w, i, path)
+    is_sound = put_on(w, i, path)
     ball.noise = NOISE * ball.speed
     if sets_off(path):
         w.count.events += 1
@@ -259,15 +259,15 @@ def answer(w: Work, sides: Sides, i: int, j: int, other_t: float) -> bool:
             return False
         if w.together.dues > 1:
             return is_absorbed(w, sides) or answer_together(w, sides)
-    side = sides[w.due[i].side]
-    if j < 0 and side.pocket >= 0:
-        return take_in(w, sides, i, side)
+    n = w.due[i].side
+    if j < 0 and sides[n].pocket >= 0:
+        return take_in(w, sides, i, sides[n])
     w.together.is_asked = w.groups.members
     if w.groups.members:
-        if is_absorbed_alone(w, sides, i, j if j >= 0 else -1 - side.first):
+        if is_absorbed_alone(w, sides, i, j if j >= 0 else -1 - sides[n].first):
             return True
         take_apart(w, i, j)
-    return answer_hit(w, sides, i, j) if j >= 0 else answer_cushion(w, sides, i, side)
+    return answer_hit(w, sides, i, j) if j >= 0 else answer_cushion(w, sides, i, sides[n])
 
 
 def is_absorbed(w: Work, sides: Sides) -> bool:
@@ -333,7 +333,7 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
             if may_roll(ball):
                 wx, wy = shots.roll[s, i, 0], shots.roll[s, i, 1]
         path = path_from(w, 0.0, (x, y), (vx, vy), (wx, wy))
-        is_ordinary &= put_path(w, i, path)
+        is_ordinary &= put_on(w, i, path)
         ball.noise = NOISE * fastest_of(path)
         keep(w, i, path)
         ball.moves = sets_off(path)
@@ -444,7 +444,7 @@ def take_in(w: Work, sides: Sides, i: int, side: Any) -> bool:
         groups.release(w, i, 0.0)
     keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now, True, 0.0, 0.0))
     path = standing(w.now, side.center[0], side.center[1])
-    put_path(w, i, path)
+    put_on(w, i, path)
     ball.noise, ball.moves = 0.0, 0
     keep(w, i, path)
     count.events += 1

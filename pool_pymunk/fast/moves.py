@@ -6,7 +6,7 @@ import math
 
 from pool_pymunk.engine.near import box
 from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
-from pool_pymunk.fast.records import NOTHING, Work
+from pool_pymunk.fast.records import NOTHING, Moving, Work
 from pool_pymunk.physics.changes import STOP
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, sets_off, standing
@@ -15,12 +15,17 @@ from pool_pymunk.physics.surface import NO_ROLL, roll_at, slide_or_roll
 is_lost = Path.is_lost
 
 
-def put_path(w: Work, i: int, path: Path) -> bool:
-    """Give a ball a new path; return False if the ball is lost."""
-    ball, due, r = w.ball[i], w.due[i], w.groups
+def put_on(w: Work, i: int, path: Path) -> bool:
+    """Put ball ``i`` on a new path, for which nothing is due yet; return False if it is lost."""
+    due, r = w.due[i], w.groups
     due.piece_t = due.press_t = math.inf
     for m in range(r.waits):
         r.asked[m] &= r.wait[m][0] != i
+    return put_path(w.ball[i], path)
+
+
+def put_path(ball: Moving, path: Path) -> bool:
+    """Give a ball a new path; return False if the ball is lost."""
     ball.t, ball.x, ball.y, ball.vx, ball.vy, ball.ax, ball.ay, ball.end, _, _, _ = path
     ball.slows = path.slows
     if may_roll(ball):
@@ -48,7 +53,7 @@ def begin(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector, noise:
     if squared(velocity) <= noise * noise:
         velocity = (0.0, 0.0)
     path = path_from(w, w.now, place, velocity, roll)
-    is_sound = put_path(w, i, path)
+    is_sound = put_on(w, i, path)
     ball.noise = noise
     if sets_off(path):
         ball.moves = 1

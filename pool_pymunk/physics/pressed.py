@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.surface import GYRATION, SHARE
@@ -86,6 +86,10 @@ class Press:
         self.pull = self.drag = 0.0
         self.rolls = False
         self.room = 0, 0
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...  # the lists of FORM
 
     def hold(self, balls: int, contacts: int) -> None:
         """Have room for so many balls and contacts."""
