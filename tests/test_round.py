@@ -445,7 +445,7 @@ def test_the_loop_plays_random_scenes_bit_for_bit(k: int, monkeypatch: pytest.Mo
 @needs_numba
 @pytest.mark.slow
 def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
-    """In half of them balls roll; where something presses on a ball, they are handed back."""
+    """In half of them balls roll; a few have hits that have no end."""
     numbers, handed_back = count(seeds(1)[0] * 10_000), 0
     left = {False: share_of(200) // 2, True: share_of(200) // 2}
     while any(left.values()):
@@ -456,7 +456,7 @@ def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
         batch = simulate_many(scene)
         check_bits(batch, range(1))
         handed_back += batch.by_reference
-    assert 0 < handed_back <= share_of(200) // 3
+    assert handed_back <= share_of(200) // 20
 
 
 @pytest.mark.parametrize(
@@ -465,7 +465,7 @@ def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
      (1.2, 0.1, 1.0, 0.1, 0.15)],
 )  # fmt: skip
 @pytest.mark.parametrize("rolls", [False, True])
-def test_a_ball_that_runs_along_an_arc_is_handed_back(
+def test_a_ball_that_runs_along_an_arc_is_compiled(
     speed: float, angle: float, e: float, rubs: float, time: float | None, rolls: bool,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
@@ -475,7 +475,8 @@ def test_a_ball_that_runs_along_an_arc_is_handed_back(
     if rolls:
         scene = replace(scene, friction=replace(scene.friction, rolling=0.04))
     batch = simulate_many(scene)
-    assert batch.handed_back.tolist() == [e < 1.0]
+    assert batch.handed_back.tolist() == [False]
+    assert (len(batch.run(0).persistent) > 0) == (e < 1.0)
     check_bits(batch, range(1))
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.engine import groups
-from pool_pymunk.physics import pressed
 from pool_pymunk.physics.contact import Pair
+from pool_pymunk.physics.pressed import FORM, lengths
 
 Work = Any  # one record of WORKS
 Moving = Any  # one record of BALLS
@@ -113,11 +113,11 @@ TOGETHER = np.dtype(
 
 def form_of(form: Any, **scalars: Any) -> Any:
     """Return the form of a record with these rows and numbers."""
-    rows = [(name, kind, pressed.lengths(shape, N, C)) for name, (kind, shape) in form.items()]
+    rows = [(name, kind, lengths(shape, N, C)) for name, (kind, shape) in form.items()]
     return np.dtype([*scalars.items(), *rows])
 
 
-PRESS = form_of(pressed.FORM, balls=I, contacts=I, pull=F, drag=F, rolls=I)
+PRESS = form_of(FORM, balls=I, contacts=I, pull=F, drag=F, rolls=I)
 # If a group `is_full`, the shot goes to the engine; `asked` tells which waits wake their balls.
 GROUPS = form_of(
     groups.FORM | {"asked": (int, ("C",))}, coarser=F, members=I, loosened=I, waits=I, hits=I,
