@@ -263,7 +263,7 @@ def test_the_force_that_is_drawn_gives_the_impulse_and_the_ends() -> None:
     assert [event.balls for event in run.events if event.kind == "roll"] == [("A",), ("B",)]
     t, force = drawn["normal_force"](run)
     ends = [(end.real, end.imag) for end in press_run(run.scene).final]
-    assert max(map(math.dist, ends, run.end.position)) < 2e-9
+    assert max(map(math.dist, ends, run.end.position)) < 1e-8
     assert np.trapezoid(force, t) == pytest.approx(math.hypot(*contact.impulse), rel=5e-3)
     assert force.min() > 0.0
 

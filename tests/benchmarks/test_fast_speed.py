@@ -178,8 +178,7 @@ def in_a(table: Table, e: float = 0.8) -> Kind:
 def contacts_cost(kind: Kind, count: int = 20_000) -> tuple[float, float]:
     """Return what a contact costs (s of processor time), and the share of shots handed back.
 
-    All work counts, and contacts are the listed hits. Where a ball slides along an arc, the shot is
-    handed back, which adds to the cost of a stadium: 0.7 % of the shots with e = 0.8.
+    All work counts, and contacts are the listed hits.
     """
     simulate_many(kind.scene, *kind.draw(1))
     times, shots = [], kind.draw(count)
