@@ -15,7 +15,7 @@ from operator import mul
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.due import Hit, What
-from pool_pymunk.engine.recorder import Motions, Persisted
+from pool_pymunk.engine.recorder import Begun, Motions, Persisted
 from pool_pymunk.physics import pieces
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.path import Path, motion_at, standing
@@ -98,6 +98,14 @@ class Group:
     def end(self) -> float:
         """The time (s) at which the present piece ends."""
         return self.began + float(self.piece.time)
+
+    def begun(self, state: list[float], mode: tuple[list[int], ...]) -> Begun:
+        """Return what is noted of the present piece, which began in this state and mode."""
+        piece, balls = self.piece, tuple(self.balls)
+        return Begun(
+            self.began, self.end, balls, self.contacts, self.press, state, mode,
+            piece.fell, piece.faded,
+        )  # fmt: skip
 
     def is_on(self, hit: Hit) -> bool:
         """Tell whether a contact presses."""
@@ -480,6 +488,7 @@ class Groups:
             self.loose[i] = None
         else:
             self._rest(i, group)
+        engine.recorder.let_go(i, engine.now)
 
     def release(self, balls: Iterable[int], is_hit: bool = False) -> bool:
         """Take the groups of some balls apart, at the present time; tell whether there were any.
@@ -579,7 +588,10 @@ class Groups:
     def _play(self, group: Group) -> None:
         """Play the next piece of a group, whose mode is known."""
         press = group.press
+        mode = list(press.phase), list(press.on), list(press.slides), list(press.into)
+        state = list(group.state)
         group.piece = pieces.piece_of(press, group.state, group.longest, group.total)
+        self.engine.recorder.begun(group.begun(state, mode))
         if group.piece.time == 0.0:
             group.changes += 1
             self._turn(group)

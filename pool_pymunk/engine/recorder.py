@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
@@ -24,6 +24,27 @@ class Persisted(NamedTuple):
     until: float
     x: float = 0.0
     y: float = 0.0
+
+
+class Begun(NamedTuple):
+    """A group of balls in persistent contact begins a piece at ``since`` (s), in one mode.
+
+    It lasts until ``until`` (s) if nothing cuts it. ``contacts`` are those of its ``press``
+    (:mod:`pool_pymunk.physics.pressed`), which changes later: ``state`` and ``mode`` (phases,
+    contacts that press, their slips, their rolls into walls) are what it has at the beginning.
+    ``fell`` is the number of the measure that ends the mode there, or -1; ``faded`` tells whether a
+    slip or a speed has faded.
+    """
+
+    since: float
+    until: float
+    balls: tuple[int, ...]
+    contacts: list[Contact]
+    press: Any
+    state: list[float]
+    mode: tuple[list[Any], ...]
+    fell: int
+    faded: bool
 
 
 class Recorder:
@@ -49,6 +70,12 @@ class Recorder:
 
     def persistent(self, persisted: Persisted) -> None:
         """Take note of a contact that has persisted, and is over."""
+
+    def begun(self, piece: Begun) -> None:
+        """Take note that a group in persistent contact begins a piece."""
+
+    def let_go(self, i: int, t: float) -> None:
+        """Take note that ball ``i`` has left its group; its new path is noted before that."""
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Take note of an inelastic collapse, whose hits are not listed one by one."""

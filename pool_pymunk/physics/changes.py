@@ -93,11 +93,14 @@ REASONS = (
     "a contact is persistent",
     "a ball comes to rest just as the run ends",
     "errors grow until other contacts may come",
+    "a contact begins to persist just where the gap may open",
+    "the forces of persistent contacts change twice at one instant",
+    "a slip of a ball in persistent contact falls to zero and grows again",
 )
 (
     FOLLOWED, KNOWN_BEFORE, SHARED, CUT_OFF, ENDS_THERE, RESTS_THERE, PERSISTS, AT_CORNER,
     IS_GRAZE, JUMPS, BY_POLICY, AT_RIM, GROWN, TOUCHES, TOUCH_FIRST, BENT, STOPPED, GOES_ON,
-    RESTS_LAST, CHAOS,
+    RESTS_LAST, CHAOS, OPENS, TWICE, TURNS,
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -113,16 +116,22 @@ def start(g: Any, first: int) -> None:
 def follow(g: Any, first: int, last: int) -> int:
     """Follow the changes through these events; return why errors cannot be followed, if so."""
     for k in range(first, last):
-        why = reason_at(g, k, first, last)
-        if not is_of_errors(g):
-            look_before(g, k, why)
-        if why == FOLLOWED:
-            why = take(g, k)
-        if not is_of_errors(g):
-            settle(g, k, why)
-        elif why != FOLLOWED:
+        why = go_through(g, k, first, last)
+        if is_of_errors(g) and why != FOLLOWED:
             return why
     return FOLLOWED
+
+
+def go_through(g: Any, k: int, first: int, last: int) -> int:
+    """Follow the changes through one of these events; return why that cannot be, if so."""
+    why = reason_at(g, k, first, last)
+    if not is_of_errors(g):
+        look_before(g, k, why)
+    if why == FOLLOWED:
+        why = take(g, k)
+    if not is_of_errors(g):
+        settle(g, k, why)
+    return why
 
 
 def look_before(g: Any, k: int, why: int) -> None:

@@ -107,9 +107,10 @@ def touch_of_discs(
     first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
     late = (1.0 - LAST) * time
     rate, at_last = dx * vx + dy * vy, x * (vx + late * ax) + y * (vy + late * ay)
-    goes_along = abs(rate) <= GRAZE * fastest * first
-    goes_along &= begins and abs(first - apart) <= blur
-    if sign * rate < 0.0 and sign * at_last > 0.0:
+    is_still = abs(rate) <= GRAZE * fastest * first
+    goes_along = is_still and begins and abs(first - apart) <= blur
+    # Discs that have just met may seem to approach, by rounding.
+    if sign * rate < 0.0 and sign * at_last > 0.0 and (begins or not is_still):
         cx, cy = x - dx, y - dy
         length = math.sqrt(cx * cx + cy * cy)
         bent = far * length + bow * abs(ax * cy - ay * cx)

@@ -31,6 +31,7 @@ from pool_pymunk.results.words import counted, step_text
 if TYPE_CHECKING:
     from pool_pymunk.physics.laws import Law
     from pool_pymunk.render import Figure
+    from pool_pymunk.results.trace import Step
     from pool_pymunk.studies.derivatives import Derivatives
 
 Times = Array | Sequence[float] | float
@@ -128,6 +129,7 @@ class Run:
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
     persistent: tuple[PersistentContact, ...] = ()
+    groups: tuple[Step, ...] = field(default=(), compare=False, repr=False)
     known_shift: float | None = None
     again: Callable[..., Run] | None = field(default=None, compare=False)
     variants: tuple[Variant, ...] = field(default=(), compare=False)

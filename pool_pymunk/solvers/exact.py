@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
 from pool_pymunk.engine.decisions import LISTED, NEVER_SETTLES
-from pool_pymunk.engine.recorder import Persisted, Recorder
+from pool_pymunk.engine.recorder import Begun, Persisted, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
@@ -76,6 +76,13 @@ class EngineTrace(Trace, Recorder):
     def persistent(self, persisted: Persisted) -> None:
         self.persisted.append(persisted)
         self.policies.add(PERSISTENT)
+
+    def begun(self, piece: Begun) -> None:
+        counts = tuple(len(self.knots[i]) for i in piece.balls)
+        self.groups.append((len(self.events), counts, piece))
+
+    def let_go(self, i: int, t: float) -> None:
+        self.groups.append((len(self.events), (len(self.knots[i]),), (i, t)))
 
     def warn_of_persisted(self) -> None:
         """Warn once of each set of balls and cushions that contacts have joined."""

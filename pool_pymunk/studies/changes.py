@@ -24,6 +24,7 @@ from pool_pymunk.physics.saltation import AGREE
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
+from pool_pymunk.studies.groups import follow_all
 
 
 class Changes(NamedTuple):
@@ -90,13 +91,12 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
     g = follow_of(run, starts, changed_numbers(run.scene, names))
     law = g.law.name
     try:
-        changes.follow(g, 0, len(g.events))
+        follow_all(g, run)
     except (TypeError, AttributeError) as error:
         if "dual" not in str(error).lower():
             raise
         message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
         raise setting_error("law", law, message) from None
-    changes.finish(g)
     found = sorted(g.python.found, key=lambda one: one[0])
     lost = "what depends on it has no derivative, and is NaN"
     texts = dict.fromkeys(f"{REASONS[k].format(law)} (at {t:.6g} s): {lost}" for t, k in found)
@@ -122,7 +122,7 @@ def follow_of(
     one.ends = [run.duration, is_cut, run.status == "max_events", 0.0]
     one.numbers = numbers_of(scene)
     python = SimpleNamespace(
-        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors,
+        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors, until={},
         kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
         **(signs or {"signs": ()}),
     )  # fmt: skip

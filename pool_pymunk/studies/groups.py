@@ -1,0 +1,442 @@
+"""This module lets small changes go through a run whose contacts persist now and then.
+
+Between and at its events changes go as in :mod:`pool_pymunk.physics.changes`. A group in persistent
+contact has pieces, and its mode changes at the end of some. If that comes later by dt, a change of
+the state is larger by dt times what the rates lose there: the saltation of a mode that ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pool_pymunk.engine.recorder import Begun
+from pool_pymunk.physics import changes, columns, pieces
+from pool_pymunk.physics.changes import (
+    FOLLOWED,
+    GROWN,
+    KNOWN_BEFORE,
+    OPENS,
+    ROLL,
+    STOP,
+    TOUCH_FIRST,
+    TURNS,
+    TWICE,
+)
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.path import motion_at
+from pool_pymunk.physics.persistent_changes import (
+    Numbers,
+    evolved,
+    fades_later,
+    falls_later,
+    gaps,
+    joined,
+    rate_of,
+    settled,
+    slip_of,
+    state_at,
+)
+from pool_pymunk.physics.pressed import REST, SLIP, SLOW, find_forces, part_of
+from pool_pymunk.physics.pressed import ROLL as ROLLS
+from pool_pymunk.physics.surface import roll_rate
+from pool_pymunk.results.run import Run
+
+# Rates that differ by less than this share of the strongest one do not jump.
+STEADY = 1e-7
+# Times that differ by less than this share, and gaps of this share of all changes, are the same.
+SAME = 1e-6
+FADES = 1e-6  # of the largest speed of a group; a slip that fades has faded to first order
+FAINT = 1e-4  # of all changes; bounces that are left out leave gaps of less
+
+
+class Live:
+    """A group has changes ``z`` (6 N, P) at the beginning of its present piece.
+
+    Just before a slip of it has faded, and its direction is rounding, they become those of a state
+    that is as much ``later`` (s) as the slip fades later (``is_late``).
+    """
+
+    def __init__(self, g: Any, piece: Begun, last: Begun) -> None:
+        press = piece.press
+        self.piece, self.z = piece, np.zeros((6 * len(piece.balls), len(g.late)))
+        self.press = part_of(press, range(len(press.mass)), range(len(press.one)))
+        own = self.press.phase, self.press.on, self.press.slides, self.press.into
+        for mine, those in zip(own, piece.mode, strict=True):
+            mine[:] = those
+        self.numbers = numbers_of(g, piece)
+        self.state, self.rate = piece.state, rate_of(self.press, piece.state)
+        self.fading = fading_in(self.press, last.state) if last.faded else []
+        self.until = -1.0  # s; the piece was followed until then
+        self.later: Array | None = None  # (P,), how much later the mode ends
+        self.is_late = self.is_over = False
+
+    def rows(self, i: int) -> slice:
+        """Return where a ball stands in the state."""
+        k = self.piece.balls.index(i)
+        return slice(6 * k, 6 * k + 6)
+
+    def end(self, t: float) -> None:
+        """Follow the piece until a time (s)."""
+        g, piece, time = self.press, self.piece, t - self.piece.since
+        self.is_over = t >= piece.until and (piece.faded or piece.fell >= 0)
+        fades = min(max(self._fades(time), 0.0), time)
+        if not self.is_late:
+            self.z = evolved(g, piece.state, self.z, (0.0, fades), self.numbers)
+            if fades < time or (self.is_over and piece.faded):
+                self._go_late(fades)
+        if self.is_late:
+            numbers = self.numbers._replace(steady=tuple(self.fading))
+            self.z = evolved(g, piece.state, self.z, (fades, time), numbers)
+        self.until, self.state = t, state_at(g, piece.state, time)
+        self.rate = rate_of(g, self.state)
+        if self.is_over and not piece.faded:
+            self.later = falls_later(g, self.state, self.rate, self.z, piece.fell)
+
+    def _fades(self, time: float) -> float:
+        """Return when (s) after the beginning of the piece a slip is next to nothing."""
+        g, least = self.press, FADES * self.press.small[0] / SLOW
+        if not self.fading:
+            return np.inf
+        end = state_at(g, self.piece.state, time)
+        first, last = (
+            min(np.hypot(*slip_of(g, s, i)) for i in self.fading) for s in (self.piece.state, end)
+        )
+        if last > least or time == 0.0:
+            return np.inf
+        return float(time * (first - least) / (first - last)) if first > least else 0.0
+
+    def _go_late(self, t: float) -> None:
+        """Go on with the changes of a state that is later, as the slip fades later."""
+        g, s = self.press, state_at(self.press, self.piece.state, t)
+        rate = rate_of(g, s)
+        times = np.array([fades_later(g, s, rate, self.z, i) for i in self.fading])
+        size, self.later = np.abs(times).max(axis=0), times[0].copy()
+        self.later[np.ptp(times, axis=0) > SAME * size] = np.nan
+        self.z = self.z + np.outer(rate, self.later)
+        phases = [
+            (ROLLS if g.rolls and phase == SLIP else REST) if i in self.fading else SLIP
+            for i, phase in enumerate(g.phase)
+        ]
+        self.z, self.is_late = settled(phases, self.z), True
+
+    def go_on(self, old: Live) -> None:
+        """Go on where another piece of the same mode has ended."""
+        self.z, self.later, self.is_late = old.z, old.later, old.is_late
+
+
+def fading_in(g: Any, s: Sequence[float]) -> list[int]:
+    """Return which balls of a group lose their slip or speed in a state."""
+    found = []
+    find_forces(g, s)
+    for i in range(len(g.mass)):
+        size, time = pieces.fading(g, s, i)
+        if time < np.inf and size <= 10.0 * pieces.FADED * g.small[2] * g.small[0]:
+            found.append(i)
+    return found
+
+
+class Groups:
+    """The groups of a run change with its inputs, and so do the balls that they let go."""
+
+    def __init__(self, g: Any, run: Run) -> None:
+        self.g = g
+        self.of: dict[int, Live] = {}
+        self.later: dict[int, tuple[float, Array]] = {}  # when (s) balls met something, how late
+        self.waits: dict[int, tuple[float, Array, Live]] = {}  # what a hit's delay multiplies
+        lengths = np.cumsum([0, *(len(rows) - 1 for rows in run.knots)]).tolist()
+        self.first = [len(run.knots) + length - 1 for length in lengths]
+
+    def row(self, i: int, number: int) -> int:
+        """Return the number of a breakpoint of a ball in the rows of the pass."""
+        return i if number == 0 else self.first[i] + number
+
+    # -- pieces ------------------------------------------------------------------------------------
+
+    def begin(self, piece: Begun, last: Begun, counts: Sequence[int]) -> None:
+        """Let a piece begin: in another mode, with other balls, or as the one before.
+
+        Its mode lasts until the ``last`` of its pieces.
+        """
+        t, live = piece.since, Live(self.g, piece, last)
+        before = [*{id(own): own for i in piece.balls if (own := self.of.get(i))}.values()]
+        for own in before:
+            self.end(own, t)
+        if len(before) == 1 and is_same(before[0].piece, piece):
+            live.go_on(before[0])
+        else:
+            self._change_mode(live, before)
+        live.z[:, ~np.isfinite(live.z).all(axis=0)] = np.nan
+        for i, count in zip(piece.balls, counts, strict=True):
+            self.of[i] = live
+            is_new = live.press.phase[piece.balls.index(i)] != REST and piece.until > t
+            self.put(i, live.z[live.rows(i)], self.row(i, count if is_new else count - 1), t)
+
+    def _change_mode(self, live: Live, before: Sequence[Live]) -> None:
+        """Let the changes of a group go on in another mode."""
+        g, (t, _, balls, *_), s = self.g, live.piece, live.piece.state
+        rate = np.concatenate([self.rate_of(i, t) for i in balls])
+        live.z = np.concatenate([self.change_of(i, t) for i in balls])
+        later = self.delay(balls, t)
+        if not jumps(rate, live.rate) and not any(own.is_late for own in before):
+            later = np.zeros(len(later))
+        if any(own.piece.faded and turns(own, live) for own in before):
+            self.lose(live, TURNS, live.z.any(axis=0))
+        late = np.concatenate([np.full(6, self.is_late(i)) for i in balls])
+        live.z += np.outer(np.where(late, 0.0, rate), later)
+        live.z = joined(live.press, s, settled(live.press.phase, live.z))
+        wide = np.abs(gaps(live.press, s, live.z, g.of_radius[list(live.piece.balls)]))
+        wide = wide[[k for k, on in enumerate(live.press.on) if on]].max(axis=0, initial=0.0)
+        least = (SAME if t == 0.0 else FAINT) * np.abs(live.z).max(axis=0)
+        self.lose(live, TOUCH_FIRST if t == 0.0 else OPENS, wide > least)
+        live.z -= np.outer(live.rate, later)
+
+    def is_late(self, i: int) -> bool:
+        """Tell whether the changes of a ball are those of a later state."""
+        return i in self.of and self.of[i].is_late
+
+    def lose(self, live: Live, why: int, flag: Array) -> None:
+        """Lose the changes of a group by some inputs."""
+        if flag.any() and np.isfinite(live.z[:, flag]).any():
+            columns.warn(self.g, why, live.piece.since)
+        live.z[:, flag] = np.nan
+
+    def end(self, live: Live, t: float) -> None:
+        """Follow a piece until a time (s), at which it ends or is cut."""
+        if live.until == t:
+            return
+        g, balls = self.g, live.piece.balls
+        live.z = np.concatenate([self.change_of(i, t) for i in balls])
+        known = np.isfinite(live.z).all(axis=0)
+        live.end(t)
+        if live.is_late and not live.is_over and t < live.piece.until:  # A hit comes before that.
+            live.z, live.is_late = live.z - np.outer(live.rate, live.later), False
+        if live.later is not None and np.isnan(live.later[known]).any():
+            columns.warn(g, TWICE, t)
+        if columns.is_beyond(live.z):
+            columns.warn(g, GROWN, t)
+            live.z[:] = np.nan
+        for i in balls:
+            own = live.z[live.rows(i)][: g.change.shape[1]]
+            g.python.until[i, live.piece.since] = t, own
+            if live.is_over and live.later is not None:
+                self.meet(i, t, live.later)
+
+    # -- balls -------------------------------------------------------------------------------------
+
+    def change_of(self, i: int, t: float) -> Array:
+        """Return the change (6, P) of a ball at a time (s), to which its path leads."""
+        g, found = self.g, np.zeros((6, len(self.g.late)))
+        live = self.of.get(i)
+        if live is None:
+            changes.move(g, i, t)
+            g.python.kept[i].append((t, g.ball[i].at, g.change[i].copy()))
+        elif live.until == t:
+            return np.asarray(live.z[live.rows(i)])
+        found[: g.change.shape[1]] = g.change[i]
+        return found
+
+    def rate_of(self, i: int, t: float) -> Array:
+        """Return the rate (6,) of a ball at a time (s)."""
+        g, live = self.g, self.of.get(i)
+        if live is not None:
+            return live.rate[live.rows(i)]
+        return free_rate(g.rows[g.ball[i].at], motion_at(columns.path_of(g, i), t), g)
+
+    def put(self, i: int, change: Array, row: int, t: float) -> None:
+        """Put a ball on the path of a breakpoint, with a change (6, P) there."""
+        g, ball = self.g, self.g.ball[i]
+        g.change[i] = change[: g.change.shape[1]]
+        g.ever[i] |= (g.change[i] != 0.0).any(axis=0)
+        ball.at, ball.met = row, STOP
+        columns.keep(g, -1, i, i, t)
+
+    def let_go(self, i: int, t: float, count: int) -> None:
+        """Let a ball go on by itself, from the breakpoint of this number on."""
+        live = self.of.get(i)
+        if live is None:
+            return
+        self.end(live, t)
+        rows, g = live.rows(i), self.g
+        del self.of[i]
+        partner = met_in(live, i)
+        row = g.rows[self.row(i, count - 1)]
+        z, rate = live.z[rows].copy(), live.rate[rows]
+        after = free_rate(row, tuple(row[2:6]), g) if row[1] == t else np.zeros(6)
+        if jumps(rate, after) or live.is_late:
+            lost = (0.0 if live.is_late else rate) - after
+            z += np.outer(lost, self.delay((i,), t))
+            if i not in self.later or self.later[i][0] != t:
+                self.waits[i] = t, lost, live
+        if not after.any():
+            z[2:] = 0.0
+        self.put(i, z, self.row(i, count - 1), t)
+        g.ball[i].met = partner
+
+    # -- times -------------------------------------------------------------------------------------
+
+    def meet(self, i: int, t: float, later: Array) -> None:
+        """Note how much later (s) something comes to a ball; two times at one instant are a kink."""
+        when, other = self.later.get(i, (-1.0, later))
+        if when == t:
+            differ = np.abs(later - other) > SAME * np.maximum(np.abs(later), np.abs(other))
+            later = np.where(differ, np.nan, later)
+        self.later[i] = t, later
+
+    def delay(self, balls: Sequence[int], t: float) -> Array:
+        """Return how much later (s) comes what happens to these balls at this instant."""
+        found: Array | None = None
+        for i in balls:
+            when, later = self.later.get(i, (-1.0, None))
+            if when == t and later is not None:
+                differ = False if found is None else np.abs(later - found) > SAME * np.maximum(
+                    np.abs(later), np.abs(found)
+                )
+                if np.any(differ):
+                    columns.warn(self.g, TWICE, t)
+                found = np.where(differ, np.nan, later)
+        return np.zeros(len(self.g.late)) if found is None else found
+
+    # -- events ------------------------------------------------------------------------------------
+
+    def go_through(self, k: int) -> None:
+        """Follow the changes through an event."""
+        g = self.g
+        t, i, j = changes.time_and_balls(g, k)
+        other = int(g.events[k][2])
+        if other in (STOP, ROLL) and i in self.of:
+            self.end(self.of[i], t)
+            when, later = self.later.get(i, (-1.0, None))
+            g.late[:] = np.nan if when != t or later is None else later
+            g.python.kept[-1].append(g.late.copy())
+            return
+        if other not in (STOP, ROLL):
+            self._wait_no_more(i, other, t)
+        why = changes.go_through(g, k, 0, len(g.events))
+        if why == FOLLOWED and other not in (STOP, ROLL):
+            for n in {i, j}:
+                self.meet(n, t, g.late.copy())
+
+    def _wait_no_more(self, i: int, other: int, t: float) -> None:
+        """Let groups end that a hit takes apart, as much later as the hit comes."""
+        balls = (i, other) if other >= 0 else (i,)
+        lives = {id(self.waits[n][2]) for n in balls if n in self.waits and self.waits[n][0] == t}
+        if not lives:
+            return
+        later = self.hit_later(i, other, t)
+        for n, (when, lost, live) in list(self.waits.items()):
+            if when == t and id(live) in lives:
+                self.g.change[n] += np.outer(lost, later)[: self.g.change.shape[1]]
+                self.meet(n, t, later)
+                del self.waits[n]
+
+    def hit_later(self, i: int, other: int, t: float) -> Array:
+        """Return how much later (s) a hit comes."""
+        g, wide = self.g, np.zeros(len(self.g.late))
+        x, y, vx, vy = motion_at(columns.path_of(g, i), t)
+        if other < 0:
+            (nx, ny), _ = columns.surface_at(g, -1 - other, x, y, g.ball[i].radius)
+            opening = vx * nx + vy * ny
+        else:
+            bx, by, u, v = motion_at(columns.path_of(g, other), t)
+            distance = np.hypot(bx - x, by - y)
+            nx, ny = (bx - x) / distance, (by - y) / distance
+            opening = (u - vx) * nx + (v - vy) * ny
+        for n in (i, other) if other >= 0 else (i,):
+            own, sign = g.change[n].copy(), 1.0 if n == other or other < 0 else -1.0
+            changes.carry(g, g.rows[g.ball[n].at], own, t)
+            wide += sign * (nx * own[0] + ny * own[1]) - g.of_radius[n]
+        return np.asarray(-wide / opening)
+
+    def finish(self) -> None:
+        """Follow the changes to the end of the run."""
+        g, t = self.g, self.g.one.ends[0]
+        lives = list(self.of.items())
+        for i, live in lives:
+            self.end(live, t)
+            g.ball[i].gone = 1
+            while g.following[g.ball[i].at] >= 0:
+                g.ball[i].at = g.following[g.ball[i].at]
+        changes.finish(g)
+        for i, live in lives:
+            g.change[i] = live.z[live.rows(i)][: g.change.shape[1]]
+
+
+def numbers_of(g: Any, piece: Begun) -> Numbers:
+    """Return how the inputs change the numbers of a group."""
+    mu = np.zeros((len(piece.contacts), len(g.late)))
+    for own, contact in zip(mu, piece.contacts, strict=True):
+        if contact.cushion is None:
+            own[:] = g.of_numbers[5]
+        elif not changes.owns(g, contact.cushion)[1]:
+            own[:] = g.of_numbers[4]
+    return Numbers(g.of_mass[list(piece.balls)], mu, g.of_numbers[3], g.of_numbers[6])
+
+
+def is_same(one: Begun, other: Begun) -> bool:
+    """Tell whether two pieces are of one group in one mode."""
+    return one.press is other.press and one.mode == other.mode and one.fell < 0 and not one.faded
+
+
+def jumps(before: Array, after: Array) -> bool:
+    """Tell whether accelerations jump at an instant."""
+    a, b = (rate.reshape(-1, 6)[:, 2:] for rate in (before, after))
+    return bool(np.abs(a - b).max() > STEADY * max(np.abs(a).max(), np.abs(b).max()))
+
+
+def turns(old: Live, live: Live) -> bool:
+    """Tell whether a ball slips on although its slip has fallen to zero."""
+    balls = [old.piece.balls[k] for k in old.fading if old.press.phase[k] == SLIP]
+    phases = dict(zip(live.piece.balls, live.press.phase, strict=True))
+    return any(live.press.rolls and phases.get(i) == SLIP for i in balls)
+
+
+def free_rate(row: Any, motion: Any, g: Any) -> Array:
+    """Return the rate (6,) of a ball on the path of a breakpoint."""
+    if row[4] == 0.0 and row[5] == 0.0 and row[6] == 0.0 and row[7] == 0.0:
+        return np.zeros(6)
+    turns = roll_rate(row) if g.change.shape[1] > 4 else (0.0, 0.0)
+    return np.array([motion[2], motion[3], row[6], row[7], *turns])
+
+
+def met_in(live: Live, i: int) -> int:
+    """Return what a ball of a group touched at last: another one, or a wall (-1 - its number)."""
+    for contact, on in zip(live.piece.contacts, live.press.on, strict=True):
+        if on and i in contact.balls:
+            if contact.cushion is not None:
+                return -1 - contact.cushion
+            return contact.b if contact.a == i else contact.a
+    return STOP
+
+
+def last_pieces(run: Run) -> dict[int, Begun]:
+    """Return the last piece in the mode of each piece, by its number of the program."""
+    found, last = dict[int, Begun](), dict[int, Begun]()
+    for _, _, what in reversed(run.groups):
+        if isinstance(what, Begun):
+            then = last.get(id(what.press))
+            if then is None or not is_same(what, then):
+                then = what
+            else:
+                then = found[id(then)]
+            found[id(what)] = then
+            last[id(what.press)] = what
+    return found
+
+
+def follow_all(g: Any, run: Run) -> None:
+    """Follow the changes through the events of a run, and through its groups."""
+    groups, steps, done, last = Groups(g, run), run.groups, 0, last_pieces(run)
+    for k in range(len(g.events) + 1):
+        while done < len(steps) and steps[done][0] <= k:
+            _, counts, what = steps[done]
+            done += 1
+            if isinstance(what, Begun):
+                groups.begin(what, last[id(what)], counts)
+            else:
+                groups.let_go(*what, counts[0])
+        if k < len(g.events):
+            groups.go_through(k)
+    groups.finish()
