@@ -13,6 +13,7 @@ its changes are rows (6 N, P), one column an input.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,7 +49,8 @@ ORDER = 5
 # A step and its two halves may differ by this share of the changes; the better answer errs by about
 # a hundredth of it.
 WRONG = 1e-8
-MOST_HALVINGS = 8
+MOST = 4  # A step within a piece is halved so often.
+LEAST = 1e-6  # Changes (SI) that are less need not be as right as others.
 REDUNDANT = 1e-10  # A force is redundant if less than this share of its response is independent.
 
 Spell = tuple[float, float]  # from when to when (s) after the beginning of a piece
@@ -243,38 +245,61 @@ def slopes(g: Any, s: Any, changes: Numbers) -> tuple[Array, Array]:
 # -- motion ------------------------------------------------------------------------------------
 
 
-def state_at(g: Any, s: Any, t: float) -> list[float]:
-    """Return the state of a piece a time (s) after its beginning."""
-    if t <= 0.0:
-        return list(s)
-    find_forces(g, s)
-    state, _ = pieces.step(g, s, t, [[0.0] * 3 for _ in g.one])
-    return list(state)
+class Motion:
+    """A motion is that of a press ``g`` in one mode, in pieces that follow each other.
+
+    ``steps`` (s, changes) are those at which changes were found.
+    """
+
+    def __init__(self, g: Any, t: float, s: Any) -> None:
+        self.g, self.starts, self.states = g, [t], [s]
+        self.steps: list[tuple[float, Array]] = []
+
+    def go_on(self, t: float, s: Any) -> None:
+        """Go on with a piece that begins at a time (s) in a state."""
+        self.starts.append(t)
+        self.states.append(s)
+
+    def piece_at(self, t: float) -> int:
+        """Return the number of the piece of a time (s)."""
+        return max(bisect_right(self.starts, t) - 1, 0)
+
+    def at(self, t: float) -> list[float]:
+        """Return the state at a time (s)."""
+        k = self.piece_at(t)
+        g, s, time = self.g, self.states[k], t - self.starts[k]
+        if time <= 0.0:
+            return list(s)
+        find_forces(g, s)
+        state, _ = pieces.step(g, s, time, [[0.0] * 3 for _ in g.one])
+        return list(state)
+
+    def evolve(self, z: Array, spell: Spell, changes: Numbers, halvings: int = MOST) -> Array:
+        """Return changes (6 N, P) at the end of a spell (s) by those at its beginning.
+
+        A step is halved where it is too long, so many times within a piece.
+        """
+        since, until = spell
+        if until <= since:
+            return z
+        middle, is_within = (since + until) / 2.0, self.piece_at(since) == self.piece_at(until)
+        half = implicit_step(self, z, (since, middle), changes)
+        both = implicit_step(self, half, (middle, until), changes)
+        whole = implicit_step(self, z, spell, changes)
+        wrong, size = np.abs(both - whole).max(axis=0), np.abs(both).max(axis=0) + LEAST
+        if halvings == 0 or not (wrong > WRONG * size).any():
+            found = both + (both - whole) / (2**ORDER - 1)
+            self.steps.append((until, found))
+            return np.asarray(found)
+        half = self.evolve(z, (since, middle), changes, halvings - is_within)
+        return self.evolve(half, (middle, until), changes, halvings - is_within)
 
 
-def evolved(
-    g: Any, s: Any, z: Array, spell: Spell, changes: Numbers, halvings: int = MOST_HALVINGS
-) -> Array:
-    """Return changes (6 N, P) of the state after a spell (s) of a piece that began at ``s``."""
-    since, until = spell
-    if until <= since:
-        return z
-    middle = (since + until) / 2.0
-    whole = implicit_step(g, s, z, spell, changes)
-    half = implicit_step(g, s, z, (since, middle), changes)
-    both = implicit_step(g, s, half, (middle, until), changes)
-    wrong, size = np.abs(both - whole).max(axis=0), np.abs(both).max(axis=0)
-    if halvings == 0 or not (wrong > WRONG * np.maximum(size, np.abs(z).max(axis=0))).any():
-        return np.asarray(both + (both - whole) / (2**ORDER - 1))
-    half = evolved(g, s, z, (since, middle), changes, halvings - 1)
-    return evolved(g, s, half, (middle, until), changes, halvings - 1)
-
-
-def implicit_step(g: Any, s: Any, z: Array, spell: Spell, changes: Numbers) -> Array:
+def implicit_step(motion: Motion, z: Array, spell: Spell, changes: Numbers) -> Array:
     """Return changes after one step of the implicit method."""
     (since, until), size = spell, len(z)
     h = until - since
-    found = [slopes(g, state_at(g, s, since + h * node), changes) for node in NODES]
+    found = [slopes(motion.g, motion.at(since + h * node), changes) for node in NODES]
     matrix, given = np.eye(3 * size), np.concatenate([z] * 3)
     for p, row in enumerate(WEIGHTS):
         here = slice(p * size, (p + 1) * size)
@@ -313,7 +338,7 @@ def joined(g: Any, s: Any, z: Array) -> Array:
     """
     count = z.shape[1]
     state = as_columns(s, count)
-    state += 1j * TINY_STEP * z.reshape(len(g.mass), 6, count)
+    state += 1j * TINY_STEP * np.nan_to_num(z).reshape(state.shape)
     none = Numbers(*(np.zeros((*np.shape(x), count)) for x in (g.mass, g.mu, g.pull, g.drag)))
     gives, asks, _, _ = system_of(g, state, numbers_of(g, none))
     if not len(gives):

@@ -7,6 +7,7 @@ the state is larger by dt times what the rates lose there: the saltation of a mo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,8 +29,8 @@ from pool_pymunk.physics.changes import (
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.persistent_changes import (
+    Motion,
     Numbers,
-    evolved,
     fades_later,
     falls_later,
     gaps,
@@ -37,7 +38,6 @@ from pool_pymunk.physics.persistent_changes import (
     rate_of,
     settled,
     slip_of,
-    state_at,
 )
 from pool_pymunk.physics.pressed import REST, SLIP, SLOW, find_forces, part_of
 from pool_pymunk.physics.pressed import ROLL as ROLLS
@@ -53,64 +53,75 @@ FAINT = 1e-4  # of all changes; bounces that are left out leave gaps of less
 
 
 class Live:
-    """A group has changes ``z`` (6 N, P) at the beginning of its present piece.
+    """A group in one mode has changes ``z`` (6 N, P) at the beginning of its motion, or its end.
 
     Just before a slip of it has faded, and its direction is rounding, they become those of a state
     that is as much ``later`` (s) as the slip fades later (``is_late``).
     """
 
-    def __init__(self, g: Any, piece: Begun, last: Begun) -> None:
-        press = piece.press
-        self.piece, self.z = piece, np.zeros((6 * len(piece.balls), len(g.late)))
-        self.press = part_of(press, range(len(press.mass)), range(len(press.one)))
-        own = self.press.phase, self.press.on, self.press.slides, self.press.into
+    def __init__(self, g: Any, piece: Begun) -> None:
+        press = part_of(piece.press, range(len(piece.press.mass)), range(len(piece.contacts)))
+        own = press.phase, press.on, press.slides, press.into
         for mine, those in zip(own, piece.mode, strict=True):
             mine[:] = those
+        self.press, self.first, self.last, self.balls = press, piece, piece, piece.balls
+        self.motion = Motion(press, piece.since, piece.state)
         self.numbers = numbers_of(g, piece)
-        self.state, self.rate = piece.state, rate_of(self.press, piece.state)
-        self.fading = fading_in(self.press, last.state) if last.faded else []
-        self.until = -1.0  # s; the piece was followed until then
+        self.state, self.rate = piece.state, rate_of(press, piece.state)
+        self.z = np.zeros((len(self.state), len(g.late)))
+        self.until = -1.0  # s; the motion was followed until then
         self.later: Array | None = None  # (P,), how much later the mode ends
+        self.fading: list[int] = []
         self.is_late = self.is_over = False
 
     def rows(self, i: int) -> slice:
         """Return where a ball stands in the state."""
-        k = self.piece.balls.index(i)
+        k = self.balls.index(i)
         return slice(6 * k, 6 * k + 6)
 
-    def end(self, t: float) -> None:
-        """Follow the piece until a time (s)."""
-        g, piece, time = self.press, self.piece, t - self.piece.since
-        self.is_over = t >= piece.until and (piece.faded or piece.fell >= 0)
-        fades = min(max(self._fades(time), 0.0), time)
-        if not self.is_late:
-            self.z = evolved(g, piece.state, self.z, (0.0, fades), self.numbers)
-            if fades < time or (self.is_over and piece.faded):
-                self._go_late(fades)
-        if self.is_late:
-            numbers = self.numbers._replace(steady=tuple(self.fading))
-            self.z = evolved(g, piece.state, self.z, (fades, time), numbers)
-        self.until, self.state = t, state_at(g, piece.state, time)
-        self.rate = rate_of(g, self.state)
-        if self.is_over and not piece.faded:
-            self.later = falls_later(g, self.state, self.rate, self.z, piece.fell)
+    def goes_on(self, piece: Begun) -> bool:
+        """Tell whether a piece goes on in the same mode, and go on with it if so."""
+        last = self.last
+        if piece.press is not last.press or piece.mode != last.mode or piece.balls != self.balls:
+            return False
+        if last.fell >= 0 or last.faded:
+            return False
+        self.last = piece
+        self.motion.go_on(piece.since, piece.state)
+        return True
 
-    def _fades(self, time: float) -> float:
-        """Return when (s) after the beginning of the piece a slip is next to nothing."""
-        g, least = self.press, FADES * self.press.small[0] / SLOW
-        if not self.fading:
-            return np.inf
-        end = state_at(g, self.piece.state, time)
-        first, last = (
-            min(np.hypot(*slip_of(g, s, i)) for i in self.fading) for s in (self.piece.state, end)
-        )
-        if last > least or time == 0.0:
-            return np.inf
-        return float(time * (first - least) / (first - last)) if first > least else 0.0
+    def end(self, t: float) -> None:
+        """Follow the motion until a time (s)."""
+        last, motion, g = self.last, self.motion, self.press
+        self.is_over = t >= last.until and (last.faded or last.fell >= 0)
+        fades = t
+        if self.is_over and last.faded:
+            self.fading = fading_in(g, last.state)
+            fades = self._fades(t)
+        self.z = motion.evolve(self.z, (self.first.since, fades), self.numbers)
+        if self.fading:
+            self._go_late(fades)
+            numbers = self.numbers._replace(steady=tuple(self.fading))
+            self.z = motion.evolve(self.z, (fades, t), numbers)
+        self.until, self.state = t, motion.at(t)
+        self.rate = rate_of(g, self.state)
+        if self.is_over and not last.faded:
+            self.later = falls_later(g, self.state, self.rate, self.z, last.fell)
+
+    def _fades(self, t: float) -> float:
+        """Return when (s) a slip is next to nothing."""
+        least, motion = FADES * self.press.small[0] / SLOW, self.motion
+        sizes = [min(math.hypot(*slip_of(self.press, s, i)) for i in self.fading)
+                 for s in motion.states]  # fmt: skip
+        k = next(k for k, size in enumerate(sizes) if size <= least or k == len(sizes) - 1)
+        if k == 0 or sizes[k] > least:
+            return motion.starts[k]
+        share = (sizes[k - 1] - least) / (sizes[k - 1] - sizes[k])
+        return motion.starts[k - 1] + share * (motion.starts[k] - motion.starts[k - 1])
 
     def _go_late(self, t: float) -> None:
         """Go on with the changes of a state that is later, as the slip fades later."""
-        g, s = self.press, state_at(self.press, self.piece.state, t)
+        g, s = self.press, self.motion.at(t)
         rate = rate_of(g, s)
         times = np.array([fades_later(g, s, rate, self.z, i) for i in self.fading])
         size, self.later = np.abs(times).max(axis=0), times[0].copy()
@@ -121,10 +132,6 @@ class Live:
             for i, phase in enumerate(g.phase)
         ]
         self.z, self.is_late = settled(phases, self.z), True
-
-    def go_on(self, old: Live) -> None:
-        """Go on where another piece of the same mode has ended."""
-        self.z, self.later, self.is_late = old.z, old.later, old.is_late
 
 
 def fading_in(g: Any, s: Sequence[float]) -> list[int]:
@@ -155,39 +162,41 @@ class Groups:
 
     # -- pieces ------------------------------------------------------------------------------------
 
-    def begin(self, piece: Begun, last: Begun, counts: Sequence[int]) -> None:
-        """Let a piece begin: in another mode, with other balls, or as the one before.
-
-        Its mode lasts until the ``last`` of its pieces.
-        """
-        t, live = piece.since, Live(self.g, piece, last)
-        before = [*{id(own): own for i in piece.balls if (own := self.of.get(i))}.values()]
-        for own in before:
-            self.end(own, t)
-        if len(before) == 1 and is_same(before[0].piece, piece):
-            live.go_on(before[0])
+    def begin(self, piece: Begun, counts: Sequence[int]) -> None:
+        """Let a piece begin: in another mode, with other balls, or as the one before."""
+        t, old = piece.since, self.of.get(piece.balls[0])
+        if old is not None and old.goes_on(piece):
+            live = old
         else:
+            live = Live(self.g, piece)
+            before = [*{id(own): own for i in piece.balls if (own := self.of.get(i))}.values()]
+            for own in before:
+                self.end(own, t)
             self._change_mode(live, before)
-        live.z[:, ~np.isfinite(live.z).all(axis=0)] = np.nan
+            live.z[:, ~np.isfinite(live.z).all(axis=0)] = np.nan
         for i, count in zip(piece.balls, counts, strict=True):
-            self.of[i] = live
-            is_new = live.press.phase[piece.balls.index(i)] != REST and piece.until > t
-            self.put(i, live.z[live.rows(i)], self.row(i, count if is_new else count - 1), t)
+            moves = live.press.phase[piece.balls.index(i)] != REST and piece.until > t
+            row = self.row(i, count if moves else count - 1)
+            if live is old:
+                self.g.ball[i].at = row
+            else:
+                self.of[i] = live
+                self.put(i, live.z[live.rows(i)], row, t)
 
     def _change_mode(self, live: Live, before: Sequence[Live]) -> None:
         """Let the changes of a group go on in another mode."""
-        g, (t, _, balls, *_), s = self.g, live.piece, live.piece.state
+        g, t, balls, s = self.g, live.first.since, live.balls, live.state
         rate = np.concatenate([self.rate_of(i, t) for i in balls])
         live.z = np.concatenate([self.change_of(i, t) for i in balls])
         later = self.delay(balls, t)
         if not jumps(rate, live.rate) and not any(own.is_late for own in before):
             later = np.zeros(len(later))
-        if any(own.piece.faded and turns(own, live) for own in before):
+        if any(own.last.faded and turns(own, live) for own in before):
             self.lose(live, TURNS, live.z.any(axis=0))
         late = np.concatenate([np.full(6, self.is_late(i)) for i in balls])
         live.z += np.outer(np.where(late, 0.0, rate), later)
         live.z = joined(live.press, s, settled(live.press.phase, live.z))
-        wide = np.abs(gaps(live.press, s, live.z, g.of_radius[list(live.piece.balls)]))
+        wide = np.abs(gaps(live.press, s, live.z, g.of_radius[list(live.balls)]))
         wide = wide[[k for k, on in enumerate(live.press.on) if on]].max(axis=0, initial=0.0)
         least = (SAME if t == 0.0 else FAINT) * np.abs(live.z).max(axis=0)
         self.lose(live, TOUCH_FIRST if t == 0.0 else OPENS, wide > least)
@@ -200,27 +209,25 @@ class Groups:
     def lose(self, live: Live, why: int, flag: Array) -> None:
         """Lose the changes of a group by some inputs."""
         if flag.any() and np.isfinite(live.z[:, flag]).any():
-            columns.warn(self.g, why, live.piece.since)
+            columns.warn(self.g, why, live.first.since)
         live.z[:, flag] = np.nan
 
     def end(self, live: Live, t: float) -> None:
-        """Follow a piece until a time (s), at which it ends or is cut."""
+        """Follow the motion of a group until a time (s), at which it ends or is cut."""
         if live.until == t:
             return
-        g, balls = self.g, live.piece.balls
-        live.z = np.concatenate([self.change_of(i, t) for i in balls])
+        g, since, size = self.g, live.first.since, self.g.change.shape[1]
+        live.z = np.concatenate([self.change_of(i, t) for i in live.balls])
         known = np.isfinite(live.z).all(axis=0)
         live.end(t)
-        if live.is_late and not live.is_over and t < live.piece.until:  # A hit comes before that.
-            live.z, live.is_late = live.z - np.outer(live.rate, live.later), False
         if live.later is not None and np.isnan(live.later[known]).any():
             columns.warn(g, TWICE, t)
         if columns.is_beyond(live.z):
             columns.warn(g, GROWN, t)
             live.z[:] = np.nan
-        for i in balls:
-            own = live.z[live.rows(i)][: g.change.shape[1]]
-            g.python.until[i, live.piece.since] = t, own
+        for i in live.balls:
+            own = [(when, z[live.rows(i)][:size]) for when, z in live.motion.steps]
+            g.python.spells[i].append((since, t, own))
             if live.is_over and live.later is not None:
                 self.meet(i, t, live.later)
 
@@ -375,11 +382,6 @@ def numbers_of(g: Any, piece: Begun) -> Numbers:
     return Numbers(g.of_mass[list(piece.balls)], mu, g.of_numbers[3], g.of_numbers[6])
 
 
-def is_same(one: Begun, other: Begun) -> bool:
-    """Tell whether two pieces are of one group in one mode."""
-    return one.press is other.press and one.mode == other.mode and one.fell < 0 and not one.faded
-
-
 def jumps(before: Array, after: Array) -> bool:
     """Tell whether accelerations jump at an instant."""
     a, b = (rate.reshape(-1, 6)[:, 2:] for rate in (before, after))
@@ -388,8 +390,8 @@ def jumps(before: Array, after: Array) -> bool:
 
 def turns(old: Live, live: Live) -> bool:
     """Tell whether a ball slips on although its slip has fallen to zero."""
-    balls = [old.piece.balls[k] for k in old.fading if old.press.phase[k] == SLIP]
-    phases = dict(zip(live.piece.balls, live.press.phase, strict=True))
+    balls = [old.balls[k] for k in old.fading if old.press.phase[k] == SLIP]
+    phases = dict(zip(live.balls, live.press.phase, strict=True))
     return any(live.press.rolls and phases.get(i) == SLIP for i in balls)
 
 
@@ -403,7 +405,7 @@ def free_rate(row: Any, motion: Any, g: Any) -> Array:
 
 def met_in(live: Live, i: int) -> int:
     """Return what a ball of a group touched at last: another one, or a wall (-1 - its number)."""
-    for contact, on in zip(live.piece.contacts, live.press.on, strict=True):
+    for contact, on in zip(live.first.contacts, live.press.on, strict=True):
         if on and i in contact.balls:
             if contact.cushion is not None:
                 return -1 - contact.cushion
@@ -411,30 +413,15 @@ def met_in(live: Live, i: int) -> int:
     return STOP
 
 
-def last_pieces(run: Run) -> dict[int, Begun]:
-    """Return the last piece in the mode of each piece, by its number of the program."""
-    found, last = dict[int, Begun](), dict[int, Begun]()
-    for _, _, what in reversed(run.groups):
-        if isinstance(what, Begun):
-            then = last.get(id(what.press))
-            if then is None or not is_same(what, then):
-                then = what
-            else:
-                then = found[id(then)]
-            found[id(what)] = then
-            last[id(what.press)] = what
-    return found
-
-
 def follow_all(g: Any, run: Run) -> None:
     """Follow the changes through the events of a run, and through its groups."""
-    groups, steps, done, last = Groups(g, run), run.groups, 0, last_pieces(run)
+    groups, steps, done = Groups(g, run), run.groups, 0
     for k in range(len(g.events) + 1):
         while done < len(steps) and steps[done][0] <= k:
             _, counts, what = steps[done]
             done += 1
             if isinstance(what, Begun):
-                groups.begin(what, last[id(what)], counts)
+                groups.begin(what, counts)
             else:
                 groups.let_go(*what, counts[0])
         if k < len(g.events):
