@@ -18,6 +18,7 @@ from pool_pymunk.physics.columns import (
     columns,
     copy,
     greater,
+    has_parted,
     is_any_unknown,
     is_beyond,
     is_changed,
@@ -575,7 +576,7 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
         begins, apart = not (g.ball[i].met == j and g.ball[j].met == i), radius + g.ball[j].radius
         if is_far(path, other, t, apart):
             continue
-        begins = begins or path.t != other.t
+        begins = (begins or path.t != other.t) and not has_parted(g, i, j)
         along, turns = touch_of_discs(
             path, other, t, apart, 1.0, (begins, met != j and met != ANYTHING)
         )
@@ -592,7 +593,8 @@ def look_at_table(g: Any, i: int, path: Path, t: float, met: int) -> None:
         is_disc = k < len(g.discs)
         thing = g.discs[k] if is_disc else g.faces[k - len(g.discs)]
         wall = -1 - int(thing[4 if is_disc else 7])
-        free = g.ball[i].met != wall, met != wall and met != ANYTHING
+        begins = g.ball[i].met != wall and not has_parted(g, i, wall)
+        free = begins, met != wall and met != ANYTHING
         if is_disc:
             still, apart = standing(0.0, thing[0], thing[1]), thing[2] + thing[3] * radius
             along, turns = touch_of_discs(path, still, t, apart, thing[3], free)

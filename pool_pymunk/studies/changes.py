@@ -122,7 +122,7 @@ def follow_of(
     one.ends = [run.duration, is_cut, run.status == "max_events", 0.0]
     one.numbers = numbers_of(scene)
     python = SimpleNamespace(
-        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors, spells=[[] for _ in starts],
+        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors, spells=[[] for _ in starts], parted=set(),
         kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
         **(signs or {"signs": ()}),
     )  # fmt: skip

@@ -7,7 +7,6 @@ the state is larger by dt times what the rates lose there: the saltation of a mo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -39,7 +38,7 @@ from pool_pymunk.physics.persistent_changes import (
     settled,
     slip_of,
 )
-from pool_pymunk.physics.pressed import REST, SLIP, SLOW, find_forces, part_of
+from pool_pymunk.physics.pressed import REST, SLIP, SLOW, find_forces, part_of, size_of
 from pool_pymunk.physics.pressed import ROLL as ROLLS
 from pool_pymunk.physics.surface import roll_rate
 from pool_pymunk.results.run import Run
@@ -48,6 +47,7 @@ from pool_pymunk.results.run import Run
 STEADY = 1e-7
 # Times that differ by less than this share, and gaps of this share of all changes, are the same.
 SAME = 1e-6
+NO_GAP = 1e-9  # m by the unit of an input
 FADES = 1e-6  # of the largest speed of a group; a slip that fades has faded to first order
 FAINT = 1e-4  # of all changes; bounces that are left out leave gaps of less
 
@@ -90,14 +90,20 @@ class Live:
         self.motion.go_on(piece.since, piece.state)
         return True
 
+    @property
+    def is_momentary(self) -> bool:
+        """Tell whether the mode ends at the instant at which it begins, and no slip has faded."""
+        return self.first.until == self.first.since and not self.first.faded
+
     def end(self, t: float) -> None:
         """Follow the motion until a time (s)."""
         last, motion, g = self.last, self.motion, self.press
         self.is_over = t >= last.until and (last.faded or last.fell >= 0)
         fades = t
-        if self.is_over and last.faded:
-            self.fading = fading_in(g, last.state)
-            fades = self._fades(t)
+        if self.is_over:
+            least = 10.0 * pieces.FADED * g.small[2] if last.faded else FADES / SLOW
+            self.fading = fading_in(g, motion.at(t), least * g.small[0])
+            fades = self._fades(t) if self.fading else t
         self.z = motion.evolve(self.z, (self.first.since, fades), self.numbers)
         if self.fading:
             self._go_late(fades)
@@ -105,19 +111,19 @@ class Live:
             self.z = motion.evolve(self.z, (fades, t), numbers)
         self.until, self.state = t, motion.at(t)
         self.rate = rate_of(g, self.state)
-        if self.is_over and not last.faded:
+        if self.is_over and not self.is_late:
             self.later = falls_later(g, self.state, self.rate, self.z, last.fell)
 
     def _fades(self, t: float) -> float:
         """Return when (s) a slip is next to nothing."""
         least, motion = FADES * self.press.small[0] / SLOW, self.motion
-        sizes = [min(math.hypot(*slip_of(self.press, s, i)) for i in self.fading)
-                 for s in motion.states]  # fmt: skip
+        times, states = [*motion.starts, t], [*motion.states, motion.at(t)]
+        sizes = [min(size_of(*slip_of(self.press, s, i)) for i in self.fading) for s in states]
         k = next(k for k, size in enumerate(sizes) if size <= least or k == len(sizes) - 1)
         if k == 0 or sizes[k] > least:
-            return motion.starts[k]
+            return times[k]
         share = (sizes[k - 1] - least) / (sizes[k - 1] - sizes[k])
-        return motion.starts[k - 1] + share * (motion.starts[k] - motion.starts[k - 1])
+        return times[k - 1] + share * (times[k] - times[k - 1])
 
     def _go_late(self, t: float) -> None:
         """Go on with the changes of a state that is later, as the slip fades later."""
@@ -134,13 +140,13 @@ class Live:
         self.z, self.is_late = settled(phases, self.z), True
 
 
-def fading_in(g: Any, s: Sequence[float]) -> list[int]:
-    """Return which balls of a group lose their slip or speed in a state."""
+def fading_in(g: Any, s: Sequence[float], least: float) -> list[int]:
+    """Return which balls lose a slip or a speed that is not larger than ``least`` (m/s)."""
     found = []
     find_forces(g, s)
     for i in range(len(g.mass)):
         size, time = pieces.fading(g, s, i)
-        if time < np.inf and size <= 10.0 * pieces.FADED * g.small[2] * g.small[0]:
+        if time < np.inf and size <= least:
             found.append(i)
     return found
 
@@ -173,6 +179,8 @@ class Groups:
             for own in before:
                 self.end(own, t)
             self._change_mode(live, before)
+            if any(own.is_momentary and piece.until == t for own in before):
+                self.lose(live, TWICE, live.z.any(axis=0))
             live.z[:, ~np.isfinite(live.z).all(axis=0)] = np.nan
         for i, count in zip(piece.balls, counts, strict=True):
             moves = live.press.phase[piece.balls.index(i)] != REST and piece.until > t
@@ -198,7 +206,7 @@ class Groups:
         live.z = joined(live.press, s, settled(live.press.phase, live.z))
         wide = np.abs(gaps(live.press, s, live.z, g.of_radius[list(live.balls)]))
         wide = wide[[k for k, on in enumerate(live.press.on) if on]].max(axis=0, initial=0.0)
-        least = (SAME if t == 0.0 else FAINT) * np.abs(live.z).max(axis=0)
+        least = (SAME if t == 0.0 else FAINT) * np.abs(live.z).max(axis=0) + NO_GAP
         self.lose(live, TOUCH_FIRST if t == 0.0 else OPENS, wide > least)
         live.z -= np.outer(live.rate, later)
 
@@ -268,7 +276,11 @@ class Groups:
         self.end(live, t)
         rows, g = live.rows(i), self.g
         del self.of[i]
-        partner = met_in(live, i)
+        for contact in live.first.contacts:
+            if i in contact.balls:
+                wall = -1 - (contact.cushion or 0)
+                one, other = (*contact.balls, wall)[:2]
+                g.python.parted |= {(one, other), (other, one)}
         row = g.rows[self.row(i, count - 1)]
         z, rate = live.z[rows].copy(), live.rate[rows]
         after = free_rate(row, tuple(row[2:6]), g) if row[1] == t else np.zeros(6)
@@ -280,7 +292,6 @@ class Groups:
         if not after.any():
             z[2:] = 0.0
         self.put(i, z, self.row(i, count - 1), t)
-        g.ball[i].met = partner
 
     # -- times -------------------------------------------------------------------------------------
 
@@ -401,16 +412,6 @@ def free_rate(row: Any, motion: Any, g: Any) -> Array:
         return np.zeros(6)
     turns = roll_rate(row) if g.change.shape[1] > 4 else (0.0, 0.0)
     return np.array([motion[2], motion[3], row[6], row[7], *turns])
-
-
-def met_in(live: Live, i: int) -> int:
-    """Return what a ball of a group touched at last: another one, or a wall (-1 - its number)."""
-    for contact, on in zip(live.first.contacts, live.press.on, strict=True):
-        if on and i in contact.balls:
-            if contact.cushion is not None:
-                return -1 - contact.cushion
-            return contact.b if contact.a == i else contact.a
-    return STOP
 
 
 def follow_all(g: Any, run: Run) -> None:
