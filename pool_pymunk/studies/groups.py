@@ -45,9 +45,10 @@ from pool_pymunk.results.run import Run
 
 # Rates that differ by less than this share of the strongest one do not jump.
 STEADY = 1e-7
-# Times that differ by less than this share, and gaps of this share of all changes, are the same.
-SAME = 1e-6
-NO_GAP = 1e-9  # m by the unit of an input
+# Delays that differ by less than this share, and gaps of this share of all changes at the start,
+# are the same.
+SAME, SHUT = 1e-4, 1e-6
+NO_GAP, NO_DELAY = 1e-9, 1e-9  # m, s by the unit of an input
 FADES = 1e-6  # of the largest speed of a group; a slip that fades has faded to first order
 FAINT = 1e-4  # of all changes; bounces that are left out leave gaps of less
 
@@ -131,7 +132,7 @@ class Live:
         rate = rate_of(g, s)
         times = np.array([fades_later(g, s, rate, self.z, i) for i in self.fading])
         size, self.later = np.abs(times).max(axis=0), times[0].copy()
-        self.later[np.ptp(times, axis=0) > SAME * size] = np.nan
+        self.later[np.ptp(times, axis=0) > SAME * size + NO_DELAY] = np.nan
         self.z = self.z + np.outer(rate, self.later)
         phases = [
             (ROLLS if g.rolls and phase == SLIP else REST) if i in self.fading else SLIP
@@ -206,7 +207,7 @@ class Groups:
         live.z = joined(live.press, s, settled(live.press.phase, live.z))
         wide = np.abs(gaps(live.press, s, live.z, g.of_radius[list(live.balls)]))
         wide = wide[[k for k, on in enumerate(live.press.on) if on]].max(axis=0, initial=0.0)
-        least = (SAME if t == 0.0 else FAINT) * np.abs(live.z).max(axis=0) + NO_GAP
+        least = (SHUT if t == 0.0 else FAINT) * np.abs(live.z).max(axis=0) + NO_GAP
         self.lose(live, TOUCH_FIRST if t == 0.0 else OPENS, wide > least)
         live.z -= np.outer(live.rate, later)
 
@@ -298,10 +299,7 @@ class Groups:
     def meet(self, i: int, t: float, later: Array) -> None:
         """Note how much later (s) something comes to a ball; two times at one instant are a kink."""
         when, other = self.later.get(i, (-1.0, later))
-        if when == t:
-            differ = np.abs(later - other) > SAME * np.maximum(np.abs(later), np.abs(other))
-            later = np.where(differ, np.nan, later)
-        self.later[i] = t, later
+        self.later[i] = t, self._agreed(later, other, t) if when == t else later
 
     def delay(self, balls: Sequence[int], t: float) -> Array:
         """Return how much later (s) comes what happens to these balls at this instant."""
@@ -309,13 +307,15 @@ class Groups:
         for i in balls:
             when, later = self.later.get(i, (-1.0, None))
             if when == t and later is not None:
-                differ = False if found is None else np.abs(later - found) > SAME * np.maximum(
-                    np.abs(later), np.abs(found)
-                )
-                if np.any(differ):
-                    columns.warn(self.g, TWICE, t)
-                found = np.where(differ, np.nan, later)
+                found = later if found is None else self._agreed(later, found, t)
         return np.zeros(len(self.g.late)) if found is None else found
+
+    def _agreed(self, one: Array, other: Array, t: float) -> Array:
+        """Return one of two delays (s) that agree; they are unknown where they differ."""
+        differ = np.abs(one - other) > SAME * np.maximum(np.abs(one), np.abs(other)) + NO_DELAY
+        if differ.any():
+            columns.warn(self.g, TWICE, t)
+        return np.where(differ, np.nan, one)
 
     # -- events ------------------------------------------------------------------------------------
 
