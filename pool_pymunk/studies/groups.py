@@ -15,6 +15,7 @@ import numpy as np
 from pool_pymunk.engine.recorder import Begun
 from pool_pymunk.physics import changes, columns, pieces
 from pool_pymunk.physics.changes import (
+    BY_POLICY,
     FOLLOWED,
     GROWN,
     KNOWN_BEFORE,
@@ -50,6 +51,7 @@ STEADY = 1e-7
 SAME, SHUT = 1e-4, 1e-6
 NO_GAP, NO_DELAY = 1e-9, 1e-9  # m, s by the unit of an input
 FADES = 1e-6  # of the largest speed of a group; a slip that fades has faded to first order
+FEEBLE = 1e-5  # of the balls' speeds; hits that close more slowly are none before a group begins
 FAINT = 1e-4  # of all changes; bounces that are left out leave gaps of less
 
 
@@ -161,6 +163,9 @@ class Groups:
         self.later: dict[int, tuple[float, Array]] = {}  # when (s) balls met something, how late
         self.waits: dict[int, tuple[float, Array, Live]] = {}  # what a hit's delay multiplies
         lengths = np.cumsum([0, *(len(rows) - 1 for rows in run.knots)]).tolist()
+        self.begins = {
+            (i, what.since) for _, _, what in run.groups if isinstance(what, Begun) for i in what.balls
+        }
         self.first = [len(run.knots) + length - 1 for length in lengths]
 
     def row(self, i: int, number: int) -> int:
@@ -197,6 +202,9 @@ class Groups:
         g, t, balls, s = self.g, live.first.since, live.balls, live.state
         rate = np.concatenate([self.rate_of(i, t) for i in balls])
         live.z = np.concatenate([self.change_of(i, t) for i in balls])
+        speeds = np.abs(np.stack((live.rate - rate, live.rate))).reshape(2, -1, 6)[:, :, :2]
+        if not before and speeds[0].max() > FEEBLE * speeds[1].max():
+            self.lose(live, BY_POLICY, live.z.any(axis=0))
         later = self.delay(balls, t)
         if not jumps(rate, live.rate) and not any(own.is_late for own in before):
             later = np.zeros(len(later))
@@ -330,12 +338,44 @@ class Groups:
             g.late[:] = np.nan if when != t or later is None else later
             g.python.kept[-1].append(g.late.copy())
             return
-        if other not in (STOP, ROLL):
-            self._wait_no_more(i, other, t)
-        why = changes.go_through(g, k, 0, len(g.events))
-        if why == FOLLOWED and other not in (STOP, ROLL):
+        if other in (STOP, ROLL):
+            changes.go_through(g, k, 0, len(g.events))
+            return
+        self._wait_no_more(i, other, t)
+        if {(i, t), (j, t)} <= self.begins and changes.shares_a_ball(g, k, 0, len(g.events)):
+            self._go_on_at_once(k)
+        elif changes.go_through(g, k, 0, len(g.events)) == FOLLOWED:
             for n in {i, j}:
                 self.meet(n, t, g.late.copy())
+
+    def _go_on_at_once(self, k: int) -> None:
+        """Follow the changes through one of several hits of an instant, from which a group goes on.
+
+        They come as late as the first of them; else they are a kink. The last ones are too feeble
+        to matter: the group goes on as if they were one.
+        """
+        g = self.g
+        (t, i, j), other = changes.time_and_balls(g, k), int(g.events[k][2])
+        balls, later = dict.fromkeys((i, j)), self.delay((i, j), t)
+        is_first = not any(self.later.get(n, (-1.0,))[0] == t for n in balls)
+        _, closing, fastest = self.hit_later(i, other, t)
+        if is_first or closing > FEEBLE * fastest:
+            if changes.go_through(g, k, k, k + 1) == FOLLOWED:
+                for n in balls:
+                    self.meet(n, t, g.late.copy())
+                    g.change[n][:, np.isnan(self.later[n][1])] = np.nan
+            return
+        for n in balls:
+            row, following = g.rows[g.ball[n].at], g.following[g.ball[n].at]
+            if following >= 0 and g.rows[following][1] == t:
+                after = g.rows[following]
+                lost = free_rate(row, motion_at(columns.path_of(g, n), t), g)
+                lost -= free_rate(after, after[2:6], g)
+                changes.move(g, n, t)
+                g.change[n] += np.outer(lost, later)[: g.change.shape[1]]
+                g.ball[n].at = following
+        g.late[:] = later
+        columns.keep(g, k, i, j, t)
 
     def _wait_no_more(self, i: int, other: int, t: float) -> None:
         """Let groups end that a hit takes apart, as much later as the hit comes."""
@@ -343,30 +383,30 @@ class Groups:
         lives = {id(self.waits[n][2]) for n in balls if n in self.waits and self.waits[n][0] == t}
         if not lives:
             return
-        later = self.hit_later(i, other, t)
+        later, _, _ = self.hit_later(i, other, t)
         for n, (when, lost, live) in list(self.waits.items()):
             if when == t and id(live) in lives:
                 self.g.change[n] += np.outer(lost, later)[: self.g.change.shape[1]]
                 self.meet(n, t, later)
                 del self.waits[n]
 
-    def hit_later(self, i: int, other: int, t: float) -> Array:
-        """Return how much later (s) a hit comes."""
+    def hit_later(self, i: int, other: int, t: float) -> tuple[Array, float, float]:
+        """Return how much later (s) a hit comes, how fast (m/s) it closes, and the balls' speed."""
         g, wide = self.g, np.zeros(len(self.g.late))
         x, y, vx, vy = motion_at(columns.path_of(g, i), t)
         if other < 0:
             (nx, ny), _ = columns.surface_at(g, -1 - other, x, y, g.ball[i].radius)
-            opening = vx * nx + vy * ny
+            opening, fastest = vx * nx + vy * ny, size_of(vx, vy)
         else:
             bx, by, u, v = motion_at(columns.path_of(g, other), t)
             distance = np.hypot(bx - x, by - y)
             nx, ny = (bx - x) / distance, (by - y) / distance
-            opening = (u - vx) * nx + (v - vy) * ny
+            opening, fastest = (u - vx) * nx + (v - vy) * ny, size_of(vx, vy) + size_of(u, v)
         for n in (i, other) if other >= 0 else (i,):
             own, sign = g.change[n].copy(), 1.0 if n == other or other < 0 else -1.0
             changes.carry(g, g.rows[g.ball[n].at], own, t)
             wide += sign * (nx * own[0] + ny * own[1]) - g.of_radius[n]
-        return np.asarray(-wide / opening)
+        return -wide / opening, -float(opening), fastest
 
     def finish(self) -> None:
         """Follow the changes to the end of the run."""
