@@ -51,6 +51,9 @@ STEADY = 1e-7
 SAME, SHUT = 1e-4, 1e-6
 NO_GAP, NO_DELAY = 1e-9, 1e-9  # m, s by the unit of an input
 FADES = 1e-6  # of the largest speed of a group; a slip that fades has faded to first order
+# A slip that turns until it has faded depends on inputs in no smooth manner. Then changes across it
+# are more than this share of all changes of it.
+ASTRAY = 1e-2
 FEEBLE = 1e-5  # of the balls' speeds; hits that close more slowly are none before a group begins
 FAINT = 1e-4  # of all changes; bounces that are left out leave gaps of less
 
@@ -132,10 +135,14 @@ class Live:
         """Go on with the changes of a state that is later, as the slip fades later."""
         g, s = self.press, self.motion.at(t)
         rate = rate_of(g, s)
+        before = self.z
         times = np.array([fades_later(g, s, rate, self.z, i) for i in self.fading])
         size, self.later = np.abs(times).max(axis=0), times[0].copy()
         self.later[np.ptp(times, axis=0) > SAME * size + NO_DELAY] = np.nan
         self.z = self.z + np.outer(rate, self.later)
+        for i in self.fading:
+            wide = np.hypot(*slip_of(g, self.z, i)) > ASTRAY * np.hypot(*slip_of(g, before, i))
+            self.later[wide] = np.nan
         phases = [
             (ROLLS if g.rolls and phase == SLIP else REST) if i in self.fading else SLIP
             for i, phase in enumerate(g.phase)
@@ -210,6 +217,11 @@ class Groups:
             later = np.zeros(len(later))
         if any(own.last.faded and turns(own, live) for own in before):
             self.lose(live, TURNS, live.z.any(axis=0))
+        for i in balls:
+            when, lost, _ = self.waits.get(i, (-1.0, rate, live))
+            if when == t:
+                live.z[live.rows(i)] += np.outer(lost, later)
+                del self.waits[i]
         late = np.concatenate([np.full(6, self.is_late(i)) for i in balls])
         live.z += np.outer(np.where(late, 0.0, rate), later)
         live.z = joined(live.press, s, settled(live.press.phase, live.z))
@@ -339,7 +351,8 @@ class Groups:
             g.python.kept[-1].append(g.late.copy())
             return
         if other in (STOP, ROLL):
-            changes.go_through(g, k, 0, len(g.events))
+            if changes.go_through(g, k, 0, len(g.events)) == FOLLOWED and not np.isnan(g.late).all():
+                self.meet(i, t, g.late.copy())
             return
         self._wait_no_more(i, other, t)
         if {(i, t), (j, t)} <= self.begins and changes.shares_a_ball(g, k, 0, len(g.events)):
