@@ -24,7 +24,6 @@ from pool_pymunk.physics.pressed import (
     ALONG,
     BALL,
     FLAT,
-    INTO,
     NORMAL,
     REST,
     ROLL,
@@ -160,8 +159,9 @@ def system_of(g: Any, s: Any, by: Numbers) -> System:
     (normals, bends), signs, rates = geometry_of(g, s), signs_of(g), free_rates(g, s, by)
     tangents, (balls, _, columns) = across(normals), s.shape
     gives = np.zeros((len(unknown), balls, 4, columns), complex)
-    asks, rest = np.zeros((len(unknown), balls, 6, columns), complex), np.zeros(
-        (len(unknown), columns), complex
+    asks, rest = (
+        np.zeros((len(unknown), balls, 6, columns), complex),
+        np.zeros((len(unknown), columns), complex),
     )
     for q, (k, kind) in enumerate(unknown):
         i, n, t, sign = g.one[k], normals[k], tangents[k], signs[k][:, np.newaxis, np.newaxis]
@@ -215,9 +215,9 @@ def numbers_of(g: Any, changes: Numbers, plain: int = 0) -> Numbers:
         some[..., plain:] += 1j * TINY_STEP * change
         return some
 
-    own = g.mass, g.mu, g.pull, g.drag
-    pairs = zip(own, changes[:4], strict=True)
-    return Numbers(*(with_changes(*pair) for pair in pairs), changes.steady)
+    mass, mu = with_changes(g.mass, changes.mass), with_changes(g.mu, changes.mu)
+    pull, drag = with_changes(g.pull, changes.pull), with_changes(g.drag, changes.drag)
+    return Numbers(mass, mu, pull, drag, changes.steady)
 
 
 def as_columns(s: Any, count: int) -> Any:
@@ -228,8 +228,14 @@ def as_columns(s: Any, count: int) -> Any:
 
 def rate_of(g: Any, s: Any) -> Array:
     """Return the rate (6 N) of a state."""
-    none = Numbers(*(np.zeros((*np.shape(x), 1)) for x in (g.mass, g.mu, g.pull, g.drag)))
-    return np.asarray(rates(g, as_columns(s, 1), numbers_of(g, none)).real.reshape(-1))
+    found = rates(g, as_columns(s, 1), numbers_of(g, unchanged(g, 1)))
+    return np.asarray(found.real.reshape(-1))
+
+
+def unchanged(g: Any, count: int) -> Numbers:
+    """Return that so many inputs do not change the numbers of a press."""
+    balls, contacts = np.zeros((len(g.mass), count)), np.zeros((len(g.one), count))
+    return Numbers(balls, contacts, np.zeros(count), np.zeros(count))
 
 
 def slopes(g: Any, s: Any, changes: Numbers) -> tuple[Array, Array]:
@@ -245,8 +251,8 @@ def slopes(g: Any, s: Any, changes: Numbers) -> tuple[Array, Array]:
 # -- motion ------------------------------------------------------------------------------------
 
 
-class Motion:
-    """A motion is that of a press ``g`` in one mode, in pieces that follow each other.
+class Course:
+    """A course is the motion of a press ``g`` in one mode, in pieces that follow each other.
 
     ``steps`` (s, changes) are those at which changes were found.
     """
@@ -295,11 +301,11 @@ class Motion:
         return self.evolve(half, (middle, until), changes, halvings - is_within)
 
 
-def implicit_step(motion: Motion, z: Array, spell: Spell, changes: Numbers) -> Array:
+def implicit_step(course: Course, z: Array, spell: Spell, changes: Numbers) -> Array:
     """Return changes after one step of the implicit method."""
     (since, until), size = spell, len(z)
     h = until - since
-    found = [slopes(motion.g, motion.at(since + h * node), changes) for node in NODES]
+    found = [slopes(course.g, course.at(since + h * node), changes) for node in NODES]
     matrix, given = np.eye(3 * size), np.concatenate([z] * 3)
     for p, row in enumerate(WEIGHTS):
         here = slice(p * size, (p + 1) * size)
@@ -339,8 +345,7 @@ def joined(g: Any, s: Any, z: Array) -> Array:
     count = z.shape[1]
     state = as_columns(s, count)
     state += 1j * TINY_STEP * np.nan_to_num(z).reshape(state.shape)
-    none = Numbers(*(np.zeros((*np.shape(x), count)) for x in (g.mass, g.mu, g.pull, g.drag)))
-    gives, asks, _, _ = system_of(g, state, numbers_of(g, none))
+    gives, asks, _, _ = system_of(g, state, numbers_of(g, unchanged(g, count)))
     if not len(gives):
         return z
     replies = np.einsum("nab,qnbc->qnac", replies_of(g), gives).real

@@ -24,7 +24,7 @@ from pool_pymunk.physics.saltation import AGREE
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
-from pool_pymunk.studies.groups import follow_all
+from pool_pymunk.studies.persistent import follow_all
 
 
 class Changes(NamedTuple):
@@ -46,6 +46,12 @@ class Changes(NamedTuple):
         kept = sorted(g.python.kept[i], key=lambda one: one[0])
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
+            steps = next(
+                (steps for steps in g.python.spells[i] if steps[0][0] < t < steps[-1][0]), ()
+            )
+            if steps:
+                found.append(between(steps, t))
+                continue
             last = max(bisect_right([begun for begun, _, _ in kept], t) - 1, 0)
             _, row, change = kept[last]
             following = g.following[row]
@@ -68,6 +74,19 @@ class Changes(NamedTuple):
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         is_hit = jump > AGREE * math.hypot(*after) + NOISE * path.speed
         return is_hit and changes.is_at(g, begun, t, i, i)
+
+
+def between(steps: Sequence[tuple[float, Array]], t: float) -> Array:
+    """Return the changes (2, P) of a ball's place at a time (s) between the steps of a group.
+
+    A cubic fits the changes of places and velocities at the steps beside it (Hermite).
+    """
+    k = bisect_right([when for when, _ in steps], t)
+    (since, first), (until, last) = steps[k - 1], steps[k]
+    h, s = until - since, (t - since) / (until - since)
+    kept = (1.0 + 2.0 * s) * (1.0 - s) ** 2
+    by_place = kept * first[:2] + (1.0 - kept) * last[:2]
+    return np.asarray(by_place + h * s * (1.0 - s) * ((1.0 - s) * first[2:4] - s * last[2:4]))
 
 
 def by_names(run: Run, names: Names, some: Collection[str]) -> Array:
@@ -122,7 +141,8 @@ def follow_of(
     one.ends = [run.duration, is_cut, run.status == "max_events", 0.0]
     one.numbers = numbers_of(scene)
     python = SimpleNamespace(
-        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors, spells=[[] for _ in starts], parted=set(),
+        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors,
+        spells=[[] for _ in starts], parted=set(),
         kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
         **(signs or {"signs": ()}),
     )  # fmt: skip

@@ -7,6 +7,7 @@ the state is larger by dt times what the rates lose there: the saltation of a mo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,7 +19,6 @@ from pool_pymunk.physics.changes import (
     BY_POLICY,
     FOLLOWED,
     GROWN,
-    KNOWN_BEFORE,
     OPENS,
     ROLL,
     STOP,
@@ -28,8 +28,9 @@ from pool_pymunk.physics.changes import (
 )
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import motion_at
+from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.persistent_changes import (
-    Motion,
+    Course,
     Numbers,
     fades_later,
     falls_later,
@@ -55,10 +56,11 @@ FADES = 1e-6  # of the largest speed of a group; a slip that fades has faded to 
 # are more than this share of all changes of it.
 ASTRAY = 1e-2
 FEEBLE = 1e-5  # of the balls' speeds; hits that close more slowly are none before a group begins
+UNLISTED = 1e-4  # of the balls' speeds; hits that are not listed change velocities by more
 FAINT = 1e-4  # of all changes; bounces that are left out leave gaps of less
 
 
-class Live:
+class ModeChanges:
     """A group in one mode has changes ``z`` (6 N, P) at the beginning of its motion, or its end.
 
     Just before a slip of it has faded, and its direction is rounding, they become those of a state
@@ -71,7 +73,7 @@ class Live:
         for mine, those in zip(own, piece.mode, strict=True):
             mine[:] = those
         self.press, self.first, self.last, self.balls = press, piece, piece, piece.balls
-        self.motion = Motion(press, piece.since, piece.state)
+        self.course = Course(press, piece.since, piece.state)
         self.numbers = numbers_of(g, piece)
         self.state, self.rate = piece.state, rate_of(press, piece.state)
         self.z = np.zeros((len(self.state), len(g.late)))
@@ -93,7 +95,7 @@ class Live:
         if last.fell >= 0 or last.faded:
             return False
         self.last = piece
-        self.motion.go_on(piece.since, piece.state)
+        self.course.go_on(piece.since, piece.state)
         return True
 
     @property
@@ -103,37 +105,37 @@ class Live:
 
     def end(self, t: float) -> None:
         """Follow the motion until a time (s)."""
-        last, motion, g = self.last, self.motion, self.press
+        last, course, g = self.last, self.course, self.press
         self.is_over = t >= last.until and (last.faded or last.fell >= 0)
         fades = t
         if self.is_over:
             least = 10.0 * pieces.FADED * g.small[2] if last.faded else FADES / SLOW
-            self.fading = fading_in(g, motion.at(t), least * g.small[0])
+            self.fading = fading_in(g, course.at(t), least * g.small[0])
             fades = self._fades(t) if self.fading else t
-        self.z = motion.evolve(self.z, (self.first.since, fades), self.numbers)
+        self.z = course.evolve(self.z, (self.first.since, fades), self.numbers)
         if self.fading:
             self._go_late(fades)
             numbers = self.numbers._replace(steady=tuple(self.fading))
-            self.z = motion.evolve(self.z, (fades, t), numbers)
-        self.until, self.state = t, motion.at(t)
+            self.z = course.evolve(self.z, (fades, t), numbers)
+        self.until, self.state = t, course.at(t)
         self.rate = rate_of(g, self.state)
         if self.is_over and not self.is_late:
             self.later = falls_later(g, self.state, self.rate, self.z, last.fell)
 
     def _fades(self, t: float) -> float:
         """Return when (s) a slip is next to nothing."""
-        least, motion = FADES * self.press.small[0] / SLOW, self.motion
-        times, states = [*motion.starts, t], [*motion.states, motion.at(t)]
+        least, course = FADES * self.press.small[0] / SLOW, self.course
+        times, states = [*course.starts, t], [*course.states, course.at(t)]
         sizes = [min(size_of(*slip_of(self.press, s, i)) for i in self.fading) for s in states]
         k = next(k for k, size in enumerate(sizes) if size <= least or k == len(sizes) - 1)
         if k == 0 or sizes[k] > least:
             return times[k]
         share = (sizes[k - 1] - least) / (sizes[k - 1] - sizes[k])
-        return times[k - 1] + share * (times[k] - times[k - 1])
+        return float(times[k - 1] + share * (times[k] - times[k - 1]))
 
     def _go_late(self, t: float) -> None:
         """Go on with the changes of a state that is later, as the slip fades later."""
-        g, s = self.press, self.motion.at(t)
+        g, s = self.press, self.course.at(t)
         rate = rate_of(g, s)
         before = self.z
         times = np.array([fades_later(g, s, rate, self.z, i) for i in self.fading])
@@ -161,17 +163,22 @@ def fading_in(g: Any, s: Sequence[float], least: float) -> list[int]:
     return found
 
 
-class Groups:
+class GroupChanges:
     """The groups of a run change with its inputs, and so do the balls that they let go."""
 
     def __init__(self, g: Any, run: Run) -> None:
         self.g = g
-        self.of: dict[int, Live] = {}
+        self.of: dict[int, ModeChanges] = {}
         self.later: dict[int, tuple[float, Array]] = {}  # when (s) balls met something, how late
-        self.waits: dict[int, tuple[float, Array, Live]] = {}  # what a hit's delay multiplies
+        self.waits: dict[
+            int, tuple[float, Array, ModeChanges]
+        ] = {}  # what a hit's delay multiplies
         lengths = np.cumsum([0, *(len(rows) - 1 for rows in run.knots)]).tolist()
         self.begins = {
-            (i, what.since) for _, _, what in run.groups if isinstance(what, Begun) for i in what.balls
+            (i, what.since)
+            for _, _, what in run.groups
+            if isinstance(what, Begun)
+            for i in what.balls
         }
         self.first = [len(run.knots) + length - 1 for length in lengths]
 
@@ -187,7 +194,7 @@ class Groups:
         if old is not None and old.goes_on(piece):
             live = old
         else:
-            live = Live(self.g, piece)
+            live = ModeChanges(self.g, piece)
             before = [*{id(own): own for i in piece.balls if (own := self.of.get(i))}.values()]
             for own in before:
                 self.end(own, t)
@@ -204,13 +211,14 @@ class Groups:
                 self.of[i] = live
                 self.put(i, live.z[live.rows(i)], row, t)
 
-    def _change_mode(self, live: Live, before: Sequence[Live]) -> None:
+    def _change_mode(self, live: ModeChanges, before: Sequence[ModeChanges]) -> None:
         """Let the changes of a group go on in another mode."""
         g, t, balls, s = self.g, live.first.since, live.balls, live.state
         rate = np.concatenate([self.rate_of(i, t) for i in balls])
         live.z = np.concatenate([self.change_of(i, t) for i in balls])
         speeds = np.abs(np.stack((live.rate - rate, live.rate))).reshape(2, -1, 6)[:, :, :2]
-        if not before and speeds[0].max() > FEEBLE * speeds[1].max():
+        unseen = math.sqrt(4.0 * live.press.pull * UNSEEN * min(live.press.radius))
+        if not before and speeds[0].max() > unseen + UNLISTED * speeds[1].max():
             self.lose(live, BY_POLICY, live.z.any(axis=0))
         later = self.delay(balls, t)
         if not jumps(rate, live.rate) and not any(own.is_late for own in before):
@@ -235,19 +243,19 @@ class Groups:
         """Tell whether the changes of a ball are those of a later state."""
         return i in self.of and self.of[i].is_late
 
-    def lose(self, live: Live, why: int, flag: Array) -> None:
+    def lose(self, live: ModeChanges, why: int, flag: Any) -> None:
         """Lose the changes of a group by some inputs."""
         if flag.any() and np.isfinite(live.z[:, flag]).any():
             columns.warn(self.g, why, live.first.since)
         live.z[:, flag] = np.nan
 
-    def end(self, live: Live, t: float) -> None:
+    def end(self, live: ModeChanges, t: float) -> None:
         """Follow the motion of a group until a time (s), at which it ends or is cut."""
         if live.until == t:
             return
         g, since, size = self.g, live.first.since, self.g.change.shape[1]
         live.z = np.concatenate([self.change_of(i, t) for i in live.balls])
-        known = np.isfinite(live.z).all(axis=0)
+        start, known = live.z, np.isfinite(live.z).all(axis=0)
         live.end(t)
         if live.later is not None and np.isnan(live.later[known]).any():
             columns.warn(g, TWICE, t)
@@ -255,8 +263,8 @@ class Groups:
             columns.warn(g, GROWN, t)
             live.z[:] = np.nan
         for i in live.balls:
-            own = [(when, z[live.rows(i)][:size]) for when, z in live.motion.steps]
-            g.python.spells[i].append((since, t, own))
+            own = [(when, z[live.rows(i)][:size]) for when, z in live.course.steps]
+            g.python.spells[i].append([(since, start[live.rows(i)][:size]), *own])
             if live.is_over and live.later is not None:
                 self.meet(i, t, live.later)
 
@@ -317,7 +325,7 @@ class Groups:
     # -- times -------------------------------------------------------------------------------------
 
     def meet(self, i: int, t: float, later: Array) -> None:
-        """Note how much later (s) something comes to a ball; two times at one instant are a kink."""
+        """Note how much later (s) something comes to a ball; at one instant all delays agree."""
         when, other = self.later.get(i, (-1.0, later))
         self.later[i] = t, self._agreed(later, other, t) if when == t else later
 
@@ -351,7 +359,10 @@ class Groups:
             g.python.kept[-1].append(g.late.copy())
             return
         if other in (STOP, ROLL):
-            if changes.go_through(g, k, 0, len(g.events)) == FOLLOWED and not np.isnan(g.late).all():
+            if (
+                changes.go_through(g, k, 0, len(g.events)) == FOLLOWED
+                and not np.isnan(g.late).all()
+            ):
                 self.meet(i, t, g.late.copy())
             return
         self._wait_no_more(i, other, t)
@@ -452,7 +463,7 @@ def jumps(before: Array, after: Array) -> bool:
     return bool(np.abs(a - b).max() > STEADY * max(np.abs(a).max(), np.abs(b).max()))
 
 
-def turns(old: Live, live: Live) -> bool:
+def turns(old: ModeChanges, live: ModeChanges) -> bool:
     """Tell whether a ball slips on although its slip has fallen to zero."""
     balls = [old.balls[k] for k in old.fading if old.press.phase[k] == SLIP]
     phases = dict(zip(live.balls, live.press.phase, strict=True))
@@ -469,7 +480,7 @@ def free_rate(row: Any, motion: Any, g: Any) -> Array:
 
 def follow_all(g: Any, run: Run) -> None:
     """Follow the changes through the events of a run, and through its groups."""
-    groups, steps, done = Groups(g, run), run.groups, 0
+    groups, steps, done = GroupChanges(g, run), run.groups, 0
     for k in range(len(g.events) + 1):
         while done < len(steps) and steps[done][0] <= k:
             _, counts, what = steps[done]
