@@ -108,7 +108,8 @@ class Run:
     balls that are off the table at the end; a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
-    ``persistent`` has the contacts that lasted, in the order of their beginnings.
+    ``persistent`` has the contacts that lasted, in the order of their beginnings; ``groups`` is
+    what derivatives need of them, and a file does not keep it.
 
     Two runs are equal if all their fields but ``wall_time`` are equal.
     """

@@ -21,6 +21,7 @@ from pool_pymunk.physics.changes import (
     GROWN,
     OPENS,
     ROLL,
+    SHARED,
     STOP,
     TOUCH_FIRST,
     TURNS,
@@ -51,7 +52,7 @@ STEADY = 1e-7
 # are the same.
 SAME, SHUT = 1e-4, 1e-6
 NO_GAP, NO_DELAY = 1e-9, 1e-9  # m, s by the unit of an input
-FADES = 1e-6  # of the largest speed of a group; a slip that fades has faded to first order
+FADES = 3e-7  # of the largest speed of a group; a slip that fades has faded to first order
 # A slip that turns until it has faded depends on inputs in no smooth manner. Then changes across it
 # are more than this share of all changes of it.
 ASTRAY = 1e-2
@@ -143,7 +144,10 @@ class ModeChanges:
         self.later[np.ptp(times, axis=0) > SAME * size + NO_DELAY] = np.nan
         self.z = self.z + np.outer(rate, self.later)
         for i in self.fading:
-            wide = np.hypot(*slip_of(g, self.z, i)) > ASTRAY * np.hypot(*slip_of(g, before, i))
+            wide = (
+                np.hypot(*slip_of(g, self.z, i))
+                > ASTRAY * np.hypot(*slip_of(g, before, i)) + NO_DELAY
+            )
             self.later[wide] = np.nan
         phases = [
             (ROLLS if g.rolls and phase == SLIP else REST) if i in self.fading else SLIP
@@ -324,10 +328,10 @@ class GroupChanges:
 
     # -- times -------------------------------------------------------------------------------------
 
-    def meet(self, i: int, t: float, later: Array) -> None:
+    def meet(self, i: int, t: float, later: Array, why: int = TWICE) -> None:
         """Note how much later (s) something comes to a ball; at one instant all delays agree."""
         when, other = self.later.get(i, (-1.0, later))
-        self.later[i] = t, self._agreed(later, other, t) if when == t else later
+        self.later[i] = t, self._agreed(later, other, t, why) if when == t else later
 
     def delay(self, balls: Sequence[int], t: float) -> Array:
         """Return how much later (s) comes what happens to these balls at this instant."""
@@ -338,11 +342,11 @@ class GroupChanges:
                 found = later if found is None else self._agreed(later, found, t)
         return np.zeros(len(self.g.late)) if found is None else found
 
-    def _agreed(self, one: Array, other: Array, t: float) -> Array:
+    def _agreed(self, one: Array, other: Array, t: float, why: int = TWICE) -> Array:
         """Return one of two delays (s) that agree; they are unknown where they differ."""
         differ = np.abs(one - other) > SAME * np.maximum(np.abs(one), np.abs(other)) + NO_DELAY
         if differ.any():
-            columns.warn(self.g, TWICE, t)
+            columns.warn(self.g, why, t)
         return np.where(differ, np.nan, one)
 
     # -- events ------------------------------------------------------------------------------------
@@ -386,7 +390,7 @@ class GroupChanges:
         if is_first or closing > FEEBLE * fastest:
             if changes.go_through(g, k, k, k + 1) == FOLLOWED:
                 for n in balls:
-                    self.meet(n, t, g.late.copy())
+                    self.meet(n, t, g.late.copy(), SHARED)
                     g.change[n][:, np.isnan(self.later[n][1])] = np.nan
             return
         for n in balls:
