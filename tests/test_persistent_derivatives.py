@@ -32,7 +32,7 @@ from pool_pymunk.solvers.request import request
 
 DEAD = Restitution(0.0, cushion=0.0)
 STEP = 2e-6  # of each input, times its slope
-# of the largest derivative along a direction; what is left of a slip that fades is 3e-7 of it
+# of the largest derivative along a direction; what remains of a slip that fades is 3e-7 of it
 WRONG = 1e-5
 NEAR = 1e-5  # Differences of two steps that differ by more have a kink near.
 SOME = 60  # scenes; a contact persists in about half of them
@@ -56,7 +56,7 @@ def random_slopes(scene: Scene, found: Derivatives, known_only: bool = False) ->
     """Return a random direction of inputs; those at a bound stay, and so do resting balls."""
     rng, slopes = random.Random(0), dict[str, float]()
     resting = {b.id for b in scene.balls if b.velocity == (0.0, 0.0)}
-    unknown = np.isnan(found.final).any(axis=(0, 1)).tolist()
+    unknown = np.asarray(np.isnan(found.final).any(axis=(0, 1)))
     for name, is_unknown in zip(found.names, unknown, strict=True):
         kind, _, key = name.partition(".")
         if kind in ("speed", "angle", "roll") or (kind in ("vx", "vy") and key in resting):

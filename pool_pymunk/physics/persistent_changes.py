@@ -13,7 +13,6 @@ its changes are rows (6 N, P), one column an input.
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -268,7 +267,7 @@ class Course:
 
     def piece_at(self, t: float) -> int:
         """Return the number of the piece of a time (s)."""
-        return max(bisect_right(self.starts, t) - 1, 0)
+        return max(int(np.searchsorted(self.starts, t, side="right")) - 1, 0)
 
     def at(self, t: float) -> list[float]:
         """Return the state at a time (s)."""
