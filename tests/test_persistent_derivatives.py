@@ -35,7 +35,7 @@ STEP = 2e-6  # of each input, times its slope
 # of the largest derivative along a direction; what remains of a slip that fades is 3e-7 of it
 WRONG = 1e-5
 NEAR = 1e-5  # Differences of two steps that differ by more have a kink near.
-SOME = 60  # scenes; a contact persists in about half of them
+SOME = 40  # scenes; a contact persists in about half of them
 
 Slopes = Mapping[str, float]
 

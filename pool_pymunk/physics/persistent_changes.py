@@ -279,25 +279,31 @@ class Course:
         state, _ = pieces.step(g, s, time, [[0.0] * 3 for _ in g.one])
         return list(state)
 
-    def evolve(self, z: Array, spell: Spell, changes: Numbers, halvings: int = MOST) -> Array:
-        """Return changes (6 N, P) at the end of a spell (s) by those at its beginning.
+    def evolve(self, z: Array, spell: Spell, changes: Numbers) -> Array:
+        """Return changes (6 N, P) at the end of a spell (s) by those at its beginning."""
+        if spell[1] <= spell[0]:
+            return z
+        return self._evolve((z, implicit_step(self, z, spell, changes)), spell, changes, MOST)
+
+    def _evolve(
+        self, ends: tuple[Array, Array], spell: Spell, changes: Numbers, halvings: int
+    ) -> Array:
+        """Go on from the one end of a spell, the other of which a single step has found.
 
         A step is halved where it is too long, so many times within a piece.
         """
-        since, until = spell
-        if until <= since:
-            return z
+        (z, whole), (since, until) = ends, spell
         middle, is_within = (since + until) / 2.0, self.piece_at(since) == self.piece_at(until)
         half = implicit_step(self, z, (since, middle), changes)
         both = implicit_step(self, half, (middle, until), changes)
-        whole = implicit_step(self, z, spell, changes)
         wrong, size = np.abs(both - whole).max(axis=0), np.abs(both).max(axis=0) + LEAST
         if halvings == 0 or not (wrong > WRONG * size).any():
             found = both + (both - whole) / (2**ORDER - 1)
             self.steps.append((until, found))
             return np.asarray(found)
-        half = self.evolve(z, (since, middle), changes, halvings - is_within)
-        return self.evolve(half, (middle, until), changes, halvings - is_within)
+        first = self._evolve((z, half), (since, middle), changes, halvings - is_within)
+        whole = implicit_step(self, first, (middle, until), changes)
+        return self._evolve((first, whole), (middle, until), changes, halvings - is_within)
 
 
 def implicit_step(course: Course, z: Array, spell: Spell, changes: Numbers) -> Array:
