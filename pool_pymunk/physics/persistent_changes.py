@@ -46,7 +46,7 @@ WEIGHTS = np.array(
 ORDER = 5
 # A step and its two halves may differ by this share of the changes; the better answer errs by about
 # a hundredth of it.
-WRONG = 1e-8
+WRONG = 1e-7
 MOST = 4  # A step within a piece is halved so often.
 LEAST = 1e-6  # Changes (SI) that are less need not be as right as others.
 REDUNDANT = 1e-10  # A force is redundant if less than this share of its response is independent.
