@@ -96,7 +96,7 @@ REASONS = (
     "errors grow until other contacts may come",
     "a contact begins to persist just where the gap may open",
     "the forces of persistent contacts change twice at one instant",
-    "a slip of a ball in persistent contact falls to zero and grows again",
+    "a slip in persistent contact falls to zero and grows again, or turns until it has faded",
 )
 (
     FOLLOWED, KNOWN_BEFORE, SHARED, CUT_OFF, ENDS_THERE, RESTS_THERE, PERSISTS, AT_CORNER,

@@ -81,6 +81,7 @@ class ModeChanges:
         self.until = -1.0  # s; the motion was followed until then
         self.later: Array | None = None  # (P,), how much later the mode ends
         self.fading: list[int] = []
+        self.why = TWICE  # why it is not known
         self.is_late = self.is_over = False
 
     def rows(self, i: int) -> slice:
@@ -144,11 +145,10 @@ class ModeChanges:
         self.later[np.ptp(times, axis=0) > SAME * size + NO_DELAY] = np.nan
         self.z = self.z + np.outer(rate, self.later)
         for i in self.fading:
-            wide = (
-                np.hypot(*slip_of(g, self.z, i))
-                > ASTRAY * np.hypot(*slip_of(g, before, i)) + NO_DELAY
-            )
-            self.later[wide] = np.nan
+            after, all_of_it = (np.hypot(*slip_of(g, z, i)) for z in (self.z, before))
+            is_astray = after > ASTRAY * all_of_it + NO_DELAY
+            self.why = TURNS if is_astray.any() else self.why
+            self.later[is_astray] = np.nan
         phases = [
             (ROLLS if g.rolls and phase == SLIP else REST) if i in self.fading else SLIP
             for i, phase in enumerate(g.phase)
@@ -174,9 +174,8 @@ class GroupChanges:
         self.g = g
         self.of: dict[int, ModeChanges] = {}
         self.later: dict[int, tuple[float, Array]] = {}  # when (s) balls met something, how late
-        self.waits: dict[
-            int, tuple[float, Array, ModeChanges]
-        ] = {}  # what a hit's delay multiplies
+        # what the delay of a hit multiplies, of balls that were let go at a time (s)
+        self.waits: dict[int, tuple[float, Array, ModeChanges]] = {}
         lengths = np.cumsum([0, *(len(rows) - 1 for rows in run.knots)]).tolist()
         self.begins = {
             (i, what.since)
@@ -262,7 +261,7 @@ class GroupChanges:
         start, known = live.z, np.isfinite(live.z).all(axis=0)
         live.end(t)
         if live.later is not None and np.isnan(live.later[known]).any():
-            columns.warn(g, TWICE, t)
+            columns.warn(g, live.why, t)
         if columns.is_beyond(live.z):
             columns.warn(g, GROWN, t)
             live.z[:] = np.nan
