@@ -387,8 +387,8 @@ def test_a_ball_that_a_contact_stops_has_no_derivative_of_its_stop_alone() -> No
     assert len(found.warnings) == 1 and "stops at contact" in found.warnings[0]
 
 
-def test_persistent_contacts_have_none() -> None:
-    """A ball pushes another one that the surface slows down as well."""
+def test_hits_of_one_instant_in_a_rack_have_none() -> None:
+    """Balls that touch at the start are hit at once, and then push each other."""
     from scenes import frozen_rack
 
     run = simulate(frozen_rack(0.0), solver="event-driven")

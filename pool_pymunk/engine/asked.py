@@ -10,10 +10,11 @@ import math
 from typing import Any
 
 from pool_pymunk.engine.due import What, hit_of
-from pool_pymunk.engine.recorder import Persisted
+from pool_pymunk.engine.recorder import Begun, Persisted
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
-from pool_pymunk.physics.pressed import BALL, look
+from pool_pymunk.physics.pieces import Piece
+from pool_pymunk.physics.pressed import BALL, copy_of, look
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import Rolling, Sliding
 
@@ -187,6 +188,26 @@ def note_impulse(w: Any, i: int, other: int, began: float, impulse: Vector) -> N
         old = Persisted(w.contact(hit, w.motions([hit])), began, began)
     x, y = impulse
     groups.persisted[hit] = old._replace(until=w.now, x=old.x + x, y=old.y + y)
+
+
+def note_piece(w: Any, leader: int, piece: Piece) -> None:
+    """Tell the recorder about the piece of the group in the press that begins, if it listens."""
+    g, r = w.press, w.groups
+    if not w.recorder.hears_pieces:
+        return
+    if r.is_new[leader]:
+        hits = [hit_of(g.ball[g.one[k]], g.place[k]) for k in range(g.contacts)]
+        contacts = [w.contact(hit, w.motions([hit])) for hit in hits]
+        r.modes[leader], r.is_new[leader] = (copy_of(g), contacts), 0
+    press, contacts = r.modes[leader]
+    balls, state = tuple(g.ball[: g.balls]), g.state[: 6 * g.balls]
+    until, ends = w.now + piece.time, (piece.fell, piece.faded)
+    w.recorder.begun(Begun(w.now, until, balls, contacts, press, state, *ends))
+
+
+def note_let_go(w: Any, i: int) -> None:
+    """Tell the recorder that a ball has left its group."""
+    w.recorder.let_go(i, w.now)
 
 
 def open_gaps(g: Any, gap: float) -> None:

@@ -36,6 +36,8 @@ from pool_pymunk.engine.asked import (
     next_place,
     noise_of,
     note_impulse,
+    note_let_go,
+    note_piece,
     open_gaps,
     path_from,
     path_of,
@@ -50,6 +52,7 @@ from pool_pymunk.engine.asked import (
 )
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Persisted
+from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.persistent import UNSEEN, persists, pressing_of_balls, pressing_of_wall
 from pool_pymunk.physics.pieces import (
@@ -70,6 +73,7 @@ from pool_pymunk.physics.pressed import (
     REST,
     ROLL,
     STUCK,
+    Press,
     decide,
     find_forces,
     find_units,
@@ -110,7 +114,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "faded": (int, ("N",)), "changes": (int, ("N",)), "small": (float, ("N", 3)),
     "hit_t": (float, ("N",)), "many": (int, ("N",)), "loose": (int, ("N",)), "todo": (int, ("N",)),
     "local": (int, ("N",)), "first": (int, ("N",)), "joined": (int, ("N",)), "out": (int, ("N",)),
-    "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)),
+    "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)), "is_new": (int, ("N",)),
     "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
     "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
     "what": (int, ("C",)), "mu": (float, ("C",)), "edge": (float, ("C", 8)),
@@ -129,6 +133,7 @@ class Groups:
         self.used, self.free, self.begun_t = 0, NONE, -math.inf
         self.room = 0, 0
         self.persisted: dict[Hit, Persisted] = {}
+        self.modes: dict[int, tuple[Press, list[Contact]]] = {}  # by leader, for a recorder
 
     if TYPE_CHECKING:
 
@@ -563,6 +568,7 @@ def let_go(w: Any, m: int) -> None:
         loosen(w.groups, i)
     else:
         rest(w, m)
+    note_let_go(w, i)
 
 
 def rest(w: Any, m: int) -> None:
@@ -746,6 +752,7 @@ def play_pieces(w: Any) -> None:
         load(w, leader)
         piece = piece_of(g, r.longest[leader])
         keep_piece(w, leader, piece)
+        note_piece(w, leader, piece)
         if piece.time == 0.0:
             r.changes[leader] += 1
             turn(w, leader)
@@ -862,6 +869,7 @@ def store(w: Any, root: int) -> None:
             r.next[last] = i
         last, count = i, count + 1
     r.balls_of[leader], r.contacts_of[leader], r.contact[leader] = count, 0, NONE
+    r.is_new[leader] = 1
     for n in range(3):
         r.small[leader][n] = g.small[n]
     for k in range(g.contacts - 1, -1, -1):  # The list is built from its end.

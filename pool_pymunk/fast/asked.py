@@ -17,11 +17,13 @@ from pool_pymunk.fast.moves import put_on, stop
 from pool_pymunk.fast.records import MOST_BALLS, MOST_TOGETHER, NOTHING, Sides, Work
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
-from pool_pymunk.physics import pressed
 from pool_pymunk.physics.changes import ROLL
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, standing
+from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import BALL
+from pool_pymunk.physics.pressed import is_own as asks_own
+from pool_pymunk.physics.pressed import own_pull as asks_pull
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, roll_on
 
@@ -165,6 +167,14 @@ def note_impulse(w: Work, i: int, other: int, began: float, impulse: Vector) -> 
     """Do nothing: compiled shots do not tell of persistent contacts."""
 
 
+def note_piece(w: Work, leader: int, piece: Piece) -> None:
+    """Do nothing: nobody follows changes through the pieces of compiled shots."""
+
+
+def note_let_go(w: Work, i: int) -> None:
+    """Do nothing: nobody follows changes through the pieces of compiled shots."""
+
+
 def open_gaps(g: Any, gap: float) -> None:
     """Do nothing: compiled shots are no variants."""
 
@@ -209,9 +219,10 @@ TWINS: dict[Any, Any] = {
     asked.begins_to_rest: begins_to_rest, asked.begins_to_roll: begins_to_roll,
     asked.count_piece: count_piece, asked.push_piece: push_piece,
     asked.push_press: push_press, asked.predict_loose: predict_loose,
-    asked.note_impulse: note_impulse, asked.open_gaps: open_gaps, asked.has_room: has_room,
+    asked.note_impulse: note_impulse, asked.note_piece: note_piece,
+    asked.note_let_go: note_let_go, asked.open_gaps: open_gaps, asked.has_room: has_room,
     asked.has_room_to_wait: has_room_to_wait, asked.next_place: next_place,
-    pressed.is_own: is_own, pressed.own_pull: own_pull,
+    asks_own: is_own, asks_pull: own_pull,
 }  # fmt: skip
 for _function, _twin in TWINS.items():
     _function.compiled = _twin

@@ -231,7 +231,7 @@ TWINS: dict[Any, Any] = {
     columns.is_changed: rows.is_changed, columns.is_beyond: rows.is_beyond,
     columns.warn: _nothing, columns.keep: _nothing, columns.path_of: _path_of,
     columns.copy: rows.copy, columns.surface_at: _surface_at, columns.saltate: _saltate,
-    columns.advance: _advance, columns.take_mean: _take_mean,
+    columns.has_parted: _no, columns.advance: _advance, columns.take_mean: _take_mean,
     columns.is_of_errors: _no, errors.begin: _nothing, errors.misplace: _nothing,
     errors.delay: _nothing, errors.may_miss: _no, errors.with_gap: _with_gap,
     errors.make: _nothing, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,

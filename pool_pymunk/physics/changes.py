@@ -18,6 +18,7 @@ from pool_pymunk.physics.columns import (
     columns,
     copy,
     greater,
+    has_parted,
     is_any_unknown,
     is_beyond,
     is_changed,
@@ -93,11 +94,14 @@ REASONS = (
     "a contact is persistent",
     "a ball comes to rest just as the run ends",
     "errors grow until other contacts may come",
+    "a contact begins to persist just where the gap may open",
+    "the forces of persistent contacts change twice at one instant",
+    "a slip in persistent contact falls to zero and grows again, or turns until it has faded",
 )
 (
     FOLLOWED, KNOWN_BEFORE, SHARED, CUT_OFF, ENDS_THERE, RESTS_THERE, PERSISTS, AT_CORNER,
     IS_GRAZE, JUMPS, BY_POLICY, AT_RIM, GROWN, TOUCHES, TOUCH_FIRST, BENT, STOPPED, GOES_ON,
-    RESTS_LAST, CHAOS,
+    RESTS_LAST, CHAOS, OPENS, TWICE, TURNS,
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -113,16 +117,22 @@ def start(g: Any, first: int) -> None:
 def follow(g: Any, first: int, last: int) -> int:
     """Follow the changes through these events; return why errors cannot be followed, if so."""
     for k in range(first, last):
-        why = reason_at(g, k, first, last)
-        if not is_of_errors(g):
-            look_before(g, k, why)
-        if why == FOLLOWED:
-            why = take(g, k)
-        if not is_of_errors(g):
-            settle(g, k, why)
-        elif why != FOLLOWED:
+        why = go_through(g, k, first, last)
+        if is_of_errors(g) and why != FOLLOWED:
             return why
     return FOLLOWED
+
+
+def go_through(g: Any, k: int, first: int, last: int) -> int:
+    """Follow the changes through one of these events; return why that cannot be, if so."""
+    why = reason_at(g, k, first, last)
+    if not is_of_errors(g):
+        look_before(g, k, why)
+    if why == FOLLOWED:
+        why = take(g, k)
+    if not is_of_errors(g):
+        settle(g, k, why)
+    return why
 
 
 def look_before(g: Any, k: int, why: int) -> None:
@@ -566,7 +576,7 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
         begins, apart = not (g.ball[i].met == j and g.ball[j].met == i), radius + g.ball[j].radius
         if is_far(path, other, t, apart):
             continue
-        begins = begins or path.t != other.t
+        begins = (begins or path.t != other.t) and not has_parted(g, i, j)
         along, turns = touch_of_discs(
             path, other, t, apart, 1.0, (begins, met != j and met != ANYTHING)
         )
@@ -583,7 +593,8 @@ def look_at_table(g: Any, i: int, path: Path, t: float, met: int) -> None:
         is_disc = k < len(g.discs)
         thing = g.discs[k] if is_disc else g.faces[k - len(g.discs)]
         wall = -1 - int(thing[4 if is_disc else 7])
-        free = g.ball[i].met != wall, met != wall and met != ANYTHING
+        begins = g.ball[i].met != wall and not has_parted(g, i, wall)
+        free = begins, met != wall and met != ANYTHING
         if is_disc:
             still, apart = standing(0.0, thing[0], thing[1]), thing[2] + thing[3] * radius
             along, turns = touch_of_discs(path, still, t, apart, thing[3], free)

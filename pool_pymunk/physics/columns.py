@@ -111,6 +111,11 @@ def warn(g: Any, why: int, t: float) -> None:
     g.python.found.append((t, why))
 
 
+def has_parted(g: Any, i: int, other: int) -> bool:
+    """Tell whether a persistent contact of a ball, with another one or with a wall, has ended."""
+    return (i, other) in g.python.parted
+
+
 def keep(g: Any, k: int, i: int, j: int, t: float) -> None:
     """Keep how late event ``k`` is, and the changes of its balls from ``t`` (s) on."""
     if k >= 0:

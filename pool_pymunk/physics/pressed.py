@@ -75,6 +75,11 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "before": (float, ("4C+N",)), "after": (float, ("4C+N",)),
 }  # fmt: skip
 
+OF_MODE = (
+    "small", "ball", "mass", "radius", "phase", "stuck", "place", "one", "other", "what", "mu",
+    "edge", "unit", "over", "on", "slides", "into",
+)  # fmt: skip
+
 
 class Press:
     """A press is a group with the room for its forces and its next piece, in lists."""
@@ -98,6 +103,18 @@ class Press:
             self.room = max(balls, 2 * n), max(contacts, 2 * c)
             for name, (kind, shape) in FORM.items():
                 setattr(self, name, rows_of(kind, lengths(shape, *self.room)))
+
+
+def copy_of(g: Press) -> Press:
+    """Return a press with the same balls and contacts in the same mode."""
+    found, counts = Press(), (g.balls, g.contacts)
+    found.hold(*counts)
+    found.balls, found.contacts = counts
+    found.own, found.pull, found.drag, found.rolls = g.own, g.pull, g.drag, g.rolls
+    for name in OF_MODE:
+        mine, its = getattr(found, name), getattr(g, name)
+        mine[:] = [row[:] for row in its[: len(mine)]] if name == "edge" else its[: len(mine)]
+    return found
 
 
 def lengths(shape: Sequence[Any], balls: int, contacts: int) -> tuple[int, ...]:

@@ -107,17 +107,21 @@ def touch_of_discs(
     first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
     late = (1.0 - LAST) * time
     rate, at_last = dx * vx + dy * vy, x * (vx + late * ax) + y * (vy + late * ay)
-    goes_along = abs(rate) <= GRAZE * fastest * first
-    goes_along &= begins and abs(first - apart) <= blur
-    if sign * rate < 0.0 and sign * at_last > 0.0:
-        cx, cy = x - dx, y - dy
+    cx, cy = x - dx, y - dy
+    is_still = abs(rate) <= GRAZE * fastest * first
+    goes_along = is_still and begins and abs(first - apart) <= blur
+    # Discs that have just met may seem to approach, by rounding.
+    if sign * rate < 0.0 and sign * at_last > 0.0 and (begins or not is_still):
         length = math.sqrt(cx * cx + cy * cy)
         bent = far * length + bow * abs(ax * cy - ay * cx)
         if sign < 0.0 or abs(dx * cy - dy * cx) <= bent:
             turns, distance = turning((dx, dy), (vx, vy), (ax, ay), time, sign)
             if abs(distance - apart) <= blur:
                 return goes_along, since + turns
-    return goes_along, until if ends and abs(last - apart) <= blur else NEVER
+    # Discs that have just met may never be seen to part.
+    is_bent = bow * abs(ax * cy - ay * cx) > blur * max(abs(cx), abs(cy))
+    stay = not begins and abs(first - apart) <= blur and not is_bent
+    return goes_along, until if ends and not stay and abs(last - apart) <= blur else NEVER
 
 
 def turning(

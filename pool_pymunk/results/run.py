@@ -31,6 +31,7 @@ from pool_pymunk.results.words import counted, step_text
 if TYPE_CHECKING:
     from pool_pymunk.physics.laws import Law
     from pool_pymunk.render import Figure
+    from pool_pymunk.results.trace import Step
     from pool_pymunk.studies.derivatives import Derivatives
 
 Times = Array | Sequence[float] | float
@@ -107,7 +108,8 @@ class Run:
     balls that are off the table at the end; a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
-    ``persistent`` has the contacts that lasted, in the order of their beginnings.
+    ``persistent`` has the contacts that lasted, in the order of their beginnings; ``groups`` is
+    what derivatives need of them, and a file does not keep it.
 
     Two runs are equal if all their fields but ``wall_time`` are equal.
     """
@@ -128,6 +130,7 @@ class Run:
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
     persistent: tuple[PersistentContact, ...] = ()
+    groups: tuple[Step, ...] = field(default=(), compare=False, repr=False)
     known_shift: float | None = None
     again: Callable[..., Run] | None = field(default=None, compare=False)
     variants: tuple[Variant, ...] = field(default=(), compare=False)

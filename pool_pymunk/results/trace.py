@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.policies import Variant
-from pool_pymunk.engine.recorder import Persisted
+from pool_pymunk.engine.recorder import Begun, Persisted
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path, standing
 from pool_pymunk.physics.surface import NO_ROLL, Surface
@@ -27,6 +27,10 @@ Push = Callable[[], Impulse]
 Row = tuple[float, str, tuple[int, ...], int | None, Push | None]
 
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
+# What groups in persistent contact do: after so many events, with so many breakpoints of its balls,
+# a piece begins, or a ball is let go at a time (s).
+Step = tuple[int, tuple[int, ...], Begun | tuple[int, float]]
+
 POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
 
 # These are the policies that answer what has no exact answer.
@@ -62,6 +66,7 @@ class Trace:
         self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
         self.events: list[Row] = []
         self.persisted: list[Persisted] = []  # the contacts that persisted and are over
+        self.groups: list[Step] = []  # what groups in persistent contact have done
         self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.instants: dict[float, None] = {}  # s; several contacts came at each of these instants

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
 from pool_pymunk.engine.decisions import LISTED, NEVER_SETTLES
-from pool_pymunk.engine.recorder import Persisted, Recorder
+from pool_pymunk.engine.recorder import Begun, Persisted, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
@@ -54,6 +54,8 @@ def cut_off(trace: EngineTrace, engine: ContactEngine, t: float) -> None:
 class EngineTrace(Trace, Recorder):
     """This trace listens to the contact engine, and words the warnings of its policies."""
 
+    hears_pieces = True
+
     def __init__(self, scene: Scene, start: State, engine: ContactEngine) -> None:
         super().__init__(start, engine.paths)
         self.scene, self.reported, self.law = scene, engine.reported, engine.resolver.law
@@ -76,6 +78,13 @@ class EngineTrace(Trace, Recorder):
     def persistent(self, persisted: Persisted) -> None:
         self.persisted.append(persisted)
         self.policies.add(PERSISTENT)
+
+    def begun(self, piece: Begun) -> None:
+        counts = tuple(len(self.knots[i]) for i in piece.balls)
+        self.groups.append((len(self.events), counts, piece))
+
+    def let_go(self, i: int, t: float) -> None:
+        self.groups.append((len(self.events), (len(self.knots[i]),), (i, t)))
 
     def warn_of_persisted(self) -> None:
         """Warn once of each set of balls and cushions that contacts have joined."""

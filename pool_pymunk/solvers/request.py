@@ -185,6 +185,7 @@ class Request(NamedTuple):
             off=start.off | taken,
             policies=frozenset(trace.policies),
             persistent=contacts_of(trace.persisted, ids),
+            groups=tuple(trace.groups),
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,

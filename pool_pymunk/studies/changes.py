@@ -24,6 +24,7 @@ from pool_pymunk.physics.saltation import AGREE
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
+from pool_pymunk.studies.persistent import follow_all
 
 
 class Changes(NamedTuple):
@@ -45,6 +46,12 @@ class Changes(NamedTuple):
         kept = sorted(g.python.kept[i], key=lambda one: one[0])
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
+            steps = next(
+                (steps for steps in g.python.spells[i] if steps[0][0] < t < steps[-1][0]), ()
+            )
+            if steps:
+                found.append(between(steps, t))
+                continue
             last = max(bisect_right([begun for begun, _, _ in kept], t) - 1, 0)
             _, row, change = kept[last]
             following = g.following[row]
@@ -69,6 +76,19 @@ class Changes(NamedTuple):
         return is_hit and changes.is_at(g, begun, t, i, i)
 
 
+def between(steps: Sequence[tuple[float, Array]], t: float) -> Array:
+    """Return the changes (2, P) of a ball's place at a time (s) between the steps of a group.
+
+    A cubic fits the changes of places and velocities at the steps beside it (Hermite).
+    """
+    k = bisect_right([when for when, _ in steps], t)
+    (since, first), (until, last) = steps[k - 1], steps[k]
+    h, s = until - since, (t - since) / (until - since)
+    kept = (1.0 + 2.0 * s) * (1.0 - s) ** 2
+    by_place = kept * first[:2] + (1.0 - kept) * last[:2]
+    return np.asarray(by_place + h * s * (1.0 - s) * ((1.0 - s) * first[2:4] - s * last[2:4]))
+
+
 def by_names(run: Run, names: Names, some: Collection[str]) -> Array:
     """Return the changes (N, K, P) of the balls' states at the start, by some of the inputs."""
     scene, shot = run.scene, run.shot
@@ -90,13 +110,12 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
     g = follow_of(run, starts, changed_numbers(run.scene, names))
     law = g.law.name
     try:
-        changes.follow(g, 0, len(g.events))
+        follow_all(g, run)
     except (TypeError, AttributeError) as error:
         if "dual" not in str(error).lower():
             raise
         message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
         raise setting_error("law", law, message) from None
-    changes.finish(g)
     found = sorted(g.python.found, key=lambda one: one[0])
     lost = "what depends on it has no derivative, and is NaN"
     texts = dict.fromkeys(f"{REASONS[k].format(law)} (at {t:.6g} s): {lost}" for t, k in found)
@@ -123,6 +142,7 @@ def follow_of(
     one.numbers = numbers_of(scene)
     python = SimpleNamespace(
         paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors,
+        spells=[[] for _ in starts], parted=set(),
         kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
         **(signs or {"signs": ()}),
     )  # fmt: skip
