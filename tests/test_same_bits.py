@@ -42,10 +42,7 @@ FILE = DATA / "same_bits.json"
 LAWS = ("coulomb", "published")
 SHOTS = 5_000  # of each law in a kind of scene
 FEW = 10  # So many of them are played without numba, too.
-# of each law, where many shots go through Python, or each of them
-SLOW = {"e = 0": 500, "frozen racks": 500, "frozen to a cushion": 500, "persistent contacts": 500,
-        "rolling": 100, "stadium": 100, "circle with posts": 100, "noses": 100, "posts": 100,
-        "rolling in a stadium": 10, "rolling between posts": 10}  # fmt: skip
+SLOW = {"rolling between posts": 500}  # of each law, where groups press on each other for long
 R = 2.0**-5  # m
 TABLE = Table.rectangle(2.0, 1.0)
 LIVELY, CLOTH = Restitution(0.9, None, 0.7), Friction(0.1, 0.2, 0.05)
