@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shots import check_bits, in_the_loop
+from press_scenes import press_scene
+from scenes import seeds, share_of
+from shots import check_bits, in_the_loop, needs_numba
 
-from pool_pymunk import Ball, Batch, Friction, Restitution, Scene, Table, simulate_many
+from pool_pymunk import Ball, Batch, Friction, Restitution, Scene, Table, load, simulate_many
 from pool_pymunk.engine.groups import WEAR, is_slow
 from pool_pymunk.fast import loop
 from pool_pymunk.physics.persistent import persists
@@ -94,6 +96,23 @@ def test_hits_on_an_arc_that_keep_all_speed_do_not_converge(few_hits: None) -> N
     batch = simulate_many(scene, vary={"restitution.cushion": [1.0]}, max_time=0.3)
     check(batch)
     assert not batch.run(0).persistent
+
+
+@needs_numba
+@pytest.mark.parametrize("seed", range(12))
+def test_compiled_groups_have_the_bits_of_the_engine(seed: int) -> None:
+    """Balls, cushions and arcs press on each other, and discs and balls that roll move."""
+    check_bits(simulate_many(press_scene(seed)), range(1))
+
+
+@needs_numba
+@pytest.mark.slow
+@pytest.mark.seeded
+def test_compiled_breaks_have_the_bits_of_the_engine() -> None:
+    """In most of them balls press on each other for a while."""
+    rng, count = np.random.default_rng(seeds(1)[0]), share_of(100)
+    vary = {"speed": rng.uniform(0.5, 8.0, count), "turn": rng.uniform(-60.0, 60.0, count)}
+    check(simulate_many(load("eight-ball"), 1, vary=vary))
 
 
 def test_what_parts_too_fast_for_the_strongest_pressing_never_persists() -> None:

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 
 from pool_pymunk.physics.path import Path
 
-# Ends of paths come before the hits of the same time, whatever was predicted first.
+# Ends of paths come before the hits of the same time, and these come in the order of their balls.
 ENDS_FIRST = 2**62
 SHORT = 1000  # A shorter queue is not searched for void predictions: that takes 0.5 ms for 1,000.
 
@@ -64,11 +64,11 @@ class Queue(list[Due]):
         self.pushed += 1
         kind, i, j = what
         path = other = self.paths[i]
-        order = self.pushed
+        order = i
         if kind == "pair":
             other = self.paths[j]
         elif kind == "stop":
-            order -= ENDS_FIRST
+            order = self.pushed - ENDS_FIRST
         elif kind == "piece":
             order = i - ENDS_FIRST
         elif kind == "press":
