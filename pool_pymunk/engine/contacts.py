@@ -126,7 +126,8 @@ class ContactEngine:
         self.paths[i], self.speeds[i] = self.surface.path(self.now, at or (x, y), (0.0, 0.0)), 0.0
         self.rested[i] = self.now
         self.near.remove(i)
-        self.groups.loose[i] = 0
+        for k in [k for k in self.take_loose() if k != i]:
+            groups.loosen(self.groups, k)
 
     def turn_back(self, t: float) -> None:
         """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
@@ -137,6 +138,7 @@ class ContactEngine:
         self.groups.persisted.clear()
         self.now, self.instant = t, Instant()
         self.queue.clear()
+        self.queue.presses.clear()
 
     def set_off(self, i: int, path: Path) -> None:
         """Put ball ``i`` on a new path that somebody else gave it."""
@@ -173,8 +175,7 @@ class ContactEngine:
 
     def loose(self) -> list[int]:
         """Return the balls whose groups were taken apart, and which are not predicted yet."""
-        known = self.groups
-        return [i for i in known.out[: known.loosened] if known.loose[i]]
+        return list(self.groups.out[: self.groups.loosened])
 
     def take_loose(self) -> list[int]:
         """Return the loose balls, and forget them."""
