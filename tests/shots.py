@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
 KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard"]
 ROLLS = " that rolls"
+ONE_AT_A_TIME = Lock()  # Threads would not know what to put back after each other's twins.
 SAME = 1e-10  # of a shot's largest derivative; numba sums in another order, and crowds amplify that
 ROLLING = [kind + ROLLS for kind in KINDS]
 
@@ -106,7 +108,7 @@ def with_twins(follow: Callable[..., int]) -> Callable[..., int]:
     """Return a function that numba compiles, as Python plays it with the twins of numba."""
 
     def followed(*args: Any) -> int:
-        with pytest.MonkeyPatch.context() as patch:
+        with ONE_AT_A_TIME, pytest.MonkeyPatch.context() as patch:
             for module, name, twin in asking():
                 patch.setattr(module, name, twin)
             return follow(*args)
