@@ -389,7 +389,7 @@ def falls_later(g: Any, s: Any, rate: Array, z: Array, fell: int) -> Array | Non
         slope = end_slope(g, s, k) @ both
     else:
         state = as_columns(s, both.shape[1])
-        state += 1j * TINY_STEP * both.reshape(state.shape)
+        state += 1j * TINY_STEP * np.nan_to_num(both).reshape(state.shape)
         normals, _ = geometry_of(g, state)
         if kind == 1:
             moves, sides = state[:, 2:4], signs_of(g)[k]

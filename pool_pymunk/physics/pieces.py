@@ -51,7 +51,7 @@ SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1
 # A piece is short enough that two parabolas deviate from it by less than this share of a radius. If
 # the acceleration changes by J in a piece of h (s), they deviate by J h^2 / 324.
 DEVIATION = 4e-9
-GROWTH = 10.0  # A piece is at most so many times as long as the one before.
+GROWTH = 3.0  # A piece is at most so many times as long as the one before.
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
