@@ -19,6 +19,7 @@ from pool_pymunk.fast.due import (
     due_next,
     forget,
     look_ahead,
+    look_for_walls,
     may_roll,
     meet_others,
     note_next,
@@ -234,7 +235,11 @@ def end_path(w: Work, sides: Sides, i: int, t: float) -> bool:
     """Let a ball rest at the end of its path, or roll on; return False if it is lost."""
     ball = w.ball[i]
     if slows(ball):
-        stop(w, i, t)
+        if ball.moves:
+            stop(w, i, t)
+        else:  # A path's end may be due twice.
+            w.due[i].stop_t = math.inf
+            note_next(w, i)
         return True
     path = roll_on(path_of(ball), w.scene.drag)
     is_sound = put_on(w, i, path)
@@ -284,7 +289,7 @@ def is_absorbed(w: Work, sides: Sides) -> bool:
         is_over &= groups.is_absorbed(w, sides, at.due[k, 0], at.due[k, 1])
     if is_over:
         for k in range(at.dues):
-            leave_out(w, at.due[k, 0], at.due[k, 1])
+            leave_out(w, sides, at.due[k, 0], at.due[k, 1])
     return is_over
 
 
@@ -295,14 +300,15 @@ def is_absorbed_alone(w: Work, sides: Sides, i: int, other: int) -> bool:
     return is_absorbed(w, sides)
 
 
-def leave_out(w: Work, i: int, other: int) -> None:
+def leave_out(w: Work, sides: Sides, i: int, other: int) -> None:
     """Leave a contact out that is due now."""
     due = w.due[i]
     if other >= 0 and w.pair_t[i, other] <= w.now:
         w.pair_t[i, other] = math.inf
         refresh(w, i)
     elif other < 0 and due.wall_t <= w.now:
-        due.wall_t = due.second_t
+        look_for_walls(w, sides, i)
+        due.wall_t = due.wall_t if due.wall_t > w.now else math.inf
         note_next(w, i)
 
 
