@@ -40,13 +40,13 @@ NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
 
-# What a press has, each with its type and, where it is a row or rows, its shape by the most balls N
-# and contacts C: numbers of these, the surface's decelerations, and whether it rolls balls. `small`
-# has the speed and the acceleration below which there is none, and a factor of all tolerances. Each
-# ball has its number in the run, its `mass` (kg), `radius` (m), `phase`, and as `push` its f and c
-# (m/s^2); `rate` is the change of the state. A ball is `stuck` that other balls and walls hold at
-# rest, because it came back to rest as soon as it was let go. Each contact has its place in the
-# run, its balls `one` and `other` (-1 for a wall), `what` is touched, its friction `mu`, and its
+# These are the rows that a press has, each with its type, and its shape by the most balls N and
+# contacts C. `small` has the speed and the acceleration below which there is none, and a factor of
+# all tolerances. Each ball has its number in the run (`ball`), its `mass` (kg), `radius` (m),
+# `phase`, and as `push` its f and c (m/s^2); `rate` is the change of the state. A ball is `stuck`
+# that other balls and walls hold at rest, because it came back to rest as soon as it was let go.
+# Each contact has what its ball touches in the run (`place`: a ball, or -1 - the number of a wall),
+# its balls `one` and `other` (-1 for a wall), `what` is touched, its friction `mu`, and its
 # `edge`: of two balls the sum of their radii (m); of a flat wall its normal, the height of a
 # touching ball's centre along it, and its ends along the tangent (m); of a round one its center, 1
 # or -1 for balls that are outside or inside, the distance of the centres (m), and the directions of
@@ -56,7 +56,6 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
 # linear system. `state`, `end` and `total` (N s) are those of a piece; the others are for a step.
-SCALARS = ("balls", "contacts", "pull", "drag", "rolls")
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, (3,)),
     "ball": (int, ("N",)), "mass": (float, ("N",)), "radius": (float, ("N",)),
