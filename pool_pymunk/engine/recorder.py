@@ -48,7 +48,7 @@ class Begun(NamedTuple):
 class Recorder:
     """A recorder listens to the engine; this one does nothing. Times are in s, places in m."""
 
-    hears_pieces = False  # If it is true, the recorder is told about each piece of a group.
+    hears_pieces = False  # A recorder that hears them learns when a group begins one.
 
     def contact(self, contact: Contact, t: float) -> None:
         """Take note that two balls, or a ball and a cushion, hit each other."""
