@@ -51,4 +51,5 @@ def noise_after(fastest: float, noise: float) -> float:
 
 def instant(now: float, x: float, y: float, radius: float, speed: float) -> float:
     """Return how long (s) one instant is: rounding may move some hundred contacts by as much."""
-    return 256.0 * EPSILON * (now + (abs(x) + abs(y) + radius) / speed)
+    crossing = (abs(x) + abs(y) + radius) / speed if speed > 0.0 else 0.0
+    return 256.0 * EPSILON * (now + crossing)
