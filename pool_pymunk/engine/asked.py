@@ -1,4 +1,4 @@
-"""This is what groups ask of those who play them, and tell them: here the contact engine.
+"""This is what instants and groups ask of those who play them, and tell them: here the engine.
 
 ``w`` is the engine. Compiled shots have a twin of each function (:mod:`pool_pymunk.fast.asked`),
 which looks into their records. ``other`` is a ball, or -1 - the number of a wall.
@@ -7,16 +7,20 @@ which looks into their records. ``other`` is a ball, or -1 - the number of a wal
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
-from pool_pymunk.engine.due import What, hit_of
+from pool_pymunk.engine.due import What, ends_of, hit_of
 from pool_pymunk.engine.recorder import Begun, Persisted
-from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
+from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
+from pool_pymunk.physics.laws import Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import BALL, copy_of, look
 from pool_pymunk.physics.sides import shape_of, unit
-from pool_pymunk.physics.surface import Rolling, Sliding
+from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
+from pool_pymunk.physics.together import at_once
 
 Four = tuple[float, float, float, float]
 
@@ -58,9 +62,30 @@ def mass_of(w: Any, i: int) -> float:
     return float(w.masses[i])
 
 
+def speed_of(w: Any, i: int) -> float:
+    """Return the highest speed (m/s) of a ball on its path."""
+    return float(w.speeds[i])
+
+
+def velocity_of(w: Any, i: int) -> Vector:
+    """Return the velocity (m/s) with which a ball began its path."""
+    path = w.paths[i]
+    return path.vx, path.vy
+
+
+def motion_met(w: Any, i: int) -> Four:
+    """Return place (m) and velocity (m/s) of a ball at a contact; a variant has small errors."""
+    return w.policy.place(motion_at(w.paths[i], w.now), w.now)  # type: ignore[no-any-return]
+
+
 def rolls(w: Any) -> bool:
     """Tell whether balls roll."""
     return bool(w.surface.rolls)
+
+
+def pull_of(w: Any) -> float:
+    """Return the deceleration (m/s^2) of balls that slide."""
+    return float(w.surface.pull)
 
 
 def pull_and_drag(w: Any) -> Vector:
@@ -77,6 +102,98 @@ def path_from(w: Any, place: Vector, velocity: Vector, roll: Vector) -> Path:
 def follower(w: Any, path: Path) -> Path:
     """Return the path that follows at the end of one."""
     return w.surface.then(path) or standing(path.end, path.x, path.y)
+
+
+def is_at_its_end(w: Any, path: Path) -> bool:
+    """Tell whether a ball rests at the end of a path."""
+    return w.surface.then(path) is None
+
+
+def roll_after(w: Any, i: int) -> Vector:
+    """Return the roll (m/s) of a ball after the cushions of a round have slowed it."""
+    at, surface = w.instant, w.surface
+    if not surface.rolls:
+        return NO_ROLL
+    pushes = []
+    for n in range(at.turns):
+        k = at.turn[n]
+        one = at.contact[k]
+        if one.a == i and one.b == NO_BALL and at.kind[k]:
+            pushes.append((one.normal, slowing(one.pair.friction, at.impulse[k][0], one.pair.m_a)))
+    roll: Vector = surface.roll(w.paths[i], w.now, pushes)
+    return roll
+
+
+# -- contacts and their law ------------------------------------------------------------------------
+
+
+def law_of(w: Any) -> Law:
+    """Return the law that answers the contacts."""
+    law: Law = w.law
+    return law
+
+
+def slip_of(w: Any) -> Slip:
+    """Return what stands for a slip that is rounding, where the law jumps."""
+    slip: Slip = w.slip
+    return slip
+
+
+def gap_of(w: Any) -> float:
+    """Return how far (m) balls in persistent contact are apart when their group is hit."""
+    return float(w.policy.gap())
+
+
+def read_contact(w: Any, sides: Any, k: int, i: int, other: int) -> Contact:
+    """Read a contact of balls whose places are known, and return it."""
+    at = w.instant
+    contact = at.contact[k] = w.contact_at(i, other, at.place)
+    return contact  # type: ignore[no-any-return]
+
+
+def answer_group(w: Any, count: int) -> None:
+    """Answer the contacts of a ``group``, which share balls, and keep their impulses."""
+    at, calls = w.instant, list[Call]()
+    contacts = [at.group[m] for m in range(count)]
+    before = {i: at.velocity[i] for contact in contacts for i in contact.balls}
+    after = dict(before)
+    both = at_once(contacts, after) if solves_at_once(w.law) else None
+    if both is not None:
+        found = [(normal, along, -along) for normal, along in zip(*both, strict=True)]
+    else:
+        w.law.together(contacts, after, partial(respond_and_note, w, calls))
+        shared = Shared(contacts, before, after, calls)
+        found = [numbers_of(shared.impulse(contact)) for contact in contacts]
+    at.velocity.update(after)
+    at.impulse.update({at.member[m]: impulse for m, impulse in enumerate(found)})
+
+
+def respond_and_note(w: Any, calls: list[Call], contact: Contact, velocity: Velocities) -> None:
+    """Answer one contact by the law, and note the call, and whether the law jumps there."""
+    at, before = w.instant, [velocity[i] for i in contact.balls]
+    jumps = respond(w.law, contact, velocity, w.slip)
+    calls.append((contact, before, [velocity[i] for i in contact.balls]))
+    for k in range(at.contacts if jumps else 0):
+        at.jumped[k] |= at.contact[k][:3] == contact[:3]
+
+
+def play_out(w: Any) -> None:
+    """Play the hits of a collapse, until closing speeds are rounding."""
+    w.play_out()
+
+
+def may_answer(w: Any) -> bool:
+    """Tell whether contacts of one instant can be answered."""
+    return True
+
+
+def may_go_on(w: Any) -> bool:
+    """Tell whether the run has not come to its bounds."""
+    return w.is_finite and not w.is_over
+
+
+def give_up(w: Any) -> None:
+    """Give up: there is no room. Rows of the engine grow instead."""
 
 
 # -- sides -----------------------------------------------------------------------------------------
@@ -135,12 +252,45 @@ def find_touching(w: Any, sides: Any, i: int) -> None:
         w.groups.hit[k][:] = hit.i, hit.j if hit.kind == "pair" else -1 - hit.j
 
 
+def find_cluster(w: Any, sides: Any) -> None:
+    """Let all contacts be ``due`` that touch in the cluster of what has met at this instant."""
+    at = w.instant
+    found = w.touching([hit_of(*at.met[k]) for k in range(at.mets)])
+    at.dues = len(found)
+    for k, hit in enumerate(found):
+        at.due[k] = ends_of(hit)
+
+
 # -- what follows ----------------------------------------------------------------------------------
 
 
 def lead(w: Any, i: int, path: Path) -> None:
     """Put a ball on a new path."""
     w.lead(i, path)
+
+
+def begin(w: Any, i: int, place: Vector, velocity: Vector, roll: Vector, noise: float) -> None:
+    """Set a ball off on a new path, or put it to rest if its speed is noise (m/s)."""
+    if velocity[0] * velocity[0] + velocity[1] * velocity[1] <= noise * noise:
+        velocity = (0.0, 0.0)
+    path = w.surface.path(w.now, place, w.policy.velocity(velocity, noise), roll)
+    if sets_off(path):
+        w.rested[i] = math.inf
+        w.recorder.path(i, path)
+    elif w.rested[i] == math.inf:
+        w.stop(i, w.now, place)
+    w.begin(i, path, noise)
+
+
+def put_to_rest(w: Any, i: int, t: float) -> None:
+    """Put a ball to rest at the end of its path, unless it rests already."""
+    if w.rested[i] == math.inf:  # A path's end may be due twice.
+        path = w.paths[i]
+        x, y, _, _ = motion_at(path, t)
+        w.stop(i, t, (x, y))
+        then = w.surface.then(path)
+        if then is not None:
+            w.begin(i, then, 0.0)
 
 
 def begins_to_rest(w: Any, i: int, x: float, y: float) -> bool:
@@ -152,15 +302,38 @@ def begins_to_rest(w: Any, i: int, x: float, y: float) -> bool:
     return True
 
 
-def begins_to_roll(w: Any, i: int) -> None:
-    """Take note that a ball begins to roll."""
+def begins_to_roll(w: Any, i: int, t: float) -> None:
+    """Take note that a ball begins to roll at a time (s)."""
     w.tally.listed += 1
-    w.recorder.roll(i, w.now)
+    w.recorder.roll(i, t)
 
 
-def count_piece(w: Any) -> None:
-    """Count a piece, which is no event."""
+def take_in(w: Any, sides: Any, i: int, other: int) -> None:
+    """Let a pocket take in a ball."""
+    w.take_in(i, -1 - other)
+
+
+def count_unlisted(w: Any) -> None:
+    """Count a round or a piece without an event."""
     w.tally.unlisted += 1
+
+
+def note_contact(w: Any, k: int) -> None:
+    """Take note of a hit of this instant."""
+    contact, (n, t, first) = w.instant.contact[k], w.instant.impulse[k]
+    w.tally.listed += 1
+    impulse = Impulse(n, t, None if contact.b == NO_BALL else first)
+    w.recorder.contact(contact, impulse, w.now)
+
+
+def note_jump(w: Any, k: int) -> None:
+    """Take note that the law jumps at a contact, because its slip is rounding."""
+    w.recorder.zero_slip(w.instant.contact[k], w.now)
+
+
+def note_order(w: Any) -> None:
+    """Take note that the order of contacts at this instant is unknown."""
+    w.recorder.order_unknown(w.now)
 
 
 def push_piece(w: Any, i: int, t: float) -> None:
@@ -171,6 +344,26 @@ def push_piece(w: Any, i: int, t: float) -> None:
 def push_press(w: Any, i: int, t: float) -> None:
     """Let the contacts around a ball press from a time (s) on, if they persist then."""
     w.push(t, What("press", i))
+
+
+def predict(w: Any, sides: Any, balls: tuple[int, ...]) -> None:
+    """Predict what balls on new paths meet."""
+    w.predict(balls)
+
+
+def predict_changed(w: Any, sides: Any) -> None:
+    """Predict what the balls meet that this instant has changed."""
+    at = w.instant
+    w.predict([at.ball[n] for n in range(at.balls) if at.changed[at.ball[n]]])
+
+
+def meet(w: Any, sides: Any, i: int, j: int) -> None:
+    """Predict when two balls meet."""
+    w.meet(i, j)
+
+
+def use_up(w: Any, sides: Any, i: int, other: int) -> None:
+    """Forget the prediction of a contact that is due now; the queue has done so."""
 
 
 def predict_loose(w: Any, sides: Any) -> None:
@@ -185,7 +378,7 @@ def note_impulse(w: Any, i: int, other: int, began: float, impulse: Vector) -> N
     old = groups.persisted.get(hit)
     if old is None or old.until < began:
         w.tell(hit)
-        old = Persisted(w.contact(hit, w.motions([hit])), began, began)
+        old = Persisted(w.contact(hit), began, began)
     x, y = impulse
     groups.persisted[hit] = old._replace(until=w.now, x=old.x + x, y=old.y + y)
 
@@ -197,7 +390,7 @@ def note_piece(w: Any, leader: int, piece: Piece) -> None:
         return
     if r.is_new[leader]:
         hits = [hit_of(g.ball[g.one[k]], g.place[k]) for k in range(g.contacts)]
-        contacts = [w.contact(hit, w.motions([hit])) for hit in hits]
+        contacts = [w.contact(hit) for hit in hits]
         r.modes[leader], r.is_new[leader] = (copy_of(g), contacts), 0
     press, contacts = r.modes[leader]
     balls, state = tuple(g.ball[: g.balls]), g.state[: 6 * g.balls]

@@ -5,37 +5,33 @@ of other balls, and puts them in a queue. The earliest prediction happens next. 
 :class:`~pool_pymunk.engine.near.Near` tells what is near a ball, and a
 :class:`~pool_pymunk.engine.recorder.Recorder` listens.
 
+What is due at an instant is answered by :mod:`pool_pymunk.engine.instants`, and contacts that
+persist by :mod:`pool_pymunk.engine.groups`; compiled shots use both, too.
+
 - *Grazing*: a path that is tangent up to rounding misses a corner.
-- *One instant*: contacts belong to one instant if their gaps are closed, to rounding, at the time
-  of the first. At a corner, for example, both cushions answer.
 - *Touching*: two balls that touch have a contact now if they close faster than rounding explains.
-- *Pockets*: a ball leaves the table when its centre comes to a pocket's rim, and has no part in
-  contacts of that instant.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
 from heapq import heappop, heappush
 
-from pool_pymunk.engine import decisions, groups
+from pool_pymunk.engine import decisions, groups, instants
+from pool_pymunk.engine.answers import COLLAPSED, Instant, carry_out, report
+from pool_pymunk.engine.asked import respond_and_note
 from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
-from pool_pymunk.engine.instant import Cluster, Instant, velocities
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.policies import PLAIN, Variant
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
-from pool_pymunk.engine.resolver import (
-    HIT,
-    Answer,
-    Resolution,
-    Resolver,
-    cushion_pushes,
-    distinct,
-)
-from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
-from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics import collapse
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, Velocities
+from pool_pymunk.physics.contact import groups as groups_of
+from pool_pymunk.physics.impulses import Shared, numbers_of
+from pool_pymunk.physics.laws import NO_FRICTION, Law, settle
 from pool_pymunk.physics.path import (
     NOISE,
     Path,
@@ -46,7 +42,7 @@ from pool_pymunk.physics.path import (
 )
 from pool_pymunk.physics.pressed import Press
 from pool_pymunk.physics.sides import Wall, unit
-from pool_pymunk.physics.surface import NO_ROLL, Surface
+from pool_pymunk.physics.surface import Surface
 
 
 class Tally:
@@ -84,7 +80,9 @@ class ContactEngine:
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
         self.ends: list[float] = []  # the time (s) up to which each path's hits are found
-        self.resolver = Resolver(law, self.noises)
+        self.law = law
+        self.slip = NO_FRICTION
+        self.collapses = 0  # of more than two contacts, so far
         self.groups, self.press = Groups(), Press()  # balls in persistent contact
         self.tally = Tally()
         self.queue = Queue(self.paths)
@@ -92,7 +90,6 @@ class ContactEngine:
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
         self.policy = PLAIN
-        self.reported: list[Answer] = []  # the answer that is reported now; recorders may look
 
     # -- setting up ----------------------------------------------------------------------------
 
@@ -109,13 +106,13 @@ class ContactEngine:
         self.noises.append(0.0)
         self.groups.hold(i + 1, 0)
         if moves:
-            self._begin(i, path)
+            self.begin(i, path)
         return i
 
     def vary(self, variant: Variant) -> None:
         """Play this variant of the run."""
         self.policy = variant.policy
-        self.resolver.slip = variant.slip
+        self.slip = variant.slip or NO_FRICTION
         self.groups.coarser = variant.coarser
 
     def remove(self, i: int, at: Vector | None = None) -> None:
@@ -149,7 +146,7 @@ class ContactEngine:
         """Put ball ``i`` on a new path, whatever it was doing."""
         if path.moves:
             self.rested[i] = math.inf
-        self._begin(i, path)
+        self.begin(i, path)
         self.recorder.path(i, path)
 
     # -- what is due -----------------------------------------------------------------------------
@@ -257,7 +254,7 @@ class ContactEngine:
 
     def next(self) -> None:
         """Play what is due next: a look ahead, a stop, or the contacts of one instant."""
-        t, _, what, path, _ = heappop(self.queue)
+        t, _, what, _, _ = heappop(self.queue)
         if t > self.now:
             self.now = t
         if what.kind == "look":
@@ -265,7 +262,7 @@ class ContactEngine:
             return
         self.tally.answered += 1
         if what.kind == "stop":
-            self._end(what.i, path)
+            instants.end_path(self, None, what.i)
             return
         if what.kind == "piece":
             groups.go_on(self, None, what.i)
@@ -274,30 +271,18 @@ class ContactEngine:
             self.queue.presses.pop((what.i, t), None)
             groups.begin_at(self, None, what.i)
             return
-        latest = self._latest(what)
-        is_alone = not self.queue or self.queue[0][0] > latest
-        hits = [what] if is_alone else sorted([what, *self._at_this_instant(what, latest)])
-        if not is_alone or what.kind == "wall":
-            hits = self._pocket(hits)
-        if hits and not self._absorb(hits):
-            self._answer(hits)
-        elif self.groups.loosened:  # A pocket has taken a ball out of a group.
-            self.predict(())
+        self._find_due(what)
+        instants.answer(self, None)
 
-    def _end(self, i: int, path: Path) -> None:
-        """Let ball ``i`` rest at the end of its path, or go on as the surface says."""
-        then = self.surface.then(path)
-        if then is not None and then.moves:
-            self.tally.listed += 1
-            self.recorder.roll(i, then.t)
-            self.lead(i, then)
-            self.predict([i])
-        elif self.rested[i] == math.inf:  # A path's end may be due twice.
-            x, y, _, _ = motion_at(path, path.end)
-            self.stop(i, path.end, (x, y))
-            if then is not None:
-                self._begin(i, then, 0.0)
-                self.predict([i])
+    def _find_due(self, what: Hit) -> None:
+        """Let this contact be ``due``, and all others of its instant."""
+        at, latest = self.instant, self._latest(what)
+        at.dues, at.due[0] = 1, ends_of(what)
+        if self.queue and self.queue[0][0] <= latest:
+            hits = sorted([what, *self._at_this_instant(what, latest)])
+            at.dues = len(hits)
+            for k, hit in enumerate(hits):
+                at.due[k] = ends_of(hit)
 
     def _latest(self, hit: Hit) -> float:
         """Return the latest time (s) of contacts that may be of the same instant as this one."""
@@ -322,23 +307,13 @@ class ContactEngine:
             heappush(self.queue, due)
         return [hit for hit in same if hit != first]
 
-    def _pocket(self, hits: list[Hit]) -> list[Hit]:
-        """Let pockets take balls in, and return the contacts of those still on the table."""
-        walls, gone = self.walls, {}
-        for hit in hits:
-            if hit.kind == "wall" and walls[hit.j].center is not None:
-                gone[hit.i] = walls[hit.j]
-        if not gone:
-            return hits
-        for i, wall in gone.items():
-            motion = motion_at(self.paths[i], self.now)
-            self.tally.listed += 1
-            self.remove(i, wall.center)
-            assert wall.center is not None, "it is a pocket"
-            self.recorder.pocketed(i, wall.number, self.now, motion, wall.center)
-        met = self.instant.met
-        self.instant.met = {hit: None for hit in met if gone.keys().isdisjoint(hit.balls)}
-        return [hit for hit in hits if gone.keys().isdisjoint(hit.balls)]
+    def take_in(self, i: int, k: int) -> None:
+        """Let the pocket that is wall ``k`` take in a ball."""
+        wall, motion = self.walls[k], motion_at(self.paths[i], self.now)
+        assert wall.center is not None, "it is a pocket"
+        self.tally.listed += 1
+        self.remove(i, wall.center)
+        self.recorder.pocketed(i, wall.number, self.now, motion, wall.center)
 
     # -- persistent contacts -------------------------------------------------------------------
 
@@ -360,26 +335,6 @@ class ContactEngine:
     def release(self, i: int, gap: float = 0.0) -> bool:
         """Take the group of a ball apart; tell whether there was one."""
         return self.groups.members > 0 and groups.release(self, i, gap)
-
-    def _take_apart(self, hits: Iterable[Hit]) -> bool:
-        """Take groups apart that are hit; tell whether there were any."""
-        gap, found = self.policy.gap(), False
-        for hit in hits:
-            for i in hit.balls:
-                found |= self.release(i, gap)
-        return found
-
-    def _absorb(self, hits: list[Hit]) -> bool:
-        """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
-        if not all(groups.is_faint(self, None, *ends_of(hit)) for hit in hits):
-            return False
-        groups.begin_at(self, None, hits[0].i)
-        return all(groups.is_absorbed(self, None, *ends_of(hit)) for hit in hits)
-
-    def _look_after(self, hits: Iterable[Hit]) -> None:
-        """Look whether contacts persist that were answered at this instant."""
-        for hit in hits:
-            groups.look_after(self, None, *ends_of(hit))
 
     def tell(self, hit: Hit) -> None:
         """Tell the recorder about a persistent contact that is over."""
@@ -406,23 +361,23 @@ class ContactEngine:
         """Return how a ball moves now."""
         return motion_at(self.paths[i], self.now)
 
-    def contact(self, hit: Hit, motions: Motions, pair: Pair | None = None) -> Contact:
-        """Return the contact of two balls, or of a ball and a wall; the ``pair`` of two is asked
-        for, unless it is given."""
-        i = hit.i
-        x, y, _, _ = motions[i]
-        r = self.radii[i]
-        if hit.kind == "wall":
-            wall = self.walls[hit.j]
+    def contact(self, hit: Hit) -> Contact:
+        """Return the contact of two balls, or of a ball and a wall, now."""
+        return self.contact_at(*ends_of(hit), {i: self.motion(i)[:2] for i in hit.balls})
+
+    def contact_at(self, i: int, other: int, place: Mapping[int, Vector]) -> Contact:
+        """Return a contact of balls at these places (m); ``other`` is a ball, or -1 - a wall."""
+        (x, y), r = place[i], self.radii[i]
+        if other < 0:
+            wall = self.walls[-1 - other]
             side = wall.nearest(x, y, r)
             nx, ny = normal = side.normal(x, y)
             pair = Pair(self.masses[i], math.inf, wall.restitution, wall.friction)
             point, bends = (x - r * nx, y - r * ny), side.curvature(x, y)
             return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends)
-        bx, by, _, _ = motions[hit.j]
+        bx, by = place[other]
         nx, ny = normal = unit(bx - x, by - y)
-        pair = pair or self.pair(i, hit.j)
-        return Contact(i, hit.j, normal, pair, None, (x + r * nx, y + r * ny))
+        return Contact(i, other, normal, self.pair(i, other), None, (x + r * nx, y + r * ny))
 
     def gap(self, hit: Hit, motions: Motions) -> float:
         """Return the distance (m) between two surfaces; it is negative where they overlap."""
@@ -438,23 +393,6 @@ class ContactEngine:
         x, y, _, _ = motions[hit.i]
         touching = self.radii[hit.i] + (self.radii[hit.j] if hit.kind == "pair" else 0.0)
         return decisions.is_closed(self.gap(hit, motions) / times, x, y, touching)
-
-    def noise(self, balls: Iterable[int]) -> float:
-        """Return how much of these balls' velocities (m/s) may be rounding."""
-        return max([self.noises[i] for i in balls])
-
-    def contacts(
-        self, hits: Collection[Hit], with_gaps: bool = False
-    ) -> tuple[Motions, list[Contact]]:
-        """Return how the balls move now, and their contacts, each of them once."""
-        motions = self.policy.places(self.motions(hits), self.now)
-        found = [self.contact(hit, motions) for hit in hits]
-        if with_gaps:
-            for k, hit in enumerate(hits):
-                x, y, _, _ = motions[hit.i]
-                gap = decisions.known_gap(self.gap(hit, motions), x, y, self.radii[hit.i])
-                found[k] = found[k]._replace(gap=gap)
-        return motions, distinct(found) if len(found) > 1 else found
 
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:
         """Return these hits, and all contacts in the cluster around their balls or ``balls``."""
@@ -476,114 +414,52 @@ class ContactEngine:
                     balls += [k for k in hit.balls if k not in balls]
         return sorted(found)
 
-    def _answer(self, hits: Collection[Hit]) -> None:
-        """Answer the contacts of this instant, and predict what follows from them."""
-        if self.groups.members and self._take_apart(hits):
-            self.recorder.order_unknown(self.now)
-        motions, contacts = self.contacts(hits)
-        before = velocities(motions)
-        instant = self._add_round(hits, before)
-        if len(contacts) > 1 or len(instant.met) > 2:  # Two contacts alone may take turns.
-            self.recorder.order_unknown(self.now)
-        if instant.rounds > decisions.FEW_ROUNDS:
-            self.answer_cluster(contacts)
-            return
-        resolution = self.resolver.resolve(contacts, before)
-        self._carry_out(resolution, motions)
-        self.predict(resolution.velocity)
-        self._meet_missed(resolution.missed)
-        self._look_after(hits)
-
-    def _meet_missed(self, contacts: Iterable[Contact]) -> None:
-        """Predict when balls meet that touch, but did not close; their predictions are used up."""
-        for contact in contacts:
-            if all(self.paths[i].end > self.now for i in contact.balls):
-                self.meet(contact.a, contact.b)
-
-    def _add_round(self, hits: Iterable[Hit], before: Mapping[int, Vector]) -> Instant:
-        """Add a round of hits to the present instant, or begin another one."""
-        i = max(before, key=self.speeds.__getitem__)
-        path = self.paths[i]
-        length = decisions.instant(self.now, path.x, path.y, self.radii[i], self.speeds[i])
-        if self.now - self.instant.began > length:
-            self.instant = Instant(self.now)
-        instant = self.instant
-        instant.rounds += 1
-        for hit in hits:
-            instant.met[hit] = None
-        instant.before = {**before, **instant.before} if instant.before else dict(before)
-        return instant
-
-    def answer_cluster(self, closing: Collection[Contact]) -> None:
-        """Answer round after round of all that touches here, until nothing closes."""
-        hits = self.touching(self.instant.met)
-        cluster = Cluster(*self.contacts(hits, with_gaps=True))
-        velocity, order, is_played_out = cluster.velocity, cluster.order, False
-        while closing and not is_played_out and not self.is_over and self.is_finite:
-            has_many_hits = cluster.hits > decisions.LISTED  # The hits may have no end.
-            is_played_out = has_many_hits and self.resolver.loses_speed(cluster.contacts)
-            if is_played_out:
-                resolution, collapse = self.resolver.play_out(order.now(), velocity)
-                self.recorder.no_end(cluster.contacts, collapse, self.now)
-            else:
-                moving = {i: velocity[i] for contact in closing for i in contact.balls}
-                resolution = self.resolver.resolve(list(closing), moving)
-            self._carry_out(resolution, cluster.motions)
-            cluster.take(resolution, self.paths)
-            closing = order.next(velocity, self.noise(velocity)) if resolution.velocity else []
-        self.instant.rounds = 0
-        self.instant.met.clear()
-        self.predict(cluster.changed)
-        self._meet_missed(
-            one for one in cluster.missed if cluster.changed.keys().isdisjoint(one.balls)
+    def play_out(self) -> None:
+        """Answer the hits of a collapse, at one instant, until closing speeds are rounding."""
+        at = self.instant
+        contacts = [at.contact[k]._replace(gap=at.gap[k]) for k in range(at.contacts)]
+        self.collapses += len(contacts) > 2
+        most = collapse.MOST_HITS
+        if self.collapses > decisions.PILE:
+            most = decisions.MOST_IN_PILE
+        for k in range(at.contacts):
+            at.turn[k], at.kind[k], at.jumped[k] = k, COLLAPSED, 0
+        at.turns = at.contacts
+        before = {i: at.velocity[i] for i in [at.ball[n] for n in range(at.balls)]}
+        for i, v in before.items():
+            at.before[i], at.plays[i], at.moved[i] = v, 1, 1
+        velocity, leaps = dict(before), self.law.hits_are_coulombs
+        played = collapse.play_out(
+            contacts, decisions.CONVERGED, velocity, self._answer_all, leaps, most
         )
-        self._look_after(hits)
+        settle(contacts, velocity)  # Mostly this changes rounding only.
+        shared = Shared(contacts, before, velocity)
+        at.velocity.update(velocity)
+        for k, contact in enumerate(contacts):
+            at.impulse[k] = numbers_of(shared.impulse(contact))
+        self.recorder.no_end(contacts, played, self.now)
+        report(self, False)
+        carry_out(self)
+
+    def _answer_all(self, contacts: Collection[Contact], velocity: Velocities) -> None:
+        """Change the velocities (m/s) by the law, group by group of contacts that share a ball."""
+        one = partial(respond_and_note, self, [])
+        for group in groups_of(contacts) if len(contacts) > 1 else (contacts,):
+            if len(group) == 1:
+                one(group[0], velocity)
+            else:
+                self.law.together(group, velocity, one)
 
     # -- what follows ----------------------------------------------------------------------------
 
-    def _carry_out(self, resolution: Resolution, motions: Motions) -> None:
-        """Tell the recorder about the contacts, and give the balls their new paths."""
-        self._report(resolution)
-        rounded, noise = self.policy.velocity, resolution.noise
-        surface, now = self.surface, self.now
-        rolls = self._rolls(resolution) if surface.rolls else None
-        for i, found in resolution.velocity.items():
-            x, y, _, _ = motions[i]
-            velocity = rounded(found, noise)
-            roll = rolls[i] if rolls is not None else NO_ROLL
-            path = surface.path(now, (x, y), velocity, roll)
-            if sets_off(path):
-                self.rested[i] = math.inf
-                self.recorder.path(i, path)
-            elif self.rested[i] == math.inf:
-                self.stop(i, self.now, (x, y))
-            self._begin(i, path, noise)
-
-    def _rolls(self, resolution: Resolution) -> dict[int, Vector]:
-        """Return the rolls (m/s) after pushes of cushions."""
-        pushes, roll = cushion_pushes(resolution), self.surface.roll
-        return {i: roll(self.paths[i], self.now, pushes.get(i, ())) for i in resolution.velocity}
-
-    def _begin(self, i: int, path: Path, noise: float | None = None) -> None:
+    def begin(self, i: int, path: Path, noise: float | None = None) -> None:
+        """Put ball ``i`` on a new path; ``noise`` (m/s) of its velocity may be rounding."""
         self.paths[i], fastest = path, fastest_of(path)
         # A ball that sets off without a velocity has no highest speed yet.
         self.speeds[i] = fastest if fastest > 0.0 or path.slows else math.inf
         self.noises[i] = NOISE * fastest if noise is None else noise
         if path.is_lost(self.radii[i]):
             self.is_finite = False
-
-    def _report(self, resolution: Resolution) -> None:
-        """Tell the recorder about the contacts of this instant."""
-        tally, listed = self.tally, self.tally.listed
-        for answer in resolution.answers:
-            if answer.kind == HIT:
-                tally.listed += 1
-                self.reported[:] = (answer,)
-                self.recorder.contact(answer.contact, self.now)
-        tally.unlisted += tally.listed == listed
-        for answer in resolution.answers:
-            for note in answer.notes:
-                getattr(self.recorder, note)(answer.contact, self.now)
 
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Note that a ball comes to rest at a place (m)."""

@@ -20,7 +20,7 @@ from pool_pymunk.engine.asked import (
     begins_to_rest,
     begins_to_roll,
     coefficients,
-    count_piece,
+    count_unlisted,
     facing,
     find_touching,
     follower,
@@ -785,7 +785,7 @@ def turn(w: Any, leader: int) -> None:
         settle(g, g.state)
         for m in range(g.balls):
             if g.phase[m] == ROLL != r.phase[g.ball[m]]:
-                begins_to_roll(w, g.ball[m])
+                begins_to_roll(w, g.ball[m], w.now)
     before, fell = count_on(g), r.fell[leader]
     if fell >= 0:
         change(g, g.state, fell)
@@ -904,7 +904,7 @@ def set_out(w: Any, leader: int, is_second: int) -> None:
             lead(w, i, half_of(g, m, (began, span), is_second))
             loosen(r, i)
             first = i if first == NONE else first
-    count_piece(w)
+    count_unlisted(w)
     push_piece(w, first, path_of(w, first).end)
 
 

@@ -9,7 +9,7 @@ import math
 from random import Random
 from typing import NamedTuple
 
-from pool_pymunk.engine.recorder import Motions
+from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.errors import SURE
 from pool_pymunk.physics.laws import Slip
@@ -51,15 +51,12 @@ class RandomErrors:
     def __init__(self, seed: int | None = None) -> None:
         self.random = None if seed is None else Random(seed)
 
-    def places(self, motions: Motions, now: float) -> Motions:
-        """Return the motions of balls at a contact."""
+    def place(self, motion: Motion, now: float) -> Motion:
+        """Return the motion of a ball at a contact."""
         if self.random is None:
-            return motions
-        found = {}
-        for i, (x, y, vx, vy) in motions.items():
-            late = self._error(now)
-            found[i] = x + self._error(x) + vx * late, y + self._error(y) + vy * late, vx, vy
-        return found
+            return motion
+        (x, y, vx, vy), late = motion, self._error(now)
+        return x + self._error(x) + vx * late, y + self._error(y) + vy * late, vx, vy
 
     def velocity(self, velocity: Vector, noise: float) -> Vector:
         """Return a new velocity (m/s), of which ``noise`` may be rounding."""
@@ -84,8 +81,8 @@ class Kicks(RandomErrors):
     size = 1e-12
     gaps = (1e-13, 4e-6)  # m; as wide as gaps at the start (solvers/frozen.py)
 
-    def places(self, motions: Motions, now: float) -> Motions:
-        return motions
+    def place(self, motion: Motion, now: float) -> Motion:
+        return motion
 
     def gap(self) -> float:
         narrow, wide = map(math.log, self.gaps)

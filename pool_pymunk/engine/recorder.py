@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
+from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path
 
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
@@ -50,7 +51,7 @@ class Recorder:
 
     hears_pieces = False  # A recorder that hears them learns when a group begins one.
 
-    def contact(self, contact: Contact, t: float) -> None:
+    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         """Take note that two balls, or a ball and a cushion, hit each other."""
 
     def path(self, i: int, path: Path) -> None:

@@ -1,31 +1,40 @@
-"""This module has twins of the functions by which groups ask the engine (engine/asked.py).
+"""This module has twins of the functions by which instants and groups ask (engine/asked.py).
 
 They look into the records of compiled shots. A wall's number is that of its first side.
 """
 
 from __future__ import annotations
 
+import inspect
+import math
 from typing import Any
 
-from pool_pymunk.engine import asked
-from pool_pymunk.fast import due, moves
-from pool_pymunk.fast.due import may_roll, note_next, predict_marked
+from pool_pymunk.engine import asked, decisions
+from pool_pymunk.engine.answers import MISSED, squared
+from pool_pymunk.engine.groups import release
+from pool_pymunk.engine.near import NOWHERE
+from pool_pymunk.fast import due, instant, kinds, moves
+from pool_pymunk.fast.due import forget, look_for_walls, may_roll, note_next, put_box, refresh
 from pool_pymunk.fast.instant import cluster_around, gap_to_wall, touch, touches_wall
 from pool_pymunk.fast.instant import gap_between as gap_of_pair
 from pool_pymunk.fast.kinds import curvature, normal, shape
-from pool_pymunk.fast.moves import put_on, stop
-from pool_pymunk.fast.records import MOST_BALLS, MOST_TOGETHER, NOTHING, Sides, Work
+from pool_pymunk.fast.moves import keep_event, put_on, stop
+from pool_pymunk.fast.records import MOST_BALLS, MOST_ROWS, MOST_TOGETHER, NOTHING, Sides, Work
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
+from pool_pymunk.physics import contact, laws
 from pool_pymunk.physics.changes import ROLL
-from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, standing
+from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
+from pool_pymunk.physics.impulses import slowing
+from pool_pymunk.physics.laws import NO_FRICTION, Slip, as_listed, respond
+from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import BALL
 from pool_pymunk.physics.pressed import is_own as asks_own
 from pool_pymunk.physics.pressed import own_pull as asks_pull
 from pool_pymunk.physics.sides import unit
-from pool_pymunk.physics.surface import NO_ROLL, roll_on
+from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
+from pool_pymunk.physics.together import Room, push_at_once
 
 Four = tuple[float, float, float, float]
 
@@ -54,8 +63,20 @@ def mass_of(w: Work, i: int) -> float:
     return float(w.ball[i].mass)
 
 
+def speed_of(w: Work, i: int) -> float:
+    return float(w.ball[i].speed)
+
+
+def velocity_of(w: Work, i: int) -> Vector:
+    return w.ball[i].vx, w.ball[i].vy
+
+
 def rolls(w: Work) -> bool:
     return may_roll(w.ball[0])
+
+
+def pull_of(w: Work) -> float:
+    return float(w.scene.pull)
 
 
 def pull_and_drag(w: Work) -> Vector:
@@ -68,6 +89,99 @@ def path_from(w: Work, place: Vector, velocity: Vector, roll: Vector) -> Path:
 
 def follower(w: Work, path: Path) -> Path:
     return standing(path.end, path.x, path.y) if path.slows else roll_on(path, w.scene.drag)
+
+
+def is_at_its_end(w: Work, path: Path) -> bool:
+    return path.slows
+
+
+def roll_after(w: Work, i: int) -> Vector:
+    at, roll, change = w.instant, moves.roll_of(w, i), NO_ROLL
+    if not may_roll(w.ball[i]):
+        return roll
+    for n in range(at.turns):
+        k = at.turn[n]
+        one = at.contact[k]
+        if one.a == i and one.b == NO_BALL and at.kind[k] != MISSED:
+            nx, ny = one.normal
+            slows_by = slowing(one.pair.friction, at.impulse[k][0], one.pair.m_a)
+            change = slowed_by(((nx, ny), slows_by), roll, change)
+    return changed_by(change, roll)
+
+
+def law_of(w: Work) -> Any:
+    return w.scene
+
+
+def slip_of(w: Work) -> Slip:
+    return NO_FRICTION
+
+
+def gap_of(w: Work) -> float:
+    return 0.0
+
+
+def pair_of(one: Any) -> Pair:
+    return Pair(one.pair.m_a, one.pair.m_b, one.pair.restitution, one.pair.friction)
+
+
+def read_contact(w: Work, sides: Sides, k: int, i: int, other: int) -> Any:
+    at = w.instant
+    one, x, y = at.contact[k], at.place[i][0], at.place[i][1]
+    one.a, one.pair.m_a = i, w.ball[i].mass
+    one.pair.restitution, one.pair.friction = coefficients(w, sides, i, other)
+    if other >= 0:
+        one.b, one.pair.m_b = other, w.ball[other].mass
+        one.normal[0], one.normal[1] = unit(at.place[other][0] - x, at.place[other][1] - y)
+        return one
+    side = nearest(sides, sides[-1 - other], x, y, w.ball[i].radius)
+    one.b, one.wall, one.pair.m_b = NO_BALL, side.wall, math.inf
+    one.normal[0], one.normal[1] = normal(side, x, y)
+    one.curvature = curvature(side, x, y)
+    return one
+
+
+def answer_group(w: Work, count: int) -> None:
+    """Answer a group of contacts by the law; this is hard if their impulses are unknown."""
+    at = w.instant
+    if w.scene.together == 0:
+        room = Room(
+            at.response, at.factor, at.wanted, at.unit, at.pushes, at.rest, at.pushing, at.chosen,
+            at.shares,
+        )  # fmt: skip
+        w.is_hard |= not push_at_once(at.group, count, at.velocity, room)
+        for m in range(count):
+            at.impulse[at.member[m]] = (at.pushes[m], at.rest[m], -at.rest[m])
+        return
+    w.is_hard |= may_roll(w.ball[0])  # The engine finds the impulses.
+    for m in range(count):
+        at.which[m] = m
+    for m in range(count):
+        for q in range(m + 1, count):
+            if as_listed(at.group[at.which[q]]) < as_listed(at.group[at.which[m]]):
+                at.which[m], at.which[q] = at.which[q], at.which[m]
+        one = at.group[at.which[m]]
+        if closing_speed(one, at.velocity) > 0.0:
+            at.jumped[at.member[at.which[m]]] |= respond(w.scene, one, at.velocity)
+
+
+def play_out(w: Work) -> None:
+    w.is_hard = 1
+
+
+def may_answer(w: Work) -> bool:
+    w.is_hard |= w.scene.keeps != 0 or w.scene.together == NOTHING
+    return bool(not w.is_hard)
+
+
+def may_go_on(w: Work) -> bool:
+    is_full = w.track.rows + 4 * MOST_BALLS > MOST_ROWS
+    events = max(w.count.events, w.instant.unlisted)
+    return bool(not w.is_hard and not is_full and events < decisions.NEVER_SETTLES)
+
+
+def give_up(w: Work) -> None:
+    w.is_hard = 1
 
 
 def is_pocket(w: Work, sides: Sides, other: int) -> bool:
@@ -115,15 +229,37 @@ def read_shape(w: Work, sides: Sides, i: int, other: int, numbers: Any) -> int:
     return int(what)
 
 
-def find_touching(w: Work, sides: Sides, i: int) -> None:
-    cluster_around(w, sides, i)
-
-
 def lead(w: Work, i: int, path: Path) -> None:
     ball = w.ball[i]
-    w.groups.is_full |= not put_on(w, i, path)
+    put_on(w, i, path)
     ball.noise, ball.moves = NOISE * fastest_of(path), 1
     moves.keep(w, i, path)
+
+
+def begin(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector, noise: float) -> None:
+    ball = w.ball[i]
+    if squared(velocity) <= noise * noise:
+        velocity = (0.0, 0.0)
+    path = moves.path_from(w, w.now, place, velocity, roll)
+    put_on(w, i, path)
+    ball.noise = noise
+    if sets_off(path):
+        ball.moves = 1
+        moves.keep(w, i, path)
+    elif ball.moves:
+        stop(w, i, w.now)
+
+
+def put_to_rest(w: Work, i: int, t: float) -> None:
+    ball = w.ball[i]
+    if not ball.moves:  # A path's end may be due twice.
+        w.due[i].stop_t = math.inf
+        note_next(w, i)
+        return
+    if not due.slows(ball):
+        put_on(w, i, roll_on(due.path_of(ball), w.scene.drag))
+        ball.noise = NOISE * ball.speed
+    stop(w, i, t)
 
 
 def begins_to_rest(w: Work, i: int, x: float, y: float) -> bool:
@@ -134,13 +270,49 @@ def begins_to_rest(w: Work, i: int, x: float, y: float) -> bool:
     return True
 
 
-def begins_to_roll(w: Work, i: int) -> None:
+def begins_to_roll(w: Work, i: int, t: float) -> None:
     w.count.events += 1
-    moves.keep_event(w, i, ROLL, w.now)
+    keep_event(w, i, ROLL, t)
 
 
-def count_piece(w: Work) -> None:
-    w.together.unlisted += 1
+def take_in(w: Work, sides: Sides, i: int, other: int) -> None:
+    ball, count, side = w.ball[i], w.count, sides[-1 - other]
+    keep_event(w, i, -1 - side.wall, w.now)
+    x, y, vx, vy = motion_at(due.path_of(ball), w.now)
+    if w.groups.members:
+        release(w, i, 0.0)
+    moves.keep(w, i, Path(w.now, x, y, vx, vy, 0.0, 0.0, w.now, True, 0.0, 0.0))
+    path = standing(w.now, side.center[0], side.center[1])
+    put_on(w, i, path)
+    ball.noise, ball.moves = 0.0, 0
+    moves.keep(w, i, path)
+    count.events += 1
+    count.pocket[i] = side.pocket
+    count.duration = max(count.duration, w.now)
+    put_box(ball, NOWHERE)
+    forget(w, i)
+    refresh(w, i)
+    w.groups.loose[i] = 0
+
+
+def count_unlisted(w: Work) -> None:
+    w.instant.unlisted += 1
+
+
+def note_contact(w: Work, k: int) -> None:
+    one = w.instant.contact[k]
+    if one.b != NO_BALL:
+        moves.note_hit(w, one.a, one.b)
+    else:
+        moves.note_cushion(w, one.a, one.wall)
+
+
+def note_jump(w: Work, k: int) -> None:
+    """Do nothing: compiled shots have no warnings."""
+
+
+def note_order(w: Work) -> None:
+    w.in_doubt = 1
 
 
 def push_piece(w: Work, i: int, t: float) -> None:
@@ -156,11 +328,32 @@ def push_press(w: Work, i: int, t: float) -> None:
     note_next(w, i)
 
 
+def predict_changed(w: Work, sides: Sides) -> None:
+    at = w.instant
+    for n in range(at.balls):
+        w.anew[at.ball[n]] = at.changed[at.ball[n]]
+    due.predict_anew(w, sides)
+
+
 def predict_loose(w: Work, sides: Sides) -> None:
     if w.groups.loosened:
-        for i in range(w.scene.balls):
-            w.together.changed[i] = 0
-        predict_marked(w, sides)
+        due.predict_anew(w, sides)
+
+
+def meet(w: Work, sides: Sides, i: int, j: int) -> None:
+    due.meet(w, sides, i, j)
+    refresh(w, i)
+
+
+def use_up(w: Work, sides: Sides, i: int, other: int) -> None:
+    soonest = w.due[i]
+    if other >= 0 and w.pair_t[i, other] <= w.now:
+        w.pair_t[i, other] = math.inf
+        refresh(w, i)
+    elif other < 0 and soonest.wall_t <= w.now:
+        look_for_walls(w, sides, i)
+        soonest.wall_t = soonest.wall_t if soonest.wall_t > w.now else math.inf
+        note_next(w, i)
 
 
 def note_impulse(w: Work, i: int, other: int, began: float, impulse: Vector) -> None:
@@ -184,8 +377,8 @@ def has_room(w: Work, balls: int, contacts: int) -> bool:
     g.rolls = may_roll(w.ball[0])
     g.pull, g.drag = pull_and_drag(w)
     if balls > MOST_BALLS or contacts > MOST_TOGETHER or w.scene.keeps:
-        w.groups.is_full = 1
-    return bool(w.groups.is_full == 0)
+        w.is_hard = 1
+    return bool(not w.is_hard)
 
 
 def has_room_to_wait(w: Work) -> bool:
@@ -194,7 +387,7 @@ def has_room_to_wait(w: Work) -> bool:
 
 def next_place(w: Work) -> int:
     if w.groups.used == MOST_TOGETHER:
-        w.groups.is_full = 1
+        w.is_hard = 1
         return MOST_TOGETHER - 1
     w.groups.used += 1
     return int(w.groups.used - 1)
@@ -208,21 +401,17 @@ def own_pull(g: Any, s: Any, p: int) -> Vector:
     return NO_ROLL
 
 
+# Each of these functions is the twin of the one of the same name.
 TWINS: dict[Any, Any] = {
-    asked.path_of: path_of, asked.motion: motion, asked.roll_of: roll_of,
-    asked.noise_of: noise_of, asked.radius_of: radius_of, asked.mass_of: mass_of,
-    asked.rolls: rolls, asked.pull_and_drag: pull_and_drag, asked.path_from: path_from,
-    asked.follower: follower, asked.is_pocket: is_pocket, asked.facing: facing,
-    asked.coefficients: coefficients, asked.gap_between: gap_between,
-    asked.is_closed: is_closed, asked.read_shape: read_shape,
-    asked.find_touching: find_touching, asked.lead: lead,
-    asked.begins_to_rest: begins_to_rest, asked.begins_to_roll: begins_to_roll,
-    asked.count_piece: count_piece, asked.push_piece: push_piece,
-    asked.push_press: push_press, asked.predict_loose: predict_loose,
-    asked.note_impulse: note_impulse, asked.note_piece: note_piece,
-    asked.note_let_go: note_let_go, asked.open_gaps: open_gaps, asked.has_room: has_room,
-    asked.has_room_to_wait: has_room_to_wait, asked.next_place: next_place,
-    asks_own: is_own, asks_pull: own_pull,
+    getattr(asked, name): value
+    for name, value in [*globals().items()]
+    if name in vars(asked) and inspect.isfunction(value) and value is not vars(asked)[name]
+}
+TWINS |= {
+    asked.motion_met: motion, asked.predict: due.predict, asked.find_cluster: instant.find_cluster,
+    asked.find_touching: cluster_around, contact.pair_of: pair_of, asks_own: is_own,
+    asks_pull: own_pull, laws.balls_after: kinds.ball_ball, laws.cushion_after: kinds.cushion,
+    laws.jumps_at: kinds.jumps,
 }  # fmt: skip
 for _function, _twin in TWINS.items():
     _function.compiled = _twin

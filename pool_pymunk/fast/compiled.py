@@ -22,7 +22,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
-from pool_pymunk.engine import groups
+from pool_pymunk.engine import groups, instants
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.due import not_taken
 from pool_pymunk.physics import changes, touches
@@ -45,10 +45,10 @@ OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_
 # Inlined calls made shots 1.3 times as fast, and took no longer to compile. Calls for rare contacts
 # and for bent paths to arcs are not inlined: with them compilation took minutes.
 APART = (
+    "pool_pymunk.engine.answers",
     "pool_pymunk.engine.groups",
     "pool_pymunk.fast.asked",
     "pool_pymunk.fast.instant",
-    "pool_pymunk.fast.together",
     "pool_pymunk.physics.persistent",
     "pool_pymunk.physics.pieces",
     "pool_pymunk.physics.pressed",
@@ -56,6 +56,8 @@ APART = (
 )
 OFTEN = (groups.note_hit, groups.forget_all, groups.forget_ball, groups.is_slow)
 RARE = (
+    instants.answer_round, instants.answer_several, instants.answer_cluster,
+    instants.is_absorbed, instants.take_apart, instants.take_all_in,
     not_taken, bent_to_arc, time_in, time_out, changes.touch, changes.is_bent,
     changes.lose, changes.lose_velocity, changes.fall, changes.begin_to_roll,
     touches.touch_of_discs,

@@ -196,11 +196,9 @@ def may_press(w: Work, i: int, j: int, t: float) -> bool:
 def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
     """Predict what one or two balls on new paths meet, and those of groups that came apart."""
     if w.groups.loosened:
-        for i in range(w.scene.balls):
-            w.together.changed[i] = 0
         for i in balls:
-            w.together.changed[i] = 1
-        predict_marked(w, sides)
+            w.anew[i] = 1
+        predict_anew(w, sides)
         return
     for i in balls:
         forget(w, i)
@@ -212,25 +210,26 @@ def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
         refresh(w, i)
 
 
-def predict_marked(w: Work, sides: Sides) -> None:
-    """Predict what the ``changed`` balls meet, and those of groups that came apart."""
-    at, r = w.together, w.groups
+def predict_anew(w: Work, sides: Sides) -> None:
+    """Predict what the balls meet that are ``anew`` on their paths, or that came apart."""
+    r = w.groups
     for m in range(r.loosened):
         i = r.out[m]
-        at.changed[i] |= r.loose[i]
+        w.anew[i] |= r.loose[i]
         r.loose[i] = 0
     r.loosened = 0
     for i in range(w.scene.balls):
-        if at.changed[i]:
+        if w.anew[i]:
             forget(w, i)
             look_for_walls(w, sides, i)
             look_ahead(w, i)
     for i in range(w.scene.balls):
-        if at.changed[i]:
+        if w.anew[i]:
             meet_others(w, sides, i, i)
     for i in range(w.scene.balls):
-        if at.changed[i]:
+        if w.anew[i]:
             refresh(w, i)
+            w.anew[i] = 0
 
 
 # -- bounds ----------------------------------------------------------------------------------------

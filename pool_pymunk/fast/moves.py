@@ -9,19 +9,19 @@ from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
 from pool_pymunk.fast.records import NOTHING, Moving, Work
 from pool_pymunk.physics.changes import STOP
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, sets_off, standing
+from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, standing
 from pool_pymunk.physics.surface import NO_ROLL, roll_at, slide_or_roll
 
 is_lost = Path.is_lost
 
 
-def put_on(w: Work, i: int, path: Path) -> bool:
-    """Put ball ``i`` on a new path, for which nothing is due yet; return False if it is lost."""
+def put_on(w: Work, i: int, path: Path) -> None:
+    """Put ball ``i`` on a new path, for which nothing is due yet."""
     due, r = w.due[i], w.groups
     due.piece_t = due.press_t = math.inf
     for m in range(r.waits):
         r.asked[m] &= r.wait[m][0] != i
-    return put_path(w.ball[i], path)
+    w.is_hard |= not put_path(w.ball[i], path)
 
 
 def put_path(ball: Moving, path: Path) -> bool:
@@ -45,22 +45,6 @@ def path_from(w: Work, t: float, place: Vector, velocity: Vector, roll: Vector) 
 def roll_of(w: Work, i: int) -> Vector:
     """Return the roll (m/s) of ball ``i`` now."""
     return roll_at(path_of(w.ball[i]), w.now) if may_roll(w.ball[i]) else NO_ROLL
-
-
-def begin(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector, noise: float) -> bool:
-    """Set a ball off on a new path, or put it to rest; return False if it is lost."""
-    ball = w.ball[i]
-    if squared(velocity) <= noise * noise:
-        velocity = (0.0, 0.0)
-    path = path_from(w, w.now, place, velocity, roll)
-    is_sound = put_on(w, i, path)
-    ball.noise = noise
-    if sets_off(path):
-        ball.moves = 1
-        keep(w, i, path)
-    elif ball.moves:
-        stop(w, i, w.now)
-    return is_sound
 
 
 def stop(w: Work, i: int, t: float) -> None:
@@ -113,8 +97,3 @@ def note_cushion(w: Work, i: int, wall: int) -> None:
     w.count.events += 1
     w.count.cushions += 1
     keep_event(w, i, -1 - wall, w.now)
-
-
-def squared(v: Vector) -> float:
-    """Return the square of a velocity."""
-    return v[0] * v[0] + v[1] * v[1]

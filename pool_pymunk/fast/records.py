@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.engine import groups
+from pool_pymunk.engine import answers, groups
+from pool_pymunk.physics import together
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.physics.pressed import FORM, lengths
 
@@ -26,7 +27,7 @@ MOST_ROWS = 4096  # A track with more breakpoints goes to the engine.
 ROOM = 65_536  # This many breakpoints of some shots are kept together, in 6 MB a thread.
 NOTHING = -1  # stands for no ball, no side, no pocket
 
-N, F, I = MOST_BALLS, np.float64, np.int64  # noqa: E741
+N, C, F, I = MOST_BALLS, MOST_TOGETHER, np.float64, np.int64  # noqa: E741
 
 NUMBERS = 8  # of a side, at most
 # The sides of a wall are those from `first` up to `last`. Where walls `differ`, there may be arcs,
@@ -86,50 +87,41 @@ TRACK = np.dtype(
     ]
 )
 
-# A contact has the fields of physics.contact.Contact, the number of its wall, what becomes of it,
-# its place in a round, and the impulse of a cushion.
+# A contact has fields of physics.contact.Contact, and the number of its wall.
 CONTACT = np.dtype(
-    [("a", I), ("b", I), ("normal", F, 2), ("gap", F), ("wall", I), ("curvature", F), ("kind", I),
-     ("place", I), ("impulse", F), ("pair", [(name, F) for name in Pair._fields])]
-)  # fmt: skip
-
-# `met` (in the rounds of an instant) and `due` have contacts as pairs: a ball, and another ball or
-# -1 - the first side of a wall. Arrays by ball have room for the ball -1 at the end.
-C = MOST_TOGETHER
-TOGETHER = np.dtype(
-    [("is_asked", I), ("met", I, (C, 2)), ("mets", I), ("due", I, (C, 2)), ("dues", I),
-     ("turn", I, (C, 2)),
-     ("missed", I, (C, 2)), ("misses", I), ("unlisted", I),
-     ("contact", CONTACT, C), ("answered", CONTACT, C), ("hitting", CONTACT, C + 1),
-     ("group", CONTACT, C), ("place", F, (N, 2)), ("velocity", F, (N + 1, 2)),
-     ("before", F, (N + 1, 2)),
-     ("moved", I, N + 1), ("is_in", I, N + 1), ("changed", I, N + 1),
-     ("is_near", I, N), ("queue", I, N), ("first", I, N + 1), ("shares", I, N + 1),
-     ("gap", F, C), ("closing", F, C), ("hits", I, C), ("response", F, (C, C)),
-     ("factor", F, (C, C)), ("wanted", F, C), ("unit", F, C), ("impulse", F, C), ("rest", F, C),
-     ("pushing", I, C), ("chosen", I, C)]
+    [("a", I), ("b", I), ("normal", F, 2), ("wall", I), ("curvature", F),
+     ("pair", [(name, F) for name in Pair._fields])]
 )  # fmt: skip
 
 
-def form_of(form: Any, **scalars: Any) -> Any:
+def form_of(form: Any, balls: int = N, /, **scalars: Any) -> Any:
     """Return the form of a record with these rows and numbers."""
-    rows = [(name, kind, lengths(shape, N, C)) for name, (kind, shape) in form.items()]
+    rows = [(name, kind, lengths(shape, balls, C)) for name, (kind, shape) in form.items()]
     return np.dtype([*scalars.items(), *rows])
 
 
+# Rows by ball have room for the ball -1 at the end. `is_near` and `queue` are for what touches.
+INSTANT = form_of(
+    answers.BY_BALL | answers.BY_CONTACT | together.ROOM | {
+        "contact": (CONTACT, ("C",)), "hitting": (CONTACT, ("C",)), "group": (CONTACT, ("C",)),
+        "is_near": (int, ("N",)), "queue": (int, ("N",)),
+    },
+    N + 1, began=F, most=I, rounds=I, mets=I, dues=I, contacts=I, misses=I, turns=I, balls=I,
+    is_asked=I, unlisted=I,
+)  # fmt: skip
 PRESS = form_of(FORM, balls=I, contacts=I, pull=F, drag=F, rolls=I)
-# If a group `is_full`, the shot goes to the engine; `asked` tells which waits wake their balls.
+# `asked` tells which waits wake their balls.
 GROUPS = form_of(
     groups.FORM | {"asked": (int, ("C",))}, coarser=F, members=I, loosened=I, waits=I, hits=I,
-    todos=I, begun=I, used=I, free=I, begun_t=F, is_full=I,
+    todos=I, begun=I, used=I, free=I, begun_t=F,
 )  # fmt: skip
 
+# A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
 WORKS = {
     rolls: np.dtype(
-        [("scene", SCENE), ("ball", ball, N), ("now", F), ("instant", F), ("rounds", I),
-         ("in_doubt", I),
-         ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)),
-         ("count", COUNT), ("track", TRACK), ("together", TOGETHER), ("press", PRESS),
+        [("scene", SCENE), ("ball", ball, N), ("now", F), ("is_hard", I), ("in_doubt", I),
+         ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("anew", I, N),
+         ("count", COUNT), ("track", TRACK), ("instant", INSTANT), ("press", PRESS),
          ("groups", GROUPS)]
     )
     for rolls, ball in BALLS.items()

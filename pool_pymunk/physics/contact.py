@@ -53,6 +53,11 @@ class Contact(NamedTuple):
         return (self.a,) if self.b == NO_BALL else (self.a, self.b)
 
 
+def pair_of(contact: Contact) -> Pair:
+    """Return the pair of a contact; numba reads it from a record."""
+    return contact.pair
+
+
 Respond = Callable[[Contact, Velocities], object]  # it answers one contact, in place
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed, groups
 from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
@@ -49,14 +49,26 @@ def impulse_of(contact: Contact, before: Sequence[Vector], after: Sequence[Vecto
     >>> impulse_of(cushion, [(1.0, -2.0)], [(0.75, 1.0)])
     Impulse(normal=1.5, tangential=0.125, tangential_first=None)
     """
-    _, b, (nx, ny), (m_a, m_b, _, _), *_ = contact
+    normal, tangential, first = pushes_of(contact, before, after)
+    return Impulse(normal, tangential, None if contact.b == NO_BALL else first)
+
+
+def pushes_of(contact: Any, before: Any, after: Any) -> tuple[float, float, float]:
+    """Return a contact's impulses (N s): the fields of :class:`Impulse`, all of them numbers."""
+    (nx, ny), m_a = contact.normal, contact.pair.m_a
     (vx, vy), (ux, uy) = before[0], after[0]
     x, y = ux - vx, uy - vy
     normal, first = m_a * (x * nx + y * ny), m_a * (y * nx - x * ny)
-    if b == NO_BALL:
-        return Impulse(normal, first)
+    if contact.b == NO_BALL:
+        return normal, first, first
     (vx, vy), (ux, uy) = before[1], after[1]
-    return Impulse(-normal, m_b * ((uy - vy) * nx - (ux - vx) * ny), first)
+    return -normal, contact.pair.m_b * ((uy - vy) * nx - (ux - vx) * ny), first
+
+
+def numbers_of(impulse: Impulse) -> tuple[float, float, float]:
+    """Return the fields of an impulse, all of them numbers."""
+    normal, tangential, first = impulse
+    return normal, tangential, tangential if first is None else first
 
 
 def tangent(normal: Vector) -> Vector:

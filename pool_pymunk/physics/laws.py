@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import final
+from typing import Any, final
 
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -27,6 +27,7 @@ from pool_pymunk.physics.contact import (
     changed,
     closing_speed,
     groups,
+    pair_of,
     split,
 )
 
@@ -35,6 +36,7 @@ from pool_pymunk.physics.contact import (
 ZERO_SLIP = 1e-9
 
 Slip = tuple[float, float]  # of A and B along the tangent, as multiples of the least that counts
+NO_FRICTION: Slip = (0.0, 0.0)  # This slip stands for an answer without friction.
 
 
 def coulomb(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
@@ -193,6 +195,11 @@ LAWS: dict[str, Law] = {law.name: law for law in (Coulomb(), Published())}
 COMPILED: tuple[type[Law], ...] = (Coulomb, Published)
 
 
+def solves_at_once(law: Law) -> bool:
+    """Tell whether a law answers contacts of one instant as Coulomb's law does."""
+    return type(law).together is Coulomb.together
+
+
 def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
     """Give an inelastic collapse its limit: a plastic hit (e = 0) without friction."""
     plastic = [
@@ -221,33 +228,51 @@ def slipping(a: NT, b: NT, slip: Slip) -> tuple[NT, NT]:
     (NT(n=2.0, t=-2e-09), NT(n=0.0, t=0.0))
     """
     least = ZERO_SLIP * (a.n - b.n)
-    moved_a, moved_b = (
-        NT(v.n, v.t + share * least) if v != (0.0, 0.0) else v
-        for v, share in zip((a, b), slip, strict=True)
-    )
-    return moved_a, moved_b
+    return _moved_along(a, slip[0] * least), _moved_along(b, slip[1] * least)
 
 
-def respond(law: Law, contact: Contact, velocity: Velocities, slip: Slip | None = None) -> bool:
+def _moved_along(v: NT, by: float) -> NT:
+    return NT(v.n, v.t + by) if v.n != 0.0 or v.t != 0.0 else v
+
+
+def balls_after(law: Law, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+    """Return the velocities of two balls after a hit, by a law; numba asks a law by its number."""
+    return law.ball_ball(a, b, pair)
+
+
+def cushion_after(law: Law, v: NT, restitution: float, friction: float) -> NT:
+    """Return the velocity after a hit on a cushion, by a law; numba asks a law by its number."""
+    return law.cushion(v, restitution, friction)
+
+
+def jumps_at(law: Law, a: NT, b: NT, pair: Pair) -> bool:
+    """Tell whether a law jumps at a hit of two balls; numba asks a law by its number."""
+    return law.jumps(a, b, pair)
+
+
+def respond(law: Any, contact: Any, velocity: Any, slip: Slip = NO_FRICTION) -> bool:
     """Answer one contact by a law, and change ``velocity`` (m/s).
 
     Return whether the law jumps there. If it does, leave friction out, or answer with this ``slip``
     (:func:`slipping`) instead of the one that only rounding knows.
     """
-    i, j, normal, pair = contact[:4]
-    a = split(velocity[i], normal)
+    i, j, pair, (nx, ny) = contact.a, contact.b, pair_of(contact), contact.normal
+    normal, v = (nx, ny), (velocity[i][0], velocity[i][1])
+    a = split(v, normal)
     if j == NO_BALL:
-        after = law.cushion(a, pair.restitution, pair.friction)
-        velocity[i] = changed(velocity[i], a, after, normal)
+        after = cushion_after(law, a, pair.restitution, pair.friction)
+        velocity[i] = changed(v, a, after, normal)
         return False
-    b = split(velocity[j], normal)
-    jumps = law.jumps(a, b, pair)
-    if jumps and slip is None:
-        pair = pair._replace(friction=0.0)
-    sliding = slipping(a, b, slip) if jumps and slip is not None else (a, b)
-    new_a, new_b = law.ball_ball(*sliding, pair)
-    velocity[i] = changed(velocity[i], a, new_a, normal)
-    velocity[j] = changed(velocity[j], b, new_b, normal)
+    u = velocity[j][0], velocity[j][1]
+    b = split(u, normal)
+    jumps, slips_a, slips_b = jumps_at(law, a, b, pair), a, b
+    if jumps and slip == NO_FRICTION:
+        pair = Pair(pair.m_a, pair.m_b, pair.restitution, 0.0)
+    elif jumps:
+        slips_a, slips_b = slipping(a, b, slip)
+    new_a, new_b = balls_after(law, slips_a, slips_b, pair)
+    velocity[i] = changed(v, a, new_a, normal)
+    velocity[j] = changed(u, b, new_b, normal)
     return jumps
 
 

@@ -105,6 +105,12 @@ def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
 # opens contact k (1/kg), `wanted` (m/s) the speed by which each has to open, and `impulse` (N s)
 # the answer. `shares` counts the contacts that push each ball. The others are work space.
 Room = namedtuple("Room", "response factor wanted unit impulse rest pushing chosen shares")
+# These rows a room has for contacts C.
+ROOM: dict[str, tuple[type, tuple[Any, ...]]] = {
+    "response": (float, ("C", "C")), "factor": (float, ("C", "C")), "wanted": (float, ("C",)),
+    "unit": (float, ("C",)), "pushes": (float, ("C",)), "rest": (float, ("C",)),
+    "pushing": (int, ("C",)), "chosen": (int, ("C",)),
+}  # fmt: skip
 
 
 def room(count: int) -> Room:

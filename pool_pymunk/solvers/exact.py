@@ -10,6 +10,7 @@ from pool_pymunk.engine.recorder import Begun, Persisted, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
+from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.persistent import joined
 from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
@@ -58,14 +59,13 @@ class EngineTrace(Trace, Recorder):
 
     def __init__(self, scene: Scene, start: State, engine: ContactEngine) -> None:
         super().__init__(start, engine.paths)
-        self.scene, self.reported, self.law = scene, engine.reported, engine.resolver.law
+        self.scene, self.law = scene, engine.law
 
-    def contact(self, contact: Contact, t: float) -> None:
-        push = self.reported[0].impulse
+    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         if contact.cushion is None:
-            self.ball_ball(t, contact.a, contact.b, push)
+            self.ball_ball(t, contact.a, contact.b, impulse)
         else:
-            self.ball_cushion(t, contact.a, contact.cushion, push)
+            self.ball_cushion(t, contact.a, contact.cushion, impulse)
 
     def zero_slip(self, contact: Contact, t: float) -> None:
         text = (

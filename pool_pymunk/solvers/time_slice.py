@@ -16,17 +16,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
 from itertools import combinations
 from math import atan2, copysign, cos, hypot, pi, sin
 
 from pool_pymunk.model import Point, Scene, State, Table
 from pool_pymunk.physics.contact import NO_BALL, NT, Contact, Pair
-from pool_pymunk.physics.impulses import impulse_of
+from pool_pymunk.physics.impulses import Impulse, impulse_of
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.sides import Wall
 from pool_pymunk.physics.surface import GYRATION, NO_ROLL, SHARE
-from pool_pymunk.results.trace import Push, Trace
+from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
 Motion = list[float]  # x, y (m), vx, vy (m/s)
@@ -209,7 +208,7 @@ class Slices(Stepping):
         if abs(approach) > self.press:
             pair = Pair(self.scene.balls[i].mass, math.inf, wall.restitution, wall.friction)
             contact = Contact(i, NO_BALL, normal, pair)
-            push = partial(impulse_of, contact, [before], [self._velocity(i)])
+            push = impulse_of(contact, [before], [self._velocity(i)])
             self.trace.ball_cushion(self.time, i, wall.number, push)
         self._note(i, lists=approach != 0.0)
 
@@ -237,10 +236,10 @@ class Slices(Stepping):
         apart = hypot(x - u, y - v)
         return ((u - x) * (vx - ux) + (v - y) * (vy - uy)) / apart if apart > 0.0 else 0.0
 
-    def _collide(self, i: int, j: int) -> Push:
+    def _collide(self, i: int, j: int) -> Impulse:
         """Answer a hit by Listing 3: turn to the frame of impact, apply the law, turn back.
 
-        Return what finds its impulse.
+        Return its impulse.
         """
         before = [self._velocity(i), self._velocity(j)]
         (x, y, _, _), (u, v, _, _) = self.motion[i], self.motion[j]
@@ -259,7 +258,7 @@ class Slices(Stepping):
                 sin(impact) * after.n + sin(pi / 2 - impact) * after.t,
             )
         contact = Contact(i, j, (cos(impact), sin(impact)), pair)
-        return partial(impulse_of, contact, before, [self._velocity(i), self._velocity(j)])
+        return impulse_of(contact, before, [self._velocity(i), self._velocity(j)])
 
     def _in_frame(self, i: int, impact: float) -> NT:
         _, _, vx, vy = self.motion[i]

@@ -14,6 +14,7 @@ from pool_pymunk.engine.recorder import Motion, Recorder
 from pool_pymunk.model.places import TOUCHING, overlap
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Pair, Vector
+from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path, motion_at, set_off
 from pool_pymunk.physics.sides import Round, Straight, unit
 from pool_pymunk.world.ball import HAIR, Disc, TableBall
@@ -61,7 +62,7 @@ class Witness(Recorder):
         self.turns: defaultdict[int, int] = defaultdict(int)
         self.paths: dict[int, Path] = {}  # the last one of each ball, unless it has hit since
 
-    def contact(self, contact: Contact, t: float) -> None:
+    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         if self.at == math.inf and self.ball in contact.balls:
             self.wall, self.at = contact.cushion, t
             self.met = next((i for i in contact.balls if i != self.ball), None)
@@ -142,7 +143,7 @@ def copy_of(
     def pair(i: int, j: int) -> Pair:
         return table.pair(balls[i].number, balls[j].number)
 
-    engine = ContactEngine(table.resolver.law, pair, table.surface, recorder)
+    engine = ContactEngine(table.law, pair, table.surface, recorder)
     for each in balls:
         (x, y, vx, vy), roll = state.state_of(each.number)
         goes = (going or {}).get(each, ((vx, vy), roll))

@@ -13,6 +13,7 @@ from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Motion, Persisted, Recorder
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Vector, closing_speed
+from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path
 from pool_pymunk.world.ball import HAIR, ContactEvent, TableBall
 from pool_pymunk.world.bodies import Snapshot
@@ -44,13 +45,12 @@ class Callbacks(Recorder):
 
     # -- what happens ----------------------------------------------------------------------------
 
-    def contact(self, contact: Contact, t: float) -> None:
+    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         if self.of("on_contact") is not None:
             balls = tuple(self.state.balls[i] for i in contact.balls)
             closing = closing_speed(contact, {ball.number: ball.path.at(t)[1] for ball in balls})
-            impulse, tangential, _ = self.state.engine.reported[0].impulse()
             where = contact.point, contact.normal
-            event = ContactEvent(t, balls, contact.cushion, *where, closing, impulse, tangential)
+            event = ContactEvent(t, balls, contact.cushion, *where, closing, *impulse[:2])
             self._tell("on_contact", event, balls=balls)
 
     def persistent(self, persisted: Persisted) -> None:
@@ -80,7 +80,7 @@ class Callbacks(Recorder):
         engine, persisted = self.state.engine, self.state.engine.groups.persisted
         for hit in [hit for hit in persisted if not engine.presses(hit)]:
             if self._is_there(hit, persisted[hit]):
-                contact = engine.contact(hit, engine.motions([hit]))
+                contact = engine.contact(hit)
                 persisted[hit] = persisted[hit]._replace(contact=contact)
             engine.tell(hit)
 
