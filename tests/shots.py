@@ -119,7 +119,7 @@ def with_twins(follow: Callable[..., int]) -> Callable[..., int]:
 @cache
 def asking() -> list[tuple[Any, str, Any]]:
     """Return where functions that have a twin are called, and their twins."""
-    twins, rooms = {**TWINS, **asked.TWINS}, ("pool_pymunk.physics", "pool_pymunk.engine.groups")
+    twins, rooms = {**TWINS, **asked.TWINS}, ("pool_pymunk.physics", "pool_pymunk.engine")
     modules = [module for name, module in sys.modules.items() if name.startswith(rooms)]
     return [
         (module, name, twins[value])

@@ -44,18 +44,18 @@ ON_A_CIRCLE = scene_of(
 def few_hits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Play shots in Python, and fail where a shot has many hits, as those that come ever faster."""
     in_the_loop(monkeypatch)
-    answer, start, rounds = loop.answer, loop.start, Counter[str]()
+    answer, start, rounds = loop.answer_due, loop.start, Counter[str]()
 
-    def counted(*args: Any) -> bool:
+    def counted(*args: Any) -> None:
         rounds["now"] += 1
         assert rounds["now"] < MOST, "the hits have no end"
-        return answer(*args)
+        answer(*args)
 
     def started(*args: Any) -> bool:
         rounds["now"] = 0
         return start(*args)
 
-    monkeypatch.setattr(loop, "answer", counted)
+    monkeypatch.setattr(loop, "answer_due", counted)
     monkeypatch.setattr(loop, "start", started)
 
 

@@ -13,9 +13,9 @@ from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Velocities
-from pool_pymunk.physics.impulses import Shared
+from pool_pymunk.physics.impulses import Impulse, Shared
 from pool_pymunk.physics.laws import LAWS, Coulomb, respond
-from pool_pymunk.physics.path import set_off
+from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Wall, face_between
 from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.physics.together import at_once
@@ -27,14 +27,12 @@ Row = tuple[float, float, float, float, float]  # x, y (m), vx, vy (m/s), mass (
 class Notes(Recorder):
     """This recorder keeps the impulses that it hears of."""
 
-    engine: ContactEngine
-
     def __init__(self) -> None:
         self.impulses: dict[tuple[int, ...], float] = {}
+        self.paths: list[Path] = []  # of the balls, after the first instant
 
-    def contact(self, contact: Contact, t: float) -> None:
-        found = self.engine.reported[0].impulse()
-        self.impulses[(*contact.balls, contact.cushion or 0)] = found.normal
+    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
+        self.impulses[(*contact.balls, contact.cushion or 0)] = impulse.normal
 
 
 def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float = 0.8) -> Notes:
@@ -44,7 +42,7 @@ def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float =
     def pair(i: int, j: int) -> Pair:
         return Pair(rows[i][4], rows[j][4], e, 0.1)
 
-    engine = notes.engine = ContactEngine(law, pair, Sliding(), notes)
+    engine = ContactEngine(law, pair, Sliding(), notes)
     engine.walls = list(walls)
     engine.near = Boxes(len(rows), len(walls))
     for x, y, vx, vy, mass in rows:
@@ -53,6 +51,7 @@ def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float =
         engine.near.begin(i, path, R, 0.0, math.inf)
     engine.predict(range(len(rows)))
     engine.next()
+    notes.paths = engine.paths
     return notes
 
 
@@ -122,7 +121,7 @@ def test_one_ball_between_two(law: Callable[[], Law]) -> None:
     assert notes.impulses.keys() == {(0, 1, 0), (0, 2, 0)}
     one, other = notes.impulses.values()
     assert one == pytest.approx(other, rel=1e-9)
-    ball = notes.engine.paths[0]
+    ball = notes.paths[0]
     if law is Coulomb or law is Wrapped:
         closing = 2.0 * math.sqrt(0.75)
         m_eff = 1.0 / (1.0 / 0.1 + (1.0 + 0.5) / 0.3)

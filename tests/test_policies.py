@@ -13,13 +13,13 @@ from scenes import largest_distance
 from shots import some_scene
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
-from pool_pymunk.engine import resolver
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.policies import Variant
 from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.contact import Contact, Pair, Vector
+from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
@@ -136,7 +136,7 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
     scene = squeezed(*squeeze)
     limit = exact(scene)
     monkeypatch.setattr(Law, "hits_are_coulombs", False)
-    monkeypatch.setattr(resolver, "MOST_HITS", 10**6)
+    monkeypatch.setattr(collapse, "MOST_HITS", 10**6)
     played = exact(scene)
     assert limit.status == played.status == "settled"
     assert largest_distance(limit, played) < 1e-11
@@ -214,7 +214,7 @@ class Notes(Recorder):
         self.met: list[tuple[int, ...]] = []
         self.stopped: list[int] = []
 
-    def contact(self, contact: Contact, t: float) -> None:
+    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         self.met.append(contact.balls)
 
     def stop(self, i: int, t: float, position: Vector) -> None:

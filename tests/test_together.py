@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pool_pymunk import Friction, Restitution, Scene, rack
-from pool_pymunk.engine import decisions, resolver
-from pool_pymunk.engine.resolver import distinct
+from pool_pymunk.engine import answers, decisions, instants
+from pool_pymunk.engine.instants import is_same
 from pool_pymunk.fast import compiled
 from pool_pymunk.fast.shots import read_source
 from pool_pymunk.physics import collapse, impulses, laws, together
@@ -92,7 +92,7 @@ def test_the_same_cushion_twice_is_one_cushion() -> None:
     contacts = [wall(0, UP, 0.5, 0.2), wall(0, UP, 0.5, 0.2, number=1)]
     once, twice = (answered(t, {0: (1.0, -1.0)}) for t in (contacts[:1], contacts))
     assert twice[0] == pytest.approx(once[0], abs=1e-15)
-    assert distinct(contacts) == contacts[:1]
+    assert is_same(*contacts)
 
 
 def test_contacts_that_share_no_ball_are_answered_as_if_alone() -> None:
@@ -359,5 +359,5 @@ def test_compiled_impulses_have_the_same_bits() -> None:
 def test_nothing_that_decides_an_end_rounds_as_its_machine_does() -> None:
     """BLAS and LAPACK do, and so do the functions of the C library except the square root."""
     rounding = r" @ |linalg|hypot|math\.(sin|cos|tan|atan2?|exp|log|pow)\b"
-    for module in (collapse, decisions, impulses, laws, resolver, together):
+    for module in (answers, collapse, decisions, impulses, instants, laws, together):
         assert not re.search(rounding, inspect.getsource(module)), module

@@ -71,7 +71,9 @@ class Instant:
         self.began, self.most = -math.inf, math.inf
         self.rounds = self.mets = self.dues = self.contacts = self.misses = self.turns = 0
         self.balls = self.is_asked = 0
-        self.contact, self.hitting, self.group = {}, {}, {}
+        self.contact: dict[int, Any] = {}
+        self.hitting: dict[int, Any] = {}
+        self.group: dict[int, Any] = {}
         for name, (kind, shape) in {**BY_CONTACT, **BY_BALL}.items():
             is_mark = kind is int and len(shape) == 1
             setattr(self, name, defaultdict[int, int](int) if is_mark else {})

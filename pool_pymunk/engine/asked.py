@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 from pool_pymunk.engine.due import What, ends_of, hit_of
+from pool_pymunk.engine.policies import velocity_after
 from pool_pymunk.engine.recorder import Begun, Persisted
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
@@ -73,11 +74,6 @@ def velocity_of(w: Any, i: int) -> Vector:
     return path.vx, path.vy
 
 
-def motion_met(w: Any, i: int) -> Four:
-    """Return place (m) and velocity (m/s) of a ball at a contact; a variant has small errors."""
-    return w.policy.place(motion_at(w.paths[i], w.now), w.now)  # type: ignore[no-any-return]
-
-
 def rolls(w: Any) -> bool:
     """Tell whether balls roll."""
     return bool(w.surface.rolls)
@@ -137,11 +133,6 @@ def slip_of(w: Any) -> Slip:
     """Return what stands for a slip that is rounding, where the law jumps."""
     slip: Slip = w.slip
     return slip
-
-
-def gap_of(w: Any) -> float:
-    """Return how far (m) balls in persistent contact are apart when their group is hit."""
-    return float(w.policy.gap())
 
 
 def read_contact(w: Any, sides: Any, k: int, i: int, other: int) -> Contact:
@@ -273,7 +264,7 @@ def begin(w: Any, i: int, place: Vector, velocity: Vector, roll: Vector, noise: 
     """Set a ball off on a new path, or put it to rest if its speed is noise (m/s)."""
     if velocity[0] * velocity[0] + velocity[1] * velocity[1] <= noise * noise:
         velocity = (0.0, 0.0)
-    path = w.surface.path(w.now, place, w.policy.velocity(velocity, noise), roll)
+    path = w.surface.path(w.now, place, velocity_after(w.errors, velocity, noise), roll)
     if sets_off(path):
         w.rested[i] = math.inf
         w.recorder.path(i, path)

@@ -15,7 +15,7 @@ persist by :mod:`pool_pymunk.engine.groups`; compiled shots use both, too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from heapq import heappop, heappush
 
@@ -25,7 +25,7 @@ from pool_pymunk.engine.asked import respond_and_note
 from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.policies import PLAIN, Variant
+from pool_pymunk.engine.policies import Errors, Variant, begin_errors
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, Velocities
@@ -89,7 +89,7 @@ class ContactEngine:
         self.push = self.queue.push
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
-        self.policy = PLAIN
+        self.errors = Errors()
 
     # -- setting up ----------------------------------------------------------------------------
 
@@ -111,7 +111,7 @@ class ContactEngine:
 
     def vary(self, variant: Variant) -> None:
         """Play this variant of the run."""
-        self.policy = variant.policy
+        begin_errors(self.errors, variant)
         self.slip = variant.slip or NO_FRICTION
         self.groups.coarser = variant.coarser
 
@@ -441,7 +441,7 @@ class ContactEngine:
         report(self, False)
         carry_out(self)
 
-    def _answer_all(self, contacts: Collection[Contact], velocity: Velocities) -> None:
+    def _answer_all(self, contacts: Sequence[Contact], velocity: Velocities) -> None:
         """Change the velocities (m/s) by the law, group by group of contacts that share a ball."""
         one = partial(respond_and_note, self, [])
         for group in groups_of(contacts) if len(contacts) > 1 else (contacts,):

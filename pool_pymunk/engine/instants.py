@@ -24,7 +24,6 @@ from pool_pymunk.engine.asked import (
     find_cluster,
     follower,
     gap_between,
-    gap_of,
     give_up,
     is_at_its_end,
     is_pocket,
@@ -33,7 +32,7 @@ from pool_pymunk.engine.asked import (
     may_answer,
     may_go_on,
     meet,
-    motion_met,
+    motion,
     moves_on,
     noise_of,
     note_contact,
@@ -54,6 +53,7 @@ from pool_pymunk.engine.asked import (
     use_up,
     velocity_of,
 )
+from pool_pymunk.engine.policies import gap_at_hit, place_met
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -165,9 +165,10 @@ def is_absorbed_alone(w: Any, sides: Any, i: int, other: int) -> bool:
 
 def take_apart(w: Any) -> None:
     """Take groups apart that are hit; the order of their contacts is unknown then."""
-    at, gap, found = w.instant, gap_of(w), False
+    at, found = w.instant, False
     if not w.groups.members:
         return
+    gap = gap_at_hit(w.errors)
     for k in range(at.dues):
         found |= groups.release(w, at.due[k][0], gap)
         if at.due[k][1] >= 0:
@@ -421,7 +422,7 @@ def is_same(one: Any, other: Any) -> bool:
     nx, ny = one.normal
     ux, uy = other.normal
     is_of_same = one.a == other.a and one.b == other.b
-    return is_of_same and nx * ux + ny * uy > 1.0 - SAME_NORMAL
+    return bool(is_of_same and nx * ux + ny * uy > 1.0 - SAME_NORMAL)
 
 
 def add_ball(w: Any, i: int) -> None:
@@ -441,6 +442,6 @@ def add_ball(w: Any, i: int) -> None:
 def read_motion(w: Any, i: int) -> Any:
     """Note where ball ``i`` is now, and how fast, and return it."""
     at = w.instant
-    x, y, vx, vy = motion_met(w, i)
+    x, y, vx, vy = place_met(w.errors, motion(w, i), w.now)
     at.place[i], at.velocity[i] = (x, y), (vx, vy)
     return x, y, vx, vy

@@ -1,20 +1,29 @@
-"""A policy answers what has no exact answer; variants of a run have other policies.
+"""Policies answer what has no exact answer; variants of a run show what they and rounding decide.
 
-The engine asks its policy for errors, and does not know which one it is.
+A variant has small errors, which are random, but the same ones each time. Python and numba draw
+them alike.
 """
 
 from __future__ import annotations
 
 import math
-from random import Random
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.errors import SURE
 from pool_pymunk.physics.laws import Slip
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
+
+Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
+
+# The numbers are those of the minimal standard generator of Park and Miller, Communications of the
+# ACM 36 (1993), 108.
+MULTIPLIER, MODULUS = 48_271, 2**31 - 1
+FIRST = 1_000  # draws are left out, because those of near seeds are alike at first
+# of the velocities in a variant with a nudged start: balls that a hit leaves together part later
+KICK = 1e-12
+GAPS = 1e-13, 4e-6  # m; as wide as gaps at the start (solvers/frozen.py)
 
 
 class Variant(NamedTuple):
@@ -34,60 +43,65 @@ class Variant(NamedTuple):
         """
         return SURE if self.slip is None and self.coarser == 1.0 else 1.0
 
-    @property
-    def policy(self) -> RandomErrors:
-        """The errors of this variant."""
-        return RandomErrors(self.seed) if self.nudge is None else Kicks(self.nudge)
-
 
 AS_IT_IS = Variant()
 
 
-class RandomErrors:
-    """These are random errors of places and velocities, of rounding size; 0 without a seed."""
+class Errors:
+    """These are the errors of a variant: a ``size`` (a share), of velocities and of places or not.
 
-    size = EPSILON  # of a number
+    ``state`` is that of the random numbers; ``opens`` tells whether groups that are hit get gaps.
+    """
 
-    def __init__(self, seed: int | None = None) -> None:
-        self.random = None if seed is None else Random(seed)
-
-    def place(self, motion: Motion, now: float) -> Motion:
-        """Return the motion of a ball at a contact."""
-        if self.random is None:
-            return motion
-        (x, y, vx, vy), late = motion, self._error(now)
-        return x + self._error(x) + vx * late, y + self._error(y) + vy * late, vx, vy
-
-    def velocity(self, velocity: Vector, noise: float) -> Vector:
-        """Return a new velocity (m/s), of which ``noise`` may be rounding."""
-        if self.random is None or velocity == (0.0, 0.0):
-            return velocity
-        fastest, (vx, vy) = noise / NOISE, velocity
-        return vx + self._error(fastest), vy + self._error(fastest)
-
-    def gap(self) -> float:
-        """Return how far (m) balls in persistent contact are apart when their group is hit."""
-        return 0.0
-
-    def _error(self, number: float) -> float:
-        """Return a random error of a number."""
-        assert self.random is not None, "there is a seed"
-        return 0.5 * self.size * number * self.random.uniform(-1.0, 1.0)
+    def __init__(self) -> None:
+        self.size, self.state, self.of_places, self.opens = 0.0, 1, False, False
 
 
-class Kicks(RandomErrors):
-    """These are larger errors of velocities alone: balls that a hit leaves together part later."""
+def begin_errors(e: Any, variant: Variant) -> None:
+    """Let errors be those of a variant."""
+    seed = variant.seed if variant.nudge is None else variant.nudge
+    e.size, e.state = 0.0 if seed is None else EPSILON, 1
+    e.of_places, e.opens = variant.nudge is None, variant.nudge is not None
+    if seed is not None:
+        e.size = KICK if e.opens else EPSILON
+        e.state = seed % (MODULUS - 1) + 1
+        for _ in range(FIRST):
+            draw(e)
 
-    size = 1e-12
-    gaps = (1e-13, 4e-6)  # m; as wide as gaps at the start (solvers/frozen.py)
 
-    def place(self, motion: Motion, now: float) -> Motion:
+def draw(e: Any) -> float:
+    """Return a random number between -1 and 1."""
+    e.state = e.state * MULTIPLIER % MODULUS
+    return float(2.0 * e.state / MODULUS - 1.0)
+
+
+def error(e: Any, number: float) -> float:
+    """Return a random error of a number."""
+    return 0.5 * e.size * number * draw(e)
+
+
+def place_met(e: Any, motion: Motion, now: float) -> Motion:
+    """Return the motion of a ball at a contact, now (s)."""
+    x, y, vx, vy = motion
+    if e.size == 0.0 or not e.of_places:
         return motion
-
-    def gap(self) -> float:
-        narrow, wide = map(math.log, self.gaps)
-        assert self.random is not None, "there is a seed"
-        return math.exp(self.random.uniform(narrow, wide))
+    late = error(e, now)
+    return x + error(e, x) + vx * late, y + error(e, y) + vy * late, vx, vy
 
 
-PLAIN = RandomErrors()
+def velocity_after(e: Any, velocity: Vector, noise: float) -> Vector:
+    """Return a new velocity (m/s), of which ``noise`` may be rounding."""
+    vx, vy = velocity
+    if e.size == 0.0 or (vx == 0.0 and vy == 0.0):
+        return velocity
+    fastest = noise / NOISE
+    return vx + error(e, fastest), vy + error(e, fastest)
+
+
+def gap_at_hit(e: Any) -> float:
+    """Return how far (m) balls in persistent contact are apart when their group is hit."""
+    if not e.opens:
+        return 0.0
+    narrow, wide = GAPS
+    share = 0.5 * (1.0 + draw(e))
+    return math.exp((1.0 - share) * math.log(narrow) + share * math.log(wide))

@@ -13,6 +13,7 @@ from pool_pymunk.engine import asked, decisions
 from pool_pymunk.engine.answers import MISSED, squared
 from pool_pymunk.engine.groups import release
 from pool_pymunk.engine.near import NOWHERE
+from pool_pymunk.engine.policies import velocity_after
 from pool_pymunk.fast import due, instant, kinds, moves
 from pool_pymunk.fast.due import forget, look_for_walls, may_roll, note_next, put_box, refresh
 from pool_pymunk.fast.instant import cluster_around, gap_to_wall, touch, touches_wall
@@ -26,7 +27,7 @@ from pool_pymunk.physics import contact, laws
 from pool_pymunk.physics.changes import ROLL
 from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import slowing
-from pool_pymunk.physics.laws import NO_FRICTION, Slip, as_listed, respond
+from pool_pymunk.physics.laws import Slip, as_listed, respond
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import BALL
@@ -114,11 +115,7 @@ def law_of(w: Work) -> Any:
 
 
 def slip_of(w: Work) -> Slip:
-    return NO_FRICTION
-
-
-def gap_of(w: Work) -> float:
-    return 0.0
+    return w.scene.slip[0], w.scene.slip[1]
 
 
 def pair_of(one: Any) -> Pair:
@@ -162,7 +159,7 @@ def answer_group(w: Work, count: int) -> None:
                 at.which[m], at.which[q] = at.which[q], at.which[m]
         one = at.group[at.which[m]]
         if closing_speed(one, at.velocity) > 0.0:
-            at.jumped[at.member[at.which[m]]] |= respond(w.scene, one, at.velocity)
+            at.jumped[at.member[at.which[m]]] |= respond(w.scene, one, at.velocity, slip_of(w))
 
 
 def play_out(w: Work) -> None:
@@ -240,6 +237,7 @@ def begin(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector, noise:
     ball = w.ball[i]
     if squared(velocity) <= noise * noise:
         velocity = (0.0, 0.0)
+    velocity = velocity_after(w.errors, velocity, noise)
     path = moves.path_from(w, w.now, place, velocity, roll)
     put_on(w, i, path)
     ball.noise = noise
@@ -408,7 +406,7 @@ TWINS: dict[Any, Any] = {
     if name in vars(asked) and inspect.isfunction(value) and value is not vars(asked)[name]
 }
 TWINS |= {
-    asked.motion_met: motion, asked.predict: due.predict, asked.find_cluster: instant.find_cluster,
+    asked.predict: due.predict, asked.find_cluster: instant.find_cluster,
     asked.find_touching: cluster_around, contact.pair_of: pair_of, asks_own: is_own,
     asks_pull: own_pull, laws.balls_after: kinds.ball_ball, laws.cushion_after: kinds.cushion,
     laws.jumps_at: kinds.jumps,

@@ -261,7 +261,7 @@ def clear(w: Work) -> None:
     w.now, at.began, count.duration, w.in_doubt, w.is_hard = 0.0, -math.inf, 0.0, 0, 0
     count.events = count.hits = count.cushions = track.rows = track.events = 0
     count.first_hit, at.mets, at.rounds, at.unlisted, at.most = NOTHING, 0, 0, 0, MOST_TOGETHER
-    w.groups.coarser = 1.0
+    w.groups.coarser = w.scene.coarser
     for n in range(at.balls):
         at.is_in[at.ball[n]] = at.changed[at.ball[n]] = 0
     at.balls = 0

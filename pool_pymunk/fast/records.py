@@ -45,7 +45,7 @@ SIDES = {
 # `kind` is the number of the law for single hits, `together` for contacts of one instant.
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
-     ("latest", F), ("keeps", I),
+     ("latest", F), ("most", I), ("keeps", I), ("slip", F, 2), ("coarser", F),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
@@ -74,6 +74,8 @@ COUNT = np.dtype(
     [("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
      ("pocket", I, N), ("met", I, N)]
 )  # fmt: skip
+
+ERRORS = np.dtype([("size", F), ("state", I), ("of_places", I), ("opens", I)])
 
 # A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event
 # is as in `Follow` (physics/changes.py); at one breakpoint a ball may be hit and come to rest.
@@ -119,7 +121,7 @@ GROUPS = form_of(
 # A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
 WORKS = {
     rolls: np.dtype(
-        [("scene", SCENE), ("ball", ball, N), ("now", F), ("is_hard", I), ("in_doubt", I),
+        [("scene", SCENE), ("ball", ball, N), ("now", F), ("errors", ERRORS), ("is_hard", I), ("in_doubt", I),
          ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("anew", I, N),
          ("count", COUNT), ("track", TRACK), ("instant", INSTANT), ("press", PRESS),
          ("groups", GROUPS)]

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.engine.decisions import NEVER_SETTLES
 from pool_pymunk.fast.records import NOTHING, WORKS, Shots
 from pool_pymunk.fast.tables import cue_of, law_number, together_number
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
@@ -91,7 +92,7 @@ class Source(NamedTuple):
         work = np.zeros(1, dtype=WORKS[self.scene.surface.rolls]).view(np.recarray)[0]
         own, latest = work.scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)
-        own.watched, own.keeps = self.watched, keeps
+        own.watched, own.keeps, own.coarser, own.most = self.watched, keeps, 1.0, NEVER_SETTLES
         own.balls, own.walls = len(self.scene.balls), len(self.scene.cushions)
         own.cue, own.latest = cue_of(self.scene), np.inf if latest is None else latest
         return work

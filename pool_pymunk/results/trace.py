@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from pool_pymunk.engine.policies import Variant
@@ -21,8 +21,10 @@ Breakpoint = tuple[float, ...]
 UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface determines
 NONE = (0.0, 0.0)
 
+# the impulse of a contact; what adds it up is asked for it at the end
+Push = Impulse | Callable[[], Impulse] | None
 # the time, the kind, the balls, the number of the cushion or of the pocket, a contact's impulse
-Row = tuple[float, str, tuple[int, ...], int | None, Impulse | None]
+Row = tuple[float, str, tuple[int, ...], int | None, Push]
 
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
 # What groups in persistent contact do: after so many events, with so many breakpoints of its balls,
@@ -115,11 +117,11 @@ class Trace:
         """Ball ``i`` began to roll."""
         self.events.append((t, ROLL, (i,), None, None))
 
-    def ball_ball(self, t: float, i: int, j: int, push: Impulse | None = None) -> None:
+    def ball_ball(self, t: float, i: int, j: int, push: Push = None) -> None:
         """Balls ``i`` and ``j`` met."""
         self.events.append((t, "ball-ball", (i, j), None, push))
 
-    def ball_cushion(self, t: float, i: int, cushion: int, push: Impulse | None = None) -> None:
+    def ball_cushion(self, t: float, i: int, cushion: int, push: Push = None) -> None:
         """Ball ``i`` met a cushion."""
         self.events.append((t, "ball-cushion", (i,), cushion, push))
 

@@ -24,9 +24,9 @@ import pymunk
 
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Velocities, closing_speed, fastest
-from pool_pymunk.physics.impulses import Impulse, impulse_of
+from pool_pymunk.physics.impulses import impulse_of
 from pool_pymunk.physics.laws import respond
-from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.trace import Push, Trace
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
 BALL, CUSHION = 1, 2  # These are the collision types of the shapes.
@@ -109,9 +109,7 @@ class Discrete(Stepping):
         if push := self._answer(arbiter, contact, side.gap(x, y, ball.radius)):
             self.trace.ball_cushion(self.time, i, number, push)
 
-    def _answer(
-        self, arbiter: pymunk.Arbiter, contact: Contact, gap: float = -1.0
-    ) -> Impulse | None:
+    def _answer(self, arbiter: pymunk.Arbiter, contact: Contact, gap: float = -1.0) -> Push:
         """Let the law, and not pymunk, answer sides that overlap and close; return a hit's impulse.
 
         ``respond`` turns the velocities to n and t (Eqs. 4-5). It asks ``law.ball_ball`` (Eqs. 1-3,
@@ -141,8 +139,9 @@ class Discrete(Stepping):
             self._set_off(i, velocity[i])
         self.met.update(contact.balls)
         # It is no new hit if surface friction alone has pressed together what touched before.
-        push = impulse_of(contact, before, [velocity[i] for i in contact.balls])
-        return push if arbiter.is_first_contact or closing > 2.0 * self.loss else None
+        if arbiter.is_first_contact or closing > 2.0 * self.loss:
+            return impulse_of(contact, before, [velocity[i] for i in contact.balls])
+        return None
 
     # -- surface friction (Eq. 10) ---------------------------------------------------------------
 

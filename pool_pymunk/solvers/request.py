@@ -210,7 +210,7 @@ def _event(row: Row, ids: Sequence[str], holes: Sequence[Pocket]) -> Event:
         return Event(t, kind, names, pocket=holes[where].id)
     if push is None:
         return Event(t, kind, names, where)
-    return Event(t, kind, names, where, None, *push)
+    return Event(t, kind, names, where, None, *(push() if callable(push) else push))
 
 
 def request(
