@@ -47,7 +47,7 @@ from pool_pymunk import (
     simulate_many,
 )
 from pool_pymunk.engine.due import Queue, What
-from pool_pymunk.fast import compiled, due, loop, many, moves, shots, tables
+from pool_pymunk.fast import compiled, due, loop, many, moves, records, shots, tables
 from pool_pymunk.physics.motion import path_to_disc
 from pool_pymunk.physics.path import pair_time, set_off
 from pool_pymunk.physics.surface import slide_or_roll
@@ -434,7 +434,7 @@ def test_a_path_ends_before_other_balls_hit_each_other_at_the_same_time() -> Non
         replays=False,
     )
     play: Any = loop.play_shots
-    out = many.empty(1, 3)
+    out = records.empty(1, 3)
     many.play_chunk(play, source, tables.table_of(scene), out, slice(0, 1), watcher)
     assert seen[3:6] == [2, 0, 1]
 

@@ -18,7 +18,7 @@ from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slow
 from pool_pymunk.physics.laws import Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece
-from pool_pymunk.physics.pressed import BALL, copy_of, look
+from pool_pymunk.physics.pressed import BALL, copy_of
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import at_once
@@ -392,20 +392,6 @@ def note_piece(w: Any, leader: int, piece: Piece) -> None:
 def note_let_go(w: Any, i: int) -> None:
     """Tell the recorder that a ball has left its group."""
     w.recorder.let_go(i, w.now)
-
-
-def open_gaps(g: Any, gap: float) -> None:
-    """Move the balls of a press away from a wall that one of them touches, or from each other."""
-    x, y = (sum(g.state[p : 6 * g.balls : 6]) / g.balls for p in (0, 1))
-    look(g, g.state)
-    for k in range(g.contacts - 1, -1, -1):
-        if g.other[k] < 0:
-            p, r = 6 * g.one[k], g.radius[g.one[k]]
-            x, y = g.state[p] - r * g.normal[k][0], g.state[p + 1] - r * g.normal[k][1]
-    share = gap / (2.0 * min(g.radius[: g.balls]))
-    for p in range(0, 6 * g.balls, 6):
-        g.state[p] += share * (g.state[p] - x)
-        g.state[p + 1] += share * (g.state[p + 1] - y)
 
 
 # -- room ------------------------------------------------------------------------------------------

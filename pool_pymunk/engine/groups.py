@@ -38,7 +38,6 @@ from pool_pymunk.engine.asked import (
     note_impulse,
     note_let_go,
     note_piece,
-    open_gaps,
     path_from,
     path_of,
     predict_loose,
@@ -79,6 +78,7 @@ from pool_pymunk.physics.pressed import (
     find_units,
     guess,
     lengths,
+    look,
     opening,
     rows_of,
     set_scale,
@@ -556,6 +556,25 @@ def release(w: Any, i: int, gap: float) -> bool:
         let_go(w, m)
     free_contacts(r, leader)
     return True
+
+
+def open_gaps(g: Any, gap: float) -> None:
+    """Move the balls of a press away from a wall that one of them touches, or from each other."""
+    x = y = 0.0
+    for m in range(g.balls):
+        x, y = x + g.state[6 * m] / g.balls, y + g.state[6 * m + 1] / g.balls
+    look(g, g.state)
+    for k in range(g.contacts - 1, -1, -1):
+        if g.other[k] < 0:
+            p, r = 6 * g.one[k], g.radius[g.one[k]]
+            x, y = g.state[p] - r * g.normal[k][0], g.state[p + 1] - r * g.normal[k][1]
+    least = math.inf
+    for m in range(g.balls):
+        least = min(least, g.radius[m])
+    share = gap / (2.0 * least)
+    for m in range(g.balls):
+        g.state[6 * m] += share * (g.state[6 * m] - x)
+        g.state[6 * m + 1] += share * (g.state[6 * m + 1] - y)
 
 
 def let_go(w: Any, m: int) -> None:

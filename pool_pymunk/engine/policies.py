@@ -77,7 +77,7 @@ def draw(e: Any) -> float:
 
 def error(e: Any, number: float) -> float:
     """Return a random error of a number."""
-    return 0.5 * e.size * number * draw(e)
+    return float(0.5 * e.size * number * draw(e))
 
 
 def place_met(e: Any, motion: Motion, now: float) -> Motion:

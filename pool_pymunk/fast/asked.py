@@ -20,7 +20,16 @@ from pool_pymunk.fast.instant import cluster_around, gap_to_wall, touch, touches
 from pool_pymunk.fast.instant import gap_between as gap_of_pair
 from pool_pymunk.fast.kinds import curvature, normal, shape
 from pool_pymunk.fast.moves import keep_event, put_on, stop
-from pool_pymunk.fast.records import MOST_BALLS, MOST_ROWS, MOST_TOGETHER, NOTHING, Sides, Work
+from pool_pymunk.fast.records import (
+    CHANGES,
+    COLUMNS,
+    MOST_BALLS,
+    MOST_TOGETHER,
+    NOTHING,
+    WHOLE,
+    Sides,
+    Work,
+)
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
 from pool_pymunk.physics import contact, laws
@@ -167,14 +176,13 @@ def play_out(w: Work) -> None:
 
 
 def may_answer(w: Work) -> bool:
-    w.is_hard |= w.scene.keeps != 0 or w.scene.together == NOTHING
+    w.is_hard |= w.scene.keeps == CHANGES or w.scene.together == NOTHING
     return bool(not w.is_hard)
 
 
 def may_go_on(w: Work) -> bool:
-    is_full = w.track.rows + 4 * MOST_BALLS > MOST_ROWS
-    events = max(w.count.events, w.instant.unlisted)
-    return bool(not w.is_hard and not is_full and events < decisions.NEVER_SETTLES)
+    is_over = w.count.events >= w.scene.most or w.instant.unlisted >= decisions.NEVER_SETTLES
+    return bool(not w.is_hard and not is_over)
 
 
 def give_up(w: Work) -> None:
@@ -303,14 +311,17 @@ def note_contact(w: Work, k: int) -> None:
         moves.note_hit(w, one.a, one.b)
     else:
         moves.note_cushion(w, one.a, one.wall)
+    moves.keep_impulse(w, w.instant.impulse[k])
 
 
 def note_jump(w: Work, k: int) -> None:
-    """Do nothing: compiled shots have no warnings."""
+    one = w.instant.contact[k]
+    moves.keep_note(w, one.a, one.b)
 
 
 def note_order(w: Work) -> None:
     w.in_doubt = 1
+    moves.keep_note(w, NOTHING, NOTHING)
 
 
 def push_piece(w: Work, i: int, t: float) -> None:
@@ -355,7 +366,34 @@ def use_up(w: Work, sides: Sides, i: int, other: int) -> None:
 
 
 def note_impulse(w: Work, i: int, other: int, began: float, impulse: Vector) -> None:
-    """Do nothing: compiled shots do not tell of persistent contacts."""
+    r, m = w.groups, 0
+    if w.scene.keeps != WHOLE:
+        return
+    while m < r.helds and (r.held[m][0] != i or r.held[m][1] != other):
+        m += 1
+    if m < r.helds and r.held[m][3] < began:
+        forget_held(w, m)
+        m = r.helds
+    if m == MOST_TOGETHER:
+        w.is_hard = 1
+        return
+    one = r.held[m]
+    if m == r.helds:
+        r.helds += 1
+        one[0], one[1], one[2], one[4], one[5] = i, other, began, 0.0, 0.0
+        one[6], one[7], _, _ = motion(w, i)
+        one[8], one[9], _, _ = motion(w, max(other, 0))
+    one[3], one[4], one[5] = w.now, one[4] + impulse[0], one[5] + impulse[1]
+
+
+def forget_held(w: Work, m: int) -> None:
+    """Tell of a persistent contact that is over, and forget it."""
+    r = w.groups
+    moves.keep_held(w, m)
+    r.helds -= 1
+    for k in range(m, r.helds):
+        for n in range(COLUMNS):
+            r.held[k][n] = r.held[k + 1][n]
 
 
 def note_piece(w: Work, leader: int, piece: Piece) -> None:
@@ -366,15 +404,11 @@ def note_let_go(w: Work, i: int) -> None:
     """Do nothing: nobody follows changes through the pieces of compiled shots."""
 
 
-def open_gaps(g: Any, gap: float) -> None:
-    """Do nothing: compiled shots are no variants."""
-
-
 def has_room(w: Work, balls: int, contacts: int) -> bool:
     g = w.press
     g.rolls = may_roll(w.ball[0])
     g.pull, g.drag = pull_and_drag(w)
-    if balls > MOST_BALLS or contacts > MOST_TOGETHER or w.scene.keeps:
+    if balls > MOST_BALLS or contacts > MOST_TOGETHER or w.scene.keeps == CHANGES:
         w.is_hard = 1
     return bool(not w.is_hard)
 

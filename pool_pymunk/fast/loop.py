@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pool_pymunk.engine import groups
-from pool_pymunk.engine.asked import may_go_on
+from pool_pymunk.engine import decisions, groups
 from pool_pymunk.engine.groups import begin_at, go_on
 from pool_pymunk.engine.instants import answer, end_path
 from pool_pymunk.engine.near import NOWHERE, box, piece
+from pool_pymunk.fast import asked  # noqa: F401  It gives functions their twins.
 from pool_pymunk.fast.due import (
     due_next,
     look_ahead,
@@ -29,12 +29,15 @@ from pool_pymunk.fast.due import (
 )
 from pool_pymunk.fast.instant import gather, latest_of
 from pool_pymunk.fast.kinds import gap
-from pool_pymunk.fast.moves import keep, path_from, put_on
+from pool_pymunk.fast.moves import keep, keep_held, path_from, put_on
 from pool_pymunk.fast.records import (
+    CHANGES,
     COLUMNS,
+    MOST_NOTES,
     MOST_ROWS,
     MOST_TOGETHER,
     NOTHING,
+    WHOLE,
     Out,
     Shots,
     Sides,
@@ -44,10 +47,13 @@ from pool_pymunk.fast.records import (
 )
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
-from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
+from pool_pymunk.physics.surface import NO_ROLL, roll_at
 
-SETTLED, OUT_OF_TIME, HARD = 0, 1, -1  # how a shot ends; a shot that may not start is hard, too
+# How a shot ends. A shot that may not start is hard, too, and one that keeps all that a run tells
+# is paused where there is no more room for it.
+SETTLED, OUT_OF_TIME, OUT_OF_EVENTS, PAUSED, HARD = 0, 1, 2, 3, -1
+ALMOST = 0.75  # of the room for tracks; what happens at one instant takes less than the rest
 
 
 def play_shots(
@@ -59,19 +65,20 @@ def play_shots(
     """
     rows = events = 0
     for s in range(first, last):
-        if out.halt[0] != 0 or (w.scene.keeps and rows + MOST_ROWS > len(tracks.rows)):
+        if out.halt[0] != 0 or (w.scene.keeps == CHANGES and rows + MOST_ROWS > len(tracks.rows)):
             return s - first
-        read_shot(w, shots, s)
+        if not w.scene.resumes:
+            read_shot(w, shots, s)
         status, balls, place, off = HARD, w.scene.balls, shots.position[s], shots.is_off[s]
         may_lie = misplaced(table, place, off, shots.radius, TOUCHING, 0, balls) == balls
-        if may_lie and start(w, table.sides, shots, s):
+        if w.scene.resumes or (may_lie and start(w, table.sides, shots, s)):
             status = play(w, table.sides)
         out.status[s] = status
         if status >= 0:
             write_shot(w, out, s)
-            if w.scene.keeps:
+            if w.scene.keeps == CHANGES:
                 rows, events = write_track(w, tracks, rows, events)
-        if w.scene.keeps:
+        if w.scene.keeps == CHANGES:
             tracks.ends[s, 0], tracks.ends[s, 1] = rows, events
     return last - first
 
@@ -123,7 +130,7 @@ def write_shot(w: Work, out: Out, s: int) -> None:
     for i in range(w.scene.balls):
         x = y = math.nan
         if not w.ball[i].is_off:
-            x, y = last_place(w, i)
+            x, y, _, _, _, _ = state_at(w, i, max(w.now, count.duration))
         out.final[s, i, 0], out.final[s, i, 1] = x, y
         out.pocketed[s, i], out.met[s, i] = count.pocket[i], count.met[i] != 0
     out.in_doubt[s] = w.in_doubt != 0
@@ -131,15 +138,16 @@ def write_shot(w: Work, out: Out, s: int) -> None:
     out.hits[s], out.cushions[s], out.first_hit[s] = count.hits, count.cushions, count.first_hit
 
 
-def last_place(w: Work, i: int) -> Vector:
-    """Return where (m) a ball is at the end of a shot."""
-    leader, t = w.groups.leader[i], max(w.now, w.count.duration)
+def state_at(w: Work, i: int, t: float) -> tuple[float, float, float, float, float, float]:
+    """Return x, y (m), vx, vy, wx, wy (m/s) of a ball at a time (s)."""
+    leader = w.groups.leader[i]
     if leader != NOTHING and w.ball[i].moves:
         groups.find_state(w, leader, t)
-        p = 6 * w.groups.local[i]
-        return w.press.end[p], w.press.end[p + 1]
-    x, y, _, _ = motion_at(path_of(w.ball[i]), t)
-    return x, y
+        p, end = 6 * w.groups.local[i], w.press.end
+        return end[p], end[p + 1], end[p + 2], end[p + 3], end[p + 4], end[p + 5]
+    x, y, vx, vy = motion_at(path_of(w.ball[i]), t)
+    wx, wy = roll_at(path_of(w.ball[i]), t) if may_roll(w.ball[i]) else NO_ROLL
+    return x, y, vx, vy, wx, wy
 
 
 def write_track(w: Work, tracks: Tracks, rows: int, events: int) -> tuple[int, int]:
@@ -156,13 +164,20 @@ def write_track(w: Work, tracks: Tracks, rows: int, events: int) -> tuple[int, i
 
 def play(w: Work, sides: Sides) -> int:
     """Play a shot to its end, and return how it ended."""
+    track = w.track
     while True:
         i, t, other_t = due_next(w)
         if t == math.inf or t > w.scene.latest:
             return end(w, t)
+        if w.count.events >= w.scene.most:
+            tell_all(w)
+            return OUT_OF_EVENTS
+        if track.rows > ALMOST * MOST_ROWS or max(track.notes, track.tells) > ALMOST * MOST_NOTES:
+            return PAUSED if w.scene.keeps == WHOLE else HARD
         w.now = max(t, w.now)
         i = first_of_all(w, i, t) if other_t == t else i
         due = w.due[i]
+        w.count.answered += due.look_t != t
         if due.stop_t == t:
             end_path(w, sides, i)
         elif due.piece_t == t:
@@ -178,7 +193,7 @@ def play(w: Work, sides: Sides) -> int:
         else:
             find_press(w, i)
             begin_at(w, sides, i)
-        if not may_go_on(w):
+        if w.is_hard or w.instant.unlisted >= decisions.NEVER_SETTLES:
             return HARD
 
 
@@ -259,7 +274,8 @@ def clear(w: Work) -> None:
     """Forget the shot before: nothing is due, and nothing has happened."""
     count, track, at = w.count, w.track, w.instant
     w.now, at.began, count.duration, w.in_doubt, w.is_hard = 0.0, -math.inf, 0.0, 0, 0
-    count.events = count.hits = count.cushions = track.rows = track.events = 0
+    count.answered = count.events = count.hits = count.cushions = 0
+    track.rows = track.events = track.notes = track.tells = w.groups.helds = 0
     count.first_hit, at.mets, at.rounds, at.unlisted, at.most = NOTHING, 0, 0, 0, MOST_TOGETHER
     w.groups.coarser = w.scene.coarser
     for n in range(at.balls):
@@ -283,7 +299,23 @@ def end(w: Work, t: float) -> int:
     drifts = False
     for i in range(w.scene.balls):
         drifts |= w.ball[i].end == math.inf
-    if t == math.inf and not drifts:
-        return SETTLED
-    w.now = w.count.duration = w.scene.latest
-    return OUT_OF_TIME
+    is_settled = t == math.inf and not drifts
+    if not is_settled:
+        w.now = w.count.duration = w.scene.latest
+    tell_all(w)
+    return SETTLED if is_settled else OUT_OF_TIME
+
+
+def tell_all(w: Work) -> None:
+    """Tell of what lasts until the end, if a run is to be told of."""
+    if w.scene.keeps != WHOLE:
+        return
+    for i in range(w.scene.balls):
+        if w.groups.leader[i] == i:
+            groups.find_state(w, i, w.now)
+            groups.note_impulses(w, w.groups.began[i])
+    for m in range(w.groups.helds):
+        keep_held(w, m)
+    for i in range(w.scene.balls):
+        last = w.last[i]
+        last[0], last[1], last[2], last[3], last[4], last[5] = state_at(w, i, w.now)

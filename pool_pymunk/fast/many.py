@@ -13,11 +13,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast import compiled
+from pool_pymunk.fast import compiled, single
 from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Floats
 from pool_pymunk.fast.derivatives import Follower
-from pool_pymunk.fast.loop import HARD
-from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, tracks
+from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source, refuse_given
 from pool_pymunk.fast.tables import can_compile, table_of, walls_differ
 from pool_pymunk.model import Scene, SceneError, Shot, inputs
@@ -159,23 +158,6 @@ def play_all(
     return hard
 
 
-def empty(count: int, balls: int) -> Out:
-    """Return arrays for the results of this many shots."""
-    return Out(
-        final=np.full((count, balls, 2), np.nan),
-        duration=np.zeros(count),
-        hits=np.zeros(count, np.int32),
-        cushions=np.zeros(count, np.int32),
-        first_hit=np.full(count, NOTHING, np.int32),
-        met=np.zeros((count, balls), np.bool_),
-        pocketed=np.full((count, balls), NOTHING, np.int32),
-        events=np.zeros(count, np.int32),
-        status=np.full(count, HARD, np.int8),
-        in_doubt=np.ones(count, np.bool_),
-        halt=np.zeros(1, np.int64),
-    )
-
-
 def _is_known(source: Source) -> bool:
     """Tell whether numba can compile ordinary shots."""
     return can_compile(source.scene, source.law) and "radius" not in source.vary
@@ -201,6 +183,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
     if not play.signatures:
         with play._cache.turn():
             work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
+    single.remember((rolls, differ), play)
     if watcher is not None:
         watcher.watch(slice(0, 0), tracks(0, 0))
     done(0)

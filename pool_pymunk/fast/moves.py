@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from pool_pymunk.engine.near import box
 from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
-from pool_pymunk.fast.records import NOTHING, Moving, Work
+from pool_pymunk.fast.records import COLUMNS, MOST_NOTES, MOST_ROWS, NOTHING, WHOLE, Moving, Work
 from pool_pymunk.physics.changes import STOP
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, standing
@@ -63,7 +64,9 @@ def stop(w: Work, i: int, t: float) -> None:
 
 def keep(w: Work, i: int, path: Path) -> None:
     """Keep the breakpoint at which a path begins, if tracks are kept."""
-    if w.scene.keeps:
+    if w.track.rows == MOST_ROWS:
+        w.is_hard = 1
+    elif w.scene.keeps:
         row = w.track.row[w.track.rows]
         row[0], row[1], row[2], row[3] = i, path.t, path.x, path.y
         row[4], row[5], row[6], row[7] = path.vx, path.vy, path.ax, path.ay
@@ -73,7 +76,9 @@ def keep(w: Work, i: int, path: Path) -> None:
 
 def keep_event(w: Work, i: int, other: int, t: float) -> None:
     """Keep what ball ``i`` met at ``t`` (s), as `Follow` in physics/changes.py has it."""
-    if w.scene.keeps:
+    if w.track.events == 2 * MOST_ROWS:
+        w.is_hard = 1
+    elif w.scene.keeps:
         event = w.track.event[w.track.events]
         event[0], event[1], event[2] = t, i, other
         w.track.events += 1
@@ -97,3 +102,34 @@ def note_cushion(w: Work, i: int, wall: int) -> None:
     w.count.events += 1
     w.count.cushions += 1
     keep_event(w, i, -1 - wall, w.now)
+
+
+def keep_impulse(w: Work, impulse: Any) -> None:
+    """Keep the impulses (N s) of the last event."""
+    if w.scene.keeps == WHOLE and w.track.events > 0:
+        event = w.track.event[w.track.events - 1]
+        event[3], event[4], event[5] = impulse[0], impulse[1], impulse[2]
+
+
+def keep_note(w: Work, i: int, j: int) -> None:
+    """Keep a note of two balls, or NOTHING twice, now."""
+    track = w.track
+    if w.scene.keeps != WHOLE:
+        return
+    if track.notes == MOST_NOTES:
+        w.is_hard = 1
+        return
+    note = track.note[track.notes]
+    note[0], note[1], note[2] = w.now, i, j
+    track.notes += 1
+
+
+def keep_held(w: Work, m: int) -> None:
+    """Keep what is told of a persistent contact that is over."""
+    track = w.track
+    if track.tells == MOST_NOTES:
+        w.is_hard = 1
+        return
+    for n in range(COLUMNS):
+        track.told[track.tells][n] = w.groups.held[m][n]
+    track.tells += 1

@@ -45,7 +45,7 @@ SIDES = {
 # `kind` is the number of the law for single hits, `together` for contacts of one instant.
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
-     ("latest", F), ("most", I), ("keeps", I), ("slip", F, 2), ("coarser", F),
+     ("latest", F), ("most", I), ("keeps", I), ("resumes", I), ("slip", F, 2), ("coarser", F),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
@@ -71,23 +71,29 @@ DUE = np.dtype(
 )  # fmt: skip
 
 COUNT = np.dtype(
-    [("events", I), ("hits", I), ("cushions", I), ("first_hit", I), ("duration", F),
-     ("pocket", I, N), ("met", I, N)]
+    [("answered", I), ("events", I), ("hits", I), ("cushions", I), ("first_hit", I),
+     ("duration", F), ("pocket", I, N), ("met", I, N)]
 )  # fmt: skip
 
 ERRORS = np.dtype([("size", F), ("state", I), ("of_places", I), ("opens", I)])
 
+# What a shot keeps: nothing, what derivatives need, or all that a run tells.
+CHANGES, WHOLE = 1, 2
 # A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event
-# is as in `Follow` (physics/changes.py); at one breakpoint a ball may be hit and come to rest.
-COLUMNS = 10
+# is as in `Follow` (physics/changes.py), with the impulses of a contact; at one breakpoint a ball
+# may be hit and come to rest. A note has its time and two balls, or NOTHING twice where the order
+# of contacts was unknown. A persistent contact that is over is told of: ball and other one, from
+# when until when, its impulse, and where the two were.
+COLUMNS, MOST_NOTES = 10, 1024
 TRACK = np.dtype(
-    [
-        ("rows", I),
-        ("events", I),
-        ("row", F, (MOST_ROWS, COLUMNS)),
-        ("event", F, (2 * MOST_ROWS, 3)),
-    ]
-)
+    [("rows", I), ("events", I), ("notes", I), ("tells", I),
+     ("row", F, (MOST_ROWS, COLUMNS)), ("event", F, (2 * MOST_ROWS, 6)),
+     ("note", F, (MOST_NOTES, 3)), ("told", F, (MOST_NOTES, COLUMNS))]
+)  # fmt: skip
+# Contacts that persist are held: as those that are told of.
+HELD: dict[str, tuple[type, tuple[Any, ...]]] = {
+    "asked": (int, ("C",)), "held": (float, ("C", COLUMNS)),
+}  # fmt: skip
 
 # A contact has fields of physics.contact.Contact, and the number of its wall.
 CONTACT = np.dtype(
@@ -114,15 +120,16 @@ INSTANT = form_of(
 PRESS = form_of(FORM, balls=I, contacts=I, pull=F, drag=F, rolls=I)
 # `asked` tells which waits wake their balls.
 GROUPS = form_of(
-    groups.FORM | {"asked": (int, ("C",))}, coarser=F, members=I, loosened=I, waits=I, hits=I,
+    groups.FORM | HELD, helds=I, coarser=F, members=I, loosened=I, waits=I, hits=I,
     todos=I, begun=I, used=I, free=I, begun_t=F,
 )  # fmt: skip
 
 # A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
 WORKS = {
     rolls: np.dtype(
-        [("scene", SCENE), ("ball", ball, N), ("now", F), ("errors", ERRORS), ("is_hard", I), ("in_doubt", I),
-         ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("anew", I, N),
+        [("scene", SCENE), ("ball", ball, N), ("now", F), ("errors", ERRORS), ("is_hard", I),
+         ("in_doubt", I), ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("anew", I, N),
+         ("last", F, (N, 6)),
          ("count", COUNT), ("track", TRACK), ("instant", INSTANT), ("press", PRESS),
          ("groups", GROUPS)]
     )
@@ -143,6 +150,24 @@ Shots = namedtuple("Shots", "position velocity roll is_off mass radius coefficie
 Out = namedtuple(
     "Out", "final duration hits cushions first_hit met pocketed events status in_doubt halt"
 )
+
+
+def empty(count: int, balls: int) -> Out:
+    """Return arrays for the results of this many shots."""
+    return Out(
+        final=np.full((count, balls, 2), np.nan),
+        duration=np.zeros(count),
+        hits=np.zeros(count, np.int32),
+        cushions=np.zeros(count, np.int32),
+        first_hit=np.full(count, NOTHING, np.int32),
+        met=np.zeros((count, balls), np.bool_),
+        pocketed=np.full((count, balls), NOTHING, np.int32),
+        events=np.zeros(count, np.int32),
+        status=np.full(count, -1, np.int8),
+        in_doubt=np.ones(count, np.bool_),
+        halt=np.zeros(1, np.int64),
+    )
+
 
 # the breakpoints (K, 10) and events (E, 3) of some shots, one shot after the other; those of shot s
 # end where `ends[s]` (S, 2) says, and a hard shot has none

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEVER_SETTLES
 from pool_pymunk.fast.records import NOTHING, WORKS, Shots
-from pool_pymunk.fast.tables import cue_of, law_number, together_number
+from pool_pymunk.fast.tables import coefficients_of, cue_of, law_number, together_number
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -101,17 +101,15 @@ class Source(NamedTuple):
         """Return some of the shots as the compiled loop takes them, in arrays of their own."""
         is_off, balls = is_gone(self.position[part]), self.scene.balls
         mass = _own(np.broadcast_to([ball.mass for ball in balls], is_off.shape))
-        r, f = self.scene.restitution, self.scene.friction
-        pull, drag = self.scene.surface.pull, self.scene.surface.drag
-        own = [r.ball_ball, r.cue_ball, r.cushion, pull, f.cushion, f.ball_ball, drag]
-        coefficients = _own(np.broadcast_to(np.array(own, float), (len(mass), len(own))))
+        own = coefficients_of(self.scene)
+        coefficients = _own(np.broadcast_to(own, (len(mass), len(own))))
         for key, values in self.vary.items():
             if key == "mass":
                 mass[:] = values[part]
             else:
                 unit = self.scene.physics.gravity if key in OF_SURFACE else 1.0
                 coefficients[:, COLUMNS[key]] = values[part] * unit
-        if "restitution.cue_ball" not in self.vary and r.cue_ball is None:
+        if "restitution.cue_ball" not in self.vary and self.scene.restitution.cue_ball is None:
             coefficients[:, 1] = coefficients[:, 0]  # The cue ball is as any other.
         radius = np.array([ball.radius for ball in balls])
         places, velocity = self.places(part, is_off), _own(self.velocity[part])

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.fast.kinds import KINDS
 from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDES, TableArrays
@@ -98,3 +99,11 @@ def plain(table: TableArrays) -> TableArrays:
 def cue_of(scene: Scene) -> int:
     """Return the number of the cue ball, or -1."""
     return next((i for i, ball in enumerate(scene.balls) if ball.cue), NOTHING)
+
+
+def coefficients_of(scene: Scene) -> NDArray[np.float64]:
+    """Return the coefficients of a scene, as `Shots` have them; NaN where it has none."""
+    r, f, surface = scene.restitution, scene.friction, scene.surface
+    cue = r.ball_ball if r.cue_ball is None else r.cue_ball
+    own = r.ball_ball, cue, r.cushion, surface.pull, f.cushion, f.ball_ball, surface.drag
+    return np.array(own, float)

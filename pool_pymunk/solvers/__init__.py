@@ -37,6 +37,7 @@ def simulate(
     start: State | Sequence[Any] | Array | None = None,
     max_time: float | None = None,
     max_events: int | None = None,
+    compiled: bool = True,
     **options: Any,
 ) -> Run:
     """Simulate one shot of a scene.
@@ -49,7 +50,9 @@ def simulate(
     :class:`~pool_pymunk.State` or positions and velocities (default: the scene's own, or where the
     shot before ended if the shot goes on from there). ``max_time`` (s; default: the scene's) and
     ``max_events`` bound the run; the latter counts ``Run.events``, stops included, and the run ends
-    at the instant of the last of them. The option ``friction`` of ``pymunk`` is "joint" or
+    at the instant of the last of them. Where :func:`~pool_pymunk.compile` or many shots have loaded
+    compiled shots, ``event-driven`` uses them, with the same bits; with ``compiled=False`` Python
+    plays the run. The option ``friction`` of ``pymunk`` is "joint" or
     "callback", and that of ``pymunk-discrete`` is "callback". Numbers and points may be NumPy's.
 
     >>> from pool_pymunk import load
@@ -62,7 +65,7 @@ def simulate(
     """
     asked = request(
         scene, solver, dt=dt, law=law, times=times, max_time=max_time, max_events=max_events,
-        **options,
+        compiled=compiled, **options,
     )  # fmt: skip
     return asked.play(find_shot(scene, shot), None if start is None else scene.state(start))
 

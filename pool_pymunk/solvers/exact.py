@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
 from pool_pymunk.engine.decisions import LISTED, NEVER_SETTLES
@@ -11,10 +11,14 @@ from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.impulses import Impulse
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.persistent import joined
 from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.solvers.record import Settings
+
+StateOf = Callable[[int], Sequence[float]]  # x, y (m), vx, vy, wx, wy (m/s) of a ball
 
 
 def pockets(scene: Scene) -> list[Wall]:
@@ -24,7 +28,7 @@ def pockets(scene: Scene) -> list[Wall]:
 
 def begin(scene: Scene, start: State, settings: Settings, engine: ContactEngine) -> EngineTrace:
     """Give the engine its variant and its bounds, and return the trace of its run."""
-    trace = EngineTrace(scene, start, engine)
+    trace = EngineTrace(scene, start, engine.paths, engine.law)
     engine.recorder = trace
     engine.tally = Tally(settings.max_events, NEVER_SETTLES)
     engine.vary(settings.variant)
@@ -35,21 +39,13 @@ def cut_off(trace: EngineTrace, engine: ContactEngine, t: float) -> None:
     """Write down where the balls are that still move when the run ends at ``t`` (s)."""
     engine.now = t
     engine.tell_all()
-    trace.warn_of_persisted()
-    if trace.status == "settled":
-        return
-    trace.duration = t
-    if engine.tally.unlisted >= NEVER_SETTLES:
+    if engine.tally.unlisted >= NEVER_SETTLES and trace.status != "settled":
         trace.warn(
             f"the run was given up after {engine.tally.unlisted} instants without an event, "
             "because surface friction presses balls together",
             t,
         )
-    for i, path in enumerate(engine.paths):
-        if path.end > t or trace.knots[i][-1][3:5] != NONE:
-            x, y, vx, vy, wx, wy = engine.state_of(i)
-            pull = (path.ax, path.ay) if path.end > t else NONE
-            trace.breakpoint(i, t, (x, y), (vx, vy), pull, (wx, wy))
+    trace.end_at(t, engine.paths, engine.state_of)
 
 
 class EngineTrace(Trace, Recorder):
@@ -57,9 +53,21 @@ class EngineTrace(Trace, Recorder):
 
     hears_pieces = True
 
-    def __init__(self, scene: Scene, start: State, engine: ContactEngine) -> None:
-        super().__init__(start, engine.paths)
-        self.scene, self.law = scene, engine.law
+    def __init__(self, scene: Scene, start: State, paths: Sequence[Path], law: Law) -> None:
+        super().__init__(start, paths)
+        self.scene, self.law = scene, law
+
+    def end_at(self, t: float, paths: Sequence[Path], state_of: StateOf) -> None:
+        """End the run at ``t`` (s), and write down where the balls are that still move."""
+        self.warn_of_persisted()
+        if self.status == "settled":
+            return
+        self.duration = t
+        for i, path in enumerate(paths):
+            if path.end > t or self.knots[i][-1][3:5] != NONE:
+                x, y, vx, vy, wx, wy = state_of(i)
+                pull = (path.ax, path.ay) if path.end > t else NONE
+                self.breakpoint(i, t, (x, y), (vx, vy), pull, (wx, wy))
 
     def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         if contact.cushion is None:

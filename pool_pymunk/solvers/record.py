@@ -24,7 +24,8 @@ class Settings(NamedTuple):
     The step ``dt`` is in s, and None for solvers without one. By default the scene's law answers
     the contacts. A solver with steps calls ``on_time`` now and then with its present time (s).
     Solvers with the contact engine play a ``variant``, which shows what depends on policies.
-    ``measures_policies`` tells whether a run measures this by playing variants.
+    ``measures_policies`` tells whether a run measures this by playing variants. Without
+    ``compiled``, Python plays the run even if compiled shots are loaded.
     """
 
     dt: float | None
@@ -34,6 +35,7 @@ class Settings(NamedTuple):
     on_time: OnTime | None = None
     variant: Variant = AS_IT_IS
     measures_policies: bool = True
+    compiled: bool = True
 
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""

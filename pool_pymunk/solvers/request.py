@@ -223,6 +223,7 @@ def request(
     max_time: object = None,
     max_events: object = None,
     on_time: OnTime | None = None,
+    compiled: bool = True,
     **options: Any,
 ) -> Request:
     """Check what a run is asked for, as :func:`~pool_pymunk.simulate_all` takes it."""
@@ -254,6 +255,7 @@ def request(
         max_events=_given("max_events", max_events, whole(1)) or NEVER_SETTLES,
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
+        compiled=compiled,
     )
     at = None if times is None else read_times(times)
     if at is not None and at.ndim != 1:

@@ -1,0 +1,225 @@
+"""This module plays single runs by the compiled loop, where it is loaded in this process."""
+
+from __future__ import annotations
+
+import math
+from threading import local
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.policies import begin_errors
+from pool_pymunk.engine.recorder import Persisted, Recorder
+from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
+from pool_pymunk.fast.records import NOTHING, WHOLE, WORKS, Out, Shots, TableArrays, empty, tracks
+from pool_pymunk.fast.tables import (
+    can_compile,
+    coefficients_of,
+    cue_of,
+    law_number,
+    table_of,
+    together_number,
+    walls_differ,
+)
+from pool_pymunk.model import Scene, State
+from pool_pymunk.physics.changes import ROLL, STOP
+from pool_pymunk.physics.contact import Contact, Pair
+from pool_pymunk.physics.impulses import Impulse
+from pool_pymunk.physics.laws import NO_FRICTION, Law
+from pool_pymunk.physics.path import Path
+from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers.exact import EngineTrace, pockets
+from pool_pymunk.solvers.record import Settings
+
+Form = tuple[bool, bool]  # whether balls roll, and whether walls differ
+STATUSES = {SETTLED: "settled", OUT_OF_TIME: "max_time", OUT_OF_EVENTS: "max_events"}
+NO_PAIR = Pair(math.nan, math.nan, math.nan, math.nan)
+NO_TRACKS = tracks(1, 0)
+
+loaded: dict[Form, Any] = {}  # the compiled loops of this process
+own = local()  # Each thread has its records.
+
+
+def remember(form: Form, play: Any) -> None:
+    """Let single runs of scenes of this form use a compiled loop from now on."""
+    loaded[form] = play
+    if solve not in event_driven.FASTER:
+        event_driven.FASTER.append(solve)
+
+
+class Setup(NamedTuple):
+    """This is what all runs of a scene have in common."""
+
+    form: Form
+    knows: bool  # whether the compiled loop plays the scene
+    table: TableArrays
+    mass: Any
+    radius: Any
+    coefficients: Any
+    cue: int
+
+
+def setup_of(scene: Scene) -> Setup:
+    """Return what all runs of a scene have in common; the scene keeps it."""
+    found: Setup | None = scene.found.get(Setup)
+    if found is None:
+        form = scene.surface.rolls, walls_differ(scene)
+        balls, knows = scene.balls, can_compile(scene, Law())
+        found = scene.found[Setup] = Setup(
+            form, knows, table_of(scene, form[1]) if knows else TableArrays(None, None, None, None),
+            np.array([[ball.mass for ball in balls]]), np.array([ball.radius for ball in balls]),
+            np.array([coefficients_of(scene)]), cue_of(scene),
+        )  # fmt: skip
+    return found
+
+
+def solve(scene: Scene, start: State, settings: Settings) -> EngineTrace | None:
+    """Simulate exactly by the compiled loop; return None where it cannot."""
+    law, setup = settings.law_of(scene), setup_of(scene)
+    play, latest = loaded.get(setup.form), settings.max_time
+    is_known = setup.knows and law_number(law) != NOTHING and together_number(law) != NOTHING
+    if play is None or not is_known or (latest is None and not scene.always_rests):
+        return None
+    w = work_of(setup.form[0])
+    prepare(w, scene, settings)
+    shots, out = shots_of(scene, start), out_of(len(scene.balls))
+    told = Told(scene)
+    while True:
+        play(w, setup.table, shots, out, NO_TRACKS, 0, 1)
+        if out.status[0] not in (*STATUSES, PAUSED):
+            return None
+        told.take(w["track"])
+        if out.status[0] != PAUSED:
+            return trace_of(scene, start, law, w, told)
+        w["scene"]["resumes"], w["track"]["rows"], w["track"]["events"] = 1, 0, 0
+        w["track"]["notes"] = w["track"]["tells"] = 0
+
+
+def work_of(rolls: bool) -> Any:
+    """Return this thread's record in which runs are played."""
+    name = f"work{rolls:d}"
+    if not hasattr(own, name):
+        setattr(own, name, np.zeros(1, dtype=WORKS[rolls]).view(np.recarray)[0])
+    return getattr(own, name)
+
+
+def out_of(balls: int) -> Out:
+    """Return this thread's arrays for the results of a run with so many balls."""
+    if getattr(own, "balls", None) != balls:
+        own.balls, own.out = balls, empty(1, balls)
+    return own.out  # type: ignore[no-any-return]
+
+
+def prepare(w: Any, scene: Scene, settings: Settings) -> None:
+    """Write down how a run of a scene is to be played."""
+    law, variant, latest = settings.law_of(scene), settings.variant, settings.max_time
+    values = {
+        "kind": law_number(law), "together": together_number(law), "balls": len(scene.balls),
+        "walls": len(scene.cushions), "cue": setup_of(scene).cue, "watched": NOTHING,
+        "latest": math.inf if latest is None else latest, "most": settings.max_events,
+        "keeps": WHOLE, "resumes": 0, "coarser": variant.coarser,
+        "slip": variant.slip or NO_FRICTION,
+    }  # fmt: skip
+    for key, value in values.items():
+        w["scene"][key] = value
+    begin_errors(w.errors, variant)
+
+
+def shots_of(scene: Scene, start: State) -> Shots:
+    """Return a start as the compiled loop takes it."""
+    setup = setup_of(scene)
+    is_off = np.array([[ball.id in start.off for ball in scene.balls]], np.int64)
+    roll = np.empty((0, 0, 2)) if start.roll is None else np.array([start.roll])
+    return Shots(
+        np.array([start.position]), np.array([start.velocity]), roll, is_off, setup.mass,
+        setup.radius, setup.coefficients,
+    )  # fmt: skip
+
+
+class Told:
+    """This is what a run has kept so far."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.rows: list[list[float]] = []
+        self.events: list[list[float]] = []
+        self.notes: list[list[float]] = []
+        self.persisted: list[list[float]] = []
+
+    def take(self, track: Any) -> None:
+        """Take over what a track has."""
+        self.rows += track["row"][: track["rows"]].tolist()
+        self.events += track["event"][: track["events"]].tolist()
+        self.notes += track["note"][: track["notes"]].tolist()
+        self.persisted += track["told"][: track["tells"]].tolist()
+
+
+def trace_of(scene: Scene, start: State, law: Law, w: Any, told: Told) -> EngineTrace:
+    """Return the trace of a run from what it has kept, as the engine would tell it."""
+    balls, numbers = len(scene.balls), slice(1, 10 if start.roll is not None else 8)
+    trace = EngineTrace(scene, start, (), law)
+    for i, rows in enumerate(trace.knots):
+        rows[0] = (*rows[0][:5], *told.rows[i][6:8], *rows[0][7:])
+    for row in told.rows[balls:]:
+        trace.knots[int(row[0])].append(tuple(row[numbers]))
+    for t, one, other, *impulse in told.events:
+        note_event(trace, t, int(one), int(other), impulse)
+    for t, one, other in told.notes:
+        if one == NOTHING:
+            trace.order_unknown(t)
+        else:
+            trace.zero_slip(Contact(int(one), int(other), (0.0, 0.0), NO_PAIR), t)
+    for contact in told.persisted:
+        trace.persistent(persisted_of(scene, contact))
+    trace.steps, trace.status = int(w["count"]["answered"]), STATUSES[int(own.out.status[0])]
+    trace.duration = float(w["count"]["duration"])
+    is_out_of_events = trace.status == "max_events"
+    t = float(w["now"]) if is_out_of_events or trace.status == "settled" else trace.duration
+    last, paths = w["last"][:balls].tolist(), [path_of(w["ball"][i]) for i in range(balls)]
+    trace.end_at(t, paths, last.__getitem__)
+    return trace
+
+
+def note_event(trace: EngineTrace, t: float, i: int, other: int, impulse: list[float]) -> None:
+    """Note an event of a ball: with another one, with a wall, or by itself."""
+    cushions = len(trace.scene.cushions)
+    if other >= 0:
+        trace.ball_ball(t, i, other, Impulse(*impulse))
+    elif other == ROLL:
+        trace.roll(i, t)
+    elif other == STOP:
+        trace.events.append((t, "stop", (i,), None, None))
+    elif -1 - other < cushions:
+        trace.ball_cushion(t, i, trace.scene.cushions[-1 - other].number, Impulse(*impulse[:2]))
+    else:
+        trace.events.append((t, "pocket", (i,), -1 - other - cushions, None))
+
+
+def path_of(ball: Any) -> Path:
+    """Return the path of a ball's record."""
+    t, x, y, vx, vy, ax, ay, end, slows = ball.tolist()[:9]
+    return Path(t, x, y, vx, vy, ax, ay, end, bool(slows), 0.0, 0.0)
+
+
+def persisted_of(scene: Scene, one: list[float]) -> Persisted:
+    """Return a persistent contact that is over, as the engine tells it."""
+    (i, other), (since, until, x, y), places = map(int, one[:2]), one[2:6], one[6:]
+    place = {i: (places[0], places[1])}
+    if other >= 0:
+        place[other] = places[2], places[3]
+    else:  # The number of a wall is that of its first side in the loop.
+        other = -1 - int(setup_of(scene).table.sides.wall[-1 - other])
+    return Persisted(walls_of(scene).contact_at(i, other, place), since, until, x, y)
+
+
+def walls_of(scene: Scene) -> ContactEngine:
+    """Return an engine that knows the walls and balls of a scene, and plays nothing."""
+    found: ContactEngine | None = scene.found.get(ContactEngine)
+    if found is None:
+        found = ContactEngine(Law(), scene.pair, scene.surface, Recorder())
+        found.walls = [*scene.cushions, *pockets(scene)]
+        found.radii = [ball.radius for ball in scene.balls]
+        found.masses = [ball.mass for ball in scene.balls]
+        scene.found[ContactEngine] = found
+    return found
