@@ -19,9 +19,11 @@ from hard_kinds import random_hard_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, rack
-from pool_pymunk.fast import asked, compiled, loop, many
+from pool_pymunk.fast import asked, compiled, loop, many, single
 from pool_pymunk.fast.derivatives import TWINS
 from pool_pymunk.fast.tables import can_compile
+from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers.request import Request
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
@@ -102,6 +104,8 @@ def in_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "is_there", lambda: True)
     monkeypatch.setattr(compiled, "play_shots", uncompiled)
     monkeypatch.setattr(many, "can_compile", can_compile)
+    monkeypatch.setattr(single, "remember", lambda *_: None)
+    monkeypatch.setattr(event_driven, "FASTER", [])
 
 
 def with_twins(follow: Callable[..., int]) -> Callable[..., int]:
@@ -144,12 +148,18 @@ def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any],
     return position, velocity
 
 
+def in_python(asked: Request) -> Request:
+    """Return a request that Python plays."""
+    return asked._replace(settings=asked.settings._replace(compiled=False))
+
+
 def check_bits(batch: Batch, numbers: range) -> None:
     """Check that these shots are bit for bit those of the exact solver."""
     scene, position = batch.scene, batch.source.position
+    source = batch.source._replace(asked=in_python(batch.source.asked))
     cue = next((k for k, ball in enumerate(scene.balls) if ball.cue), batch.source.watched)
     for k in numbers:
-        run = batch.run(k)
+        run = source.run(k)
         off = np.isnan(position[k]).any(axis=-1)
         ends = np.where(off[:, None], np.nan, run.end.position)
         np.testing.assert_array_equal(batch.final[k], ends)

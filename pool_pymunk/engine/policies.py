@@ -48,22 +48,22 @@ AS_IT_IS = Variant()
 
 
 class Errors:
-    """These are the errors of a variant: a ``size`` (a share), of velocities and of places or not.
+    """These are the errors of a variant: a ``share`` of velocities and of places or not.
 
     ``state`` is that of the random numbers; ``opens`` tells whether groups that are hit get gaps.
     """
 
     def __init__(self) -> None:
-        self.size, self.state, self.of_places, self.opens = 0.0, 1, False, False
+        self.share, self.state, self.of_places, self.opens = 0.0, 1, False, False
 
 
 def begin_errors(e: Any, variant: Variant) -> None:
     """Let errors be those of a variant."""
     seed = variant.seed if variant.nudge is None else variant.nudge
-    e.size, e.state = 0.0 if seed is None else EPSILON, 1
+    e.share, e.state = 0.0 if seed is None else EPSILON, 1
     e.of_places, e.opens = variant.nudge is None, variant.nudge is not None
     if seed is not None:
-        e.size = KICK if e.opens else EPSILON
+        e.share = KICK if e.opens else EPSILON
         e.state = seed % (MODULUS - 1) + 1
         for _ in range(FIRST):
             draw(e)
@@ -77,13 +77,13 @@ def draw(e: Any) -> float:
 
 def error(e: Any, number: float) -> float:
     """Return a random error of a number."""
-    return float(0.5 * e.size * number * draw(e))
+    return float(0.5 * e.share * number * draw(e))
 
 
 def place_met(e: Any, motion: Motion, now: float) -> Motion:
     """Return the motion of a ball at a contact, now (s)."""
     x, y, vx, vy = motion
-    if e.size == 0.0 or not e.of_places:
+    if e.share == 0.0 or not e.of_places:
         return motion
     late = error(e, now)
     return x + error(e, x) + vx * late, y + error(e, y) + vy * late, vx, vy
@@ -92,7 +92,7 @@ def place_met(e: Any, motion: Motion, now: float) -> Motion:
 def velocity_after(e: Any, velocity: Vector, noise: float) -> Vector:
     """Return a new velocity (m/s), of which ``noise`` may be rounding."""
     vx, vy = velocity
-    if e.size == 0.0 or (vx == 0.0 and vy == 0.0):
+    if e.share == 0.0 or (vx == 0.0 and vy == 0.0):
         return velocity
     fastest = noise / NOISE
     return vx + error(e, fastest), vy + error(e, fastest)

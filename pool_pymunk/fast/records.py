@@ -75,7 +75,7 @@ COUNT = np.dtype(
      ("duration", F), ("pocket", I, N), ("met", I, N)]
 )  # fmt: skip
 
-ERRORS = np.dtype([("size", F), ("state", I), ("of_places", I), ("opens", I)])
+ERRORS = np.dtype([("share", F), ("state", I), ("of_places", I), ("opens", I)])
 
 # What a shot keeps: nothing, what derivatives need, or all that a run tells.
 CHANGES, WHOLE = 1, 2
