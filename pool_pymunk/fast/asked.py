@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from pool_pymunk.engine import asked, decisions
-from pool_pymunk.engine.answers import MISSED, squared
+from pool_pymunk.engine.answers import MISSED, answer_lone, squared
 from pool_pymunk.engine.groups import release
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.policies import velocity_after
@@ -36,7 +36,7 @@ from pool_pymunk.physics import contact, laws
 from pool_pymunk.physics.changes import ROLL
 from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import slowing
-from pool_pymunk.physics.laws import Slip, as_listed, respond
+from pool_pymunk.physics.laws import Slip, as_listed
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import BALL
@@ -159,16 +159,14 @@ def answer_group(w: Work, count: int) -> None:
         for m in range(count):
             at.impulse[at.member[m]] = (at.pushes[m], at.rest[m], -at.rest[m])
         return
-    w.is_hard |= may_roll(w.ball[0])  # The engine finds the impulses.
     for m in range(count):
-        at.which[m] = m
+        at.listed[m], at.impulse[at.member[m]] = m, (0.0, 0.0, 0.0)
     for m in range(count):
         for q in range(m + 1, count):
-            if as_listed(at.group[at.which[q]]) < as_listed(at.group[at.which[m]]):
-                at.which[m], at.which[q] = at.which[q], at.which[m]
-        one = at.group[at.which[m]]
-        if closing_speed(one, at.velocity) > 0.0:
-            at.jumped[at.member[at.which[m]]] |= respond(w.scene, one, at.velocity, slip_of(w))
+            if as_listed(at.group[at.listed[q]]) < as_listed(at.group[at.listed[m]]):
+                at.listed[m], at.listed[q] = at.listed[q], at.listed[m]
+        if closing_speed(at.group[at.listed[m]], at.velocity) > 0.0:
+            answer_lone(w, at.member[at.listed[m]])
 
 
 def play_out(w: Work) -> None:

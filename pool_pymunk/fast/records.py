@@ -108,11 +108,12 @@ def form_of(form: Any, balls: int = N, /, **scalars: Any) -> Any:
     return np.dtype([*scalars.items(), *rows])
 
 
-# Rows by ball have room for the ball -1 at the end. `is_near` and `queue` are for what touches.
+# Rows by ball have room for the ball -1 at the end. `is_near` and `queue` are for what touches,
+# and `listed` is the order in which a listing answers a group.
 INSTANT = form_of(
     answers.BY_BALL | answers.BY_CONTACT | together.ROOM | {
         "contact": (CONTACT, ("C",)), "hitting": (CONTACT, ("C",)), "group": (CONTACT, ("C",)),
-        "is_near": (int, ("N",)), "queue": (int, ("N",)),
+        "is_near": (int, ("N",)), "queue": (int, ("N",)), "listed": (int, ("C",)),
     },
     N + 1, began=F, most=I, rounds=I, mets=I, dues=I, contacts=I, misses=I, turns=I, balls=I,
     is_asked=I, unlisted=I,

@@ -172,6 +172,7 @@ def trace_of(scene: Scene, start: State, law: Law, w: Any, told: Told) -> Engine
             trace.zero_slip(Contact(int(one), int(other), (0.0, 0.0), NO_PAIR), t)
     for contact in told.persisted:
         trace.persistent(persisted_of(scene, contact))
+    trace.groups = None if w["instant"]["unlisted"] else []
     trace.steps, trace.status = int(w["count"]["answered"]), STATUSES[int(own.out.status[0])]
     trace.duration = float(w["count"]["duration"])
     is_out_of_events = trace.status == "max_events"

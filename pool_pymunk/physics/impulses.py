@@ -147,9 +147,12 @@ class Shared:
                     total[i] = _less(total[i], _less(old, new))
         pairs = [(x, y) for i in change for x, y in zip(total[i], change[i], strict=True)]
         size = math.fsum(x * x for x, _ in pairs)
-        share = math.fsum(x * y for x, y in pairs) / size if size > 0.0 else 0.0
-        if max(abs(share * x - y) for x, y in pairs) > EXPLAINED * max(abs(y) for _, y in pairs):
+        fitted = math.fsum(x * y for x, y in pairs) / size if size > 0.0 else 0.0
+        slack = EXPLAINED * max(abs(y) for _, y in pairs)
+        shares = [s for s in (1.0, fitted) if max(abs(s * x - y) for x, y in pairs) <= slack]
+        if not shares:
             return None
+        share = shares[0]
         scaled = [(share * n, share * t, share * first) for n, t, first in impulses.values()]
         return [_impulse(contact, *each) for contact, each in zip(group, scaled, strict=True)]
 

@@ -108,8 +108,7 @@ class Run:
     balls that are off the table at the end; a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
     "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
-    ``persistent`` has the contacts that lasted, in the order of their beginnings; ``groups`` is
-    what derivatives need of them, and a file does not keep it.
+    ``persistent`` has the contacts that lasted, in the order of their beginnings.
 
     Two runs are equal if all their fields but ``wall_time`` are equal.
     """
@@ -130,7 +129,7 @@ class Run:
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
     persistent: tuple[PersistentContact, ...] = ()
-    groups: tuple[Step, ...] = field(default=(), compare=False, repr=False)
+    known_groups: tuple[Step, ...] | None = field(default=(), compare=False, repr=False)
     known_shift: float | None = None
     again: Callable[..., Run] | None = field(default=None, compare=False)
     variants: tuple[Variant, ...] = field(default=(), compare=False)
@@ -160,6 +159,16 @@ class Run:
 
     def __hash__(self) -> int:
         return hash((self.scene, self.shot, self.solver, self.dt, self.events, self.duration))
+
+    @cached_property
+    def groups(self) -> tuple[Step, ...]:
+        """Return what derivatives need of persistent contacts; a file does not keep it.
+
+        Compiled shots do not tell it, so Python plays them again.
+        """
+        if self.known_groups is not None or self.again is None:
+            return self.known_groups or ()
+        return self.again(Variant(), compiled=False).groups
 
     @property
     def success(self) -> bool:

@@ -66,7 +66,8 @@ class Trace:
         self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
         self.events: list[Row] = []
         self.persisted: list[Persisted] = []  # the contacts that persisted and are over
-        self.groups: list[Step] = []  # what groups in persistent contact have done
+        # what groups in persistent contact have done; None if that is not known
+        self.groups: list[Step] | None = []
         self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.instants: dict[float, None] = {}  # s; several contacts came at each of these instants

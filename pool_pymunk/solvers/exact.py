@@ -15,7 +15,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.persistent import joined
-from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Step, Trace
 from pool_pymunk.solvers.record import Settings
 
 StateOf = Callable[[int], Sequence[float]]  # x, y (m), vx, vy, wx, wy (m/s) of a ball
@@ -56,6 +56,8 @@ class EngineTrace(Trace, Recorder):
     def __init__(self, scene: Scene, start: State, paths: Sequence[Path], law: Law) -> None:
         super().__init__(start, paths)
         self.scene, self.law = scene, law
+        self._steps: list[Step] = []
+        self.groups = self._steps
 
     def end_at(self, t: float, paths: Sequence[Path], state_of: StateOf) -> None:
         """End the run at ``t`` (s), and write down where the balls are that still move."""
@@ -89,10 +91,10 @@ class EngineTrace(Trace, Recorder):
 
     def begun(self, piece: Begun) -> None:
         counts = tuple(len(self.knots[i]) for i in piece.balls)
-        self.groups.append((len(self.events), counts, piece))
+        self._steps.append((len(self.events), counts, piece))
 
     def let_go(self, i: int, t: float) -> None:
-        self.groups.append((len(self.events), (len(self.knots[i]),), (i, t)))
+        self._steps.append((len(self.events), (len(self.knots[i]),), (i, t)))
 
     def warn_of_persisted(self) -> None:
         """Warn once of each set of balls and cushions that contacts have joined."""

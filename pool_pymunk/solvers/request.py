@@ -185,7 +185,7 @@ class Request(NamedTuple):
             off=start.off | taken,
             policies=frozenset(trace.policies),
             persistent=contacts_of(trace.persisted, ids),
-            groups=tuple(trace.groups),
+            known_groups=None if trace.groups is None else tuple(trace.groups),
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,
@@ -193,11 +193,16 @@ class Request(NamedTuple):
         )
 
     def _again(
-        self, shot: Shot | None, start: State, variant: Variant, most: int | None = None
+        self,
+        shot: Shot | None,
+        start: State,
+        variant: Variant,
+        most: int | None = None,
+        compiled: bool = True,
     ) -> Run:
         """Play a variant of the run, of at most this many events."""
-        listed = self.settings.max_events
-        bounds = self.settings._replace(max_events=min(most or listed, listed))
+        listed, compiled = self.settings.max_events, compiled and self.settings.compiled
+        bounds = self.settings._replace(max_events=min(most or listed, listed), compiled=compiled)
         trace = self._replace(settings=bounds)._solve(start, variant)
         return self._run(shot, start, trace, 0.0, None)
 
