@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pool_pymunk.fast import Batch, simulate_many
+    from pool_pymunk.fast.ahead import compile
     from pool_pymunk.model import (
         Ball,
         Friction,
@@ -85,6 +86,7 @@ __all__ = [
     "choose_step",
     "collide",
     "collide_at",
+    "compile",
     "find",
     "fit",
     "load",
@@ -103,6 +105,7 @@ __all__ = [
 # A module is imported when one of its names is first used, so that --help does not wait for it.
 _HOMES = {
     "fast": "Batch simulate_many",
+    "fast.ahead": "compile",
     "model": "Ball Friction Physics Pocket Post Restitution Scene SceneError Shot State Table"
     " Units",
     "model.racks": "rack",

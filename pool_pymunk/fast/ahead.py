@@ -1,0 +1,51 @@
+"""This module compiles shots ahead, so that nobody waits for it in a game or in a notebook."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+from pool_pymunk.fast import compiled, single
+from pool_pymunk.fast.many import simulate_many
+from pool_pymunk.fast.tables import walls_differ
+from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
+
+FORMS: dict[single.Form, str] = {
+    (False, False): "balls that slide",
+    (True, False): "balls that roll",
+    (False, True): "balls that slide between arcs, or posts with coefficients of their own",
+    (True, True): "balls that roll between arcs, or posts with coefficients of their own",
+}
+
+
+def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by its full name.
+    """Compile shots for this machine, or load them, and say so on standard error.
+
+    By default this is done for all four kinds of scenes: balls may roll or only slide, and there
+    may be arcs, or posts with coefficients of their own. With a ``scene`` it is done for its kind
+    alone. A kind takes up to a minute once on each machine, and 0.5 s in each process after that.
+    From then on ``event-driven`` plays single runs by it in this process, with the same bits.
+    Raises ModuleNotFoundError if numba is not installed.
+
+    >>> from pool_pymunk import compile, load
+    >>> compile(load("two-balls"))  # doctest: +SKIP
+    balls that slide: ready after 0.5 s
+    """
+    if not compiled.is_there():
+        message = "compile() needs numba: pip install '.[fast]' in a clone"
+        raise ModuleNotFoundError(message, name="numba")
+    forms = list(FORMS) if scene is None else [(scene.surface.rolls, walls_differ(scene))]
+    for form in forms:
+        began = time.perf_counter()
+        if form not in single.loaded:
+            simulate_many(plainest(form))
+        took = time.perf_counter() - began
+        print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
+
+
+def plainest(form: single.Form) -> Scene:
+    """Return a scene of a form with one ball, which rests."""
+    rolls, differ = form
+    table = Table.circle(1.0) if differ else Table.rectangle(2.0, 2.0)
+    friction = Friction(0.2, 0.1, rolling=0.01 if rolls else None)
+    return Scene((Ball("1", (1.0, 1.0), 0.03, 0.2),), table, Restitution(0.9, 0.8), friction)
