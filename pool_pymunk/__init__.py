@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pool_pymunk.fast import Batch, simulate_many
-    from pool_pymunk.fast.ahead import compile
+    from pool_pymunk.fast.ahead import compile  # noqa: A004  It is called by its full name.
     from pool_pymunk.model import (
         Ball,
         Friction,

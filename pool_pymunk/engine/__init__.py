@@ -1,7 +1,7 @@
 """The contact engine answers contacts in their order, each at its own time.
 
 :mod:`~pool_pymunk.engine.contacts` moves the balls and lets happen what is due;
-:mod:`~pool_pymunk.engine.instants` and :mod:`~pool_pymunk.engine.answers` answer contacts by the law;
-:mod:`~pool_pymunk.engine.policies` has variants of what has no exact answer. Balls that stay in contact move
-in :mod:`~pool_pymunk.engine.groups`.
+:mod:`~pool_pymunk.engine.instants` and :mod:`~pool_pymunk.engine.answers` answer contacts by the
+law, and :mod:`~pool_pymunk.engine.policies` has variants of what has no exact answer. Balls that
+stay in contact move in :mod:`~pool_pymunk.engine.groups`.
 """

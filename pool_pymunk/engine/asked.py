@@ -17,8 +17,8 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
 from pool_pymunk.physics.laws import Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
-from pool_pymunk.physics.pieces import Piece
-from pool_pymunk.physics.pressed import BALL, copy_of
+from pool_pymunk.physics.pieces import Piece, piece_of, step
+from pool_pymunk.physics.pressed import BALL, FASTER, Press, copy_of, decide, find_forces
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import at_once
@@ -394,14 +394,44 @@ def note_let_go(w: Any, i: int) -> None:
     w.recorder.let_go(i, w.now)
 
 
+# -- the motion of a group -------------------------------------------------------------------------
+
+
+def find_piece(w: Any, longest: float) -> Piece:
+    """Play a piece of the group in the press, no longer than a time (s)."""
+    g = w.press
+    return g.piece(longest) if g.is_fixed else piece_of(g, longest)
+
+
+def finds_forces(w: Any) -> bool:
+    """Let the group in the press have the mode whose forces fit; tell whether there is one."""
+    g = w.press
+    return g.decide() if g.is_fixed else decide(g, g.state)
+
+
+def find_end(w: Any, time: float) -> None:
+    """Find the end of the group in the press after a time (s), by one step."""
+    g = w.press
+    if g.is_fixed:
+        g.find_end(time)
+    else:
+        find_forces(g, g.state)
+        step(g, g.state, time, g.end)
+
+
 # -- room ------------------------------------------------------------------------------------------
 
 
 def has_room(w: Any, balls: int, contacts: int) -> bool:
     """Have room in the press for so many balls and contacts; lists always have."""
     surface = w.surface
+    is_own, (n, c) = not isinstance(surface, Sliding | Rolling), w.press.room
+    if (n == 0 and w.compiled and FASTER and not is_own) or (
+        w.press.is_fixed and (balls > n or contacts > c)
+    ):
+        w.press = FASTER[0]() if n == 0 else Press()
     w.press.hold(balls, contacts)
-    w.press.own = None if isinstance(surface, Sliding | Rolling) else surface
+    w.press.own = surface if is_own else None
     w.press.rolls, (w.press.pull, w.press.drag) = surface.rolls, pull_and_drag(w)
     return True
 

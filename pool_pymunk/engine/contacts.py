@@ -84,6 +84,7 @@ class ContactEngine:
         self.slip = NO_FRICTION
         self.collapses = 0  # of more than two contacts, so far
         self.groups, self.press = Groups(), Press()  # balls in persistent contact
+        self.compiled = True  # Presses are compiled where that is loaded.
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push

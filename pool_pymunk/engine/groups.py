@@ -22,7 +22,10 @@ from pool_pymunk.engine.asked import (
     coefficients,
     count_unlisted,
     facing,
+    find_end,
+    find_piece,
     find_touching,
+    finds_forces,
     follower,
     gap_between,
     has_room,
@@ -63,9 +66,7 @@ from pool_pymunk.physics.pieces import (
     halves,
     join,
     moves,
-    piece_of,
     settle,
-    step,
 )
 from pool_pymunk.physics.pressed import (
     NEAR,
@@ -73,7 +74,6 @@ from pool_pymunk.physics.pressed import (
     ROLL,
     STUCK,
     Press,
-    decide,
     find_forces,
     find_units,
     guess,
@@ -652,9 +652,9 @@ def new_wait(w: Any) -> int:
 
 def load(w: Any, leader: int) -> None:
     """Put a group into the press, as it is at the beginning of its piece."""
-    g, r = w.press, w.groups
+    r = w.groups
     has_room(w, r.balls_of[leader], r.contacts_of[leader])
-    m, i = 0, leader
+    g, m, i = w.press, 0, leader
     while i != NONE:
         put_ball(w, m, i, r.phase[i], r.stuck[i])
         for p in range(6):
@@ -689,8 +689,7 @@ def find_state(w: Any, leader: int, t: float) -> None:
             g.end[p] = g.state[p]
         clear_total(g)
     else:
-        find_forces(g, g.state)
-        step(g, g.state, t - r.began[leader], g.end)
+        find_end(w, t - r.began[leader])
 
 
 def cut(w: Any, leader: int) -> None:
@@ -764,12 +763,12 @@ def keep_start(w: Any, leader: int, longest: float) -> None:
 
 def play_pieces(w: Any) -> None:
     """Play the next pieces of the groups that wait for them; their modes may change at once."""
-    g, r = w.press, w.groups
+    r = w.groups
     while r.todos > 0:
         r.todos -= 1
         leader = r.todo[r.todos]
         load(w, leader)
-        piece = piece_of(g, r.longest[leader])
+        piece = find_piece(w, r.longest[leader])
         keep_piece(w, leader, piece)
         note_piece(w, leader, piece)
         if piece.time == 0.0:
@@ -829,7 +828,7 @@ def decide_mode(w: Any, changes: int, began: float, before: int) -> None:
     So many contacts had a force ``before``.
     """
     g = w.press
-    if changes <= MOST_CHANGES and decide(g, g.state):
+    if changes <= MOST_CHANGES and finds_forces(w):
         note_impulses(w, began)
         split(w, OPENED if count_on(g) < before else FIRST, changes)
         return

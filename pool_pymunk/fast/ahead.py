@@ -7,10 +7,11 @@ import time
 
 from pool_pymunk.fast import compiled, single
 from pool_pymunk.fast.many import simulate_many
+from pool_pymunk.fast.press import Form
 from pool_pymunk.fast.tables import walls_differ
 from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
 
-FORMS: dict[single.Form, str] = {
+FORMS: dict[Form, str] = {
     (False, False): "balls that slide",
     (True, False): "balls that roll",
     (False, True): "balls that slide between arcs, or posts with coefficients of their own",
@@ -43,7 +44,7 @@ def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by 
         print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
 
 
-def plainest(form: single.Form) -> Scene:
+def plainest(form: Form) -> Scene:
     """Return a scene of a form with one ball, which rests."""
     rolls, differ = form
     table = Table.circle(1.0) if differ else Table.rectangle(2.0, 2.0)

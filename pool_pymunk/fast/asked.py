@@ -38,8 +38,8 @@ from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
-from pool_pymunk.physics.pieces import Piece
-from pool_pymunk.physics.pressed import BALL
+from pool_pymunk.physics.pieces import Piece, piece_of, step
+from pool_pymunk.physics.pressed import BALL, decide, find_forces
 from pool_pymunk.physics.pressed import is_own as asks_own
 from pool_pymunk.physics.pressed import own_pull as asks_pull
 from pool_pymunk.physics.sides import unit
@@ -400,6 +400,19 @@ def note_piece(w: Work, leader: int, piece: Piece) -> None:
 
 def note_let_go(w: Work, i: int) -> None:
     """Do nothing: nobody follows changes through the pieces of compiled shots."""
+
+
+def find_piece(w: Work, longest: float) -> Piece:
+    return piece_of(w.press, longest)
+
+
+def finds_forces(w: Work) -> bool:
+    return decide(w.press, w.press.state)
+
+
+def find_end(w: Work, time: float) -> None:
+    find_forces(w.press, w.press.state)
+    step(w.press, w.press.state, time, w.press.end)
 
 
 def has_room(w: Work, balls: int, contacts: int) -> bool:

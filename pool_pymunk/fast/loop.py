@@ -48,11 +48,14 @@ from pool_pymunk.fast.records import (
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
+from pool_pymunk.physics.pieces import piece_of, step
+from pool_pymunk.physics.pressed import decide, find_forces
 from pool_pymunk.physics.surface import NO_ROLL, roll_at
 
 # How a shot ends. A shot that may not start is hard, too, and one that keeps all that a run tells
 # is paused where there is no more room for it.
 SETTLED, OUT_OF_TIME, OUT_OF_EVENTS, PAUSED, HARD = 0, 1, 2, 3, -1
+PIECE, DECIDE, END = 1, 2, 3  # what the engine asks the press for (fast/press.py)
 ALMOST = 0.75  # of the room for tracks; what happens at one instant takes less than the rest
 
 
@@ -63,6 +66,9 @@ def play_shots(
 
     They are fewer if ``out.halt`` is set, or if the ``tracks`` have no room for another one.
     """
+    if w.scene.asks:
+        answer_press(w)
+        return 0
     rows = events = 0
     for s in range(first, last):
         if out.halt[0] != 0 or (w.scene.keeps == CHANGES and rows + MOST_ROWS > len(tracks.rows)):
@@ -81,6 +87,18 @@ def play_shots(
         if w.scene.keeps == CHANGES:
             tracks.ends[s, 0], tracks.ends[s, 1] = rows, events
     return last - first
+
+
+def answer_press(w: Work) -> None:
+    """Answer what the engine asks the press, which is all that it uses of the record."""
+    g, scene, found = w.press, w.scene, w.scene.answer
+    if scene.asks == PIECE:
+        found[0], found[1], found[2], found[3] = piece_of(g, scene.argument)
+    elif scene.asks == DECIDE:
+        found[0] = decide(g, g.state)
+    else:
+        find_forces(g, g.state)
+        step(g, g.state, scene.argument, g.end)
 
 
 def read_shot(w: Work, shots: Shots, s: int) -> None:

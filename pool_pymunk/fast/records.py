@@ -46,6 +46,7 @@ SIDES = {
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
      ("latest", F), ("most", I), ("keeps", I), ("resumes", I), ("slip", F, 2), ("coarser", F),
+     ("asks", I), ("argument", F), ("answer", F, 4),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
@@ -168,6 +169,15 @@ def empty(count: int, balls: int) -> Out:
         in_doubt=np.ones(count, np.bool_),
         halt=np.zeros(1, np.int64),
     )
+
+
+def nothing(differ: bool) -> tuple[TableArrays, Shots, Out, Tracks]:
+    """Return no walls, no shots, and no results."""
+    sides, none = np.zeros(0, dtype=SIDES[differ]).view(np.recarray), np.empty(0)
+    points, rows = np.empty((0, 0, 2)), np.empty((0, 0))
+    table = TableArrays(sides, none, none, np.empty((0, NUMBERS)))
+    shots = Shots(points, points, points, np.empty((0, 0), I), rows, none, rows)
+    return table, shots, empty(0, 0), tracks(0, 0)
 
 
 # the breakpoints (K, 10) and events (E, 3) of some shots, one shot after the other; those of shot s

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from threading import local
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.policies import begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
 from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
+from pool_pymunk.fast.press import Form, RecordPress
 from pool_pymunk.fast.records import NOTHING, WHOLE, WORKS, Out, Shots, TableArrays, empty, tracks
 from pool_pymunk.fast.tables import (
     can_compile,
@@ -23,6 +25,7 @@ from pool_pymunk.fast.tables import (
     walls_differ,
 )
 from pool_pymunk.model import Scene, State
+from pool_pymunk.physics import pressed
 from pool_pymunk.physics.changes import ROLL, STOP
 from pool_pymunk.physics.contact import Contact, Pair
 from pool_pymunk.physics.impulses import Impulse
@@ -32,7 +35,6 @@ from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.exact import EngineTrace, pockets
 from pool_pymunk.solvers.record import Settings
 
-Form = tuple[bool, bool]  # whether balls roll, and whether walls differ
 STATUSES = {SETTLED: "settled", OUT_OF_TIME: "max_time", OUT_OF_EVENTS: "max_events"}
 NO_PAIR = Pair(math.nan, math.nan, math.nan, math.nan)
 NO_TRACKS = tracks(1, 0)
@@ -42,8 +44,12 @@ own = local()  # Each thread has its records.
 
 
 def remember(form: Form, play: Any) -> None:
-    """Let single runs of scenes of this form use a compiled loop from now on."""
+    """Let single runs of scenes of this form use a compiled loop from now on.
+
+    Engines play persistent contacts by it in whatever they play.
+    """
     loaded[form] = play
+    pressed.FASTER[:] = [partial(RecordPress, form, play)]
     if solve not in event_driven.FASTER:
         event_driven.FASTER.append(solve)
 

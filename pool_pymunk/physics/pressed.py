@@ -19,7 +19,7 @@ six numbers a ball: x, y (m), vx, vy, wx, wy (m/s).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.physics.motion import Vector
@@ -84,6 +84,7 @@ class Press:
     """A press is a group with the room for its forces and its next piece, in lists."""
 
     own: Any = None  # a surface of a user's, which accelerates balls without contacts
+    is_fixed = False  # Its room is.
 
     def __init__(self) -> None:
         self.balls = self.contacts = 0
@@ -104,6 +105,11 @@ class Press:
                 setattr(self, name, rows_of(kind, lengths(shape, *self.room)))
 
 
+# What makes a press that is faster, with the same bits: the compiled loop, once it is loaded
+# (pool_pymunk/fast/press.py).
+FASTER: list[Callable[[], Press]] = []
+
+
 def copy_of(g: Press) -> Press:
     """Return a press with the same balls and contacts in the same mode."""
     found, counts = Press(), (g.balls, g.contacts)
@@ -112,7 +118,7 @@ def copy_of(g: Press) -> Press:
     found.own, found.pull, found.drag, found.rolls = g.own, g.pull, g.drag, g.rolls
     for name in OF_MODE:
         mine, its = getattr(found, name), getattr(g, name)
-        mine[:] = [row[:] for row in its[: len(mine)]] if name == "edge" else its[: len(mine)]
+        mine[:] = [[*row] for row in its[: len(mine)]] if name == "edge" else its[: len(mine)]
     return found
 
 

@@ -34,6 +34,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
             return played
     law, pair = settings.law_of(scene), cache(scene.pair)
     engine = ContactEngine(law, pair, scene.surface, Recorder())
+    engine.compiled = settings.compiled
     rolls = start.roll or (NO_ROLL,) * len(scene.balls)
     starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
     for ball, *motion in starts:
