@@ -199,7 +199,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
         return int((out.status[part] >= 0).sum())  # Hard ones are not done yet.
 
     if not play.signatures:
-        with play._cache.turn():
+        with compiled.turn(play):
             work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     if watcher is not None:
         watcher.watch(slice(0, 0), tracks(0, 0))

@@ -114,6 +114,24 @@ def _value(number: Dual | float) -> float:
     return number.value if isinstance(number, Dual) else number
 
 
+def dual(value: float, is_input: bool) -> Dual:
+    """Return a dual number with one derivative: 1 if the number is the input, 0 if it is another.
+
+    >>> dual(3.0, True) * dual(2.0, False)
+    Dual(6.0, (2.0,))
+    """
+    return Dual(value, (1.0 if is_input else 0.0,))
+
+
+def slope(number: Dual | float) -> float:
+    """Return the only derivative of a number that came out of dual numbers.
+
+    >>> slope(dual(3.0, True)), slope(3.0)
+    (1.0, 0.0)
+    """
+    return (number + Dual(0.0, (0.0,))).slopes[0]
+
+
 def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
     """Return the derivatives of a method of a law by all numbers that it is asked with.
 
