@@ -106,7 +106,7 @@ def can_link() -> bool:
     try:
         trial = import_module(LINKED).trial
         return _compiled_by(True, trial, **UNCOUNTED)(2.0) == trial(2.0)
-    except Exception:  # Another numba may fail in any way.
+    except Exception:  # Another numba may raise anything.
         return False
 
 

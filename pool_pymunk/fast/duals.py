@@ -114,9 +114,16 @@ OF_ONE: dict[Any, Callable[..., Any]] = {
 }
 
 
+IN_PLACE = {
+    operator.iadd: operator.add, operator.isub: operator.sub, operator.imul: operator.mul,
+    operator.itruediv: operator.truediv, operator.ipow: operator.pow,
+}  # fmt: skip
+
+
 def teach() -> None:
     """Teach numba all rules."""
-    for operation, rule in OF_TWO.items():
+    in_place = {operation: OF_TWO[rule] for operation, rule in IN_PLACE.items()}
+    for operation, rule in (OF_TWO | in_place).items():
         overload(operation, strict=False)(between(register_jitable(rule)))
     for operation, rule in OF_ONE.items():
         overload(operation, strict=False)(alone(register_jitable(rule)))

@@ -148,7 +148,7 @@ def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
         is_one = not isinstance(each, tuple)
         given.append(next(duals) if is_one else type(each)(*islice(duals, len(each))))
     found = law(*given)
-    answers = chain.from_iterable(each if type(each) is not Dual else (each,) for each in found)
+    answers = chain.from_iterable(each if isinstance(each, tuple) else (each,) for each in found)
     zero = (0.0,) * len(numbers)
     return [each.slopes if isinstance(each, Dual) else zero for each in answers]
 
