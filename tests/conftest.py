@@ -53,6 +53,7 @@ NEEDED = {
 # These cannot even be imported without one.
 NEEDING = {
     "env": "gymnasium",
+    "fast/duals.py": "numba",
     "fast/linked.py": "numba",
     "page/live/server.py": "uvicorn",
 }

@@ -105,7 +105,7 @@ def can_link() -> bool:
     """
     try:
         trial = import_module(LINKED).trial
-        return _compiled_by(True, trial, **UNCOUNTED)(2.0) == trial(2.0)
+        return bool(_compiled_by(True, trial, lambda: None, **UNCOUNTED)(2.0) == trial(2.0))
     except Exception:  # Another numba may raise anything.
         return False
 
@@ -118,7 +118,7 @@ def _compiled(
 
 
 def _compiled_by(
-    links: bool, function: Any, compiles: Callable[[], object] = lambda: None, **options: bool
+    links: bool, function: Any, compiles: Callable[[], object], **options: bool
 ) -> Callable[..., int]:
     """Do so, by private parts of numba or by the documented ones alone."""
     numba: Any = import_module("numba")

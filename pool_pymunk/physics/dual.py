@@ -114,7 +114,7 @@ def _value(number: Dual | float) -> float:
     return number.value if isinstance(number, Dual) else number
 
 
-def dual(value: float, is_input: bool) -> Dual:
+def dual(value: float, is_input: bool) -> Any:
     """Return a dual number with one derivative: 1 if the number is the input, 0 if it is another.
 
     >>> dual(3.0, True) * dual(2.0, False)
