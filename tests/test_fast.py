@@ -730,7 +730,7 @@ def test_shots_compiled_by_what_is_documented_have_the_same_bits(tmp_path: Path)
     broken = BREAKS["a class"]
     (links, _, plain), said = played_by_another_numba(broken, tmp_path, "shots")
     assert not links
-    assert said == "Compiling the shots for this machine: this takes up to a minute, once.\n"
+    assert said == "Compiling the shots for this machine: this takes some minutes, once.\n"
     (links, _, linked), _ = played_by_another_numba("", tmp_path / "linked", "shots")
     assert links
     assert plain == linked

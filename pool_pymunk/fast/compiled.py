@@ -80,7 +80,8 @@ def play_shots(rolls: bool, differ: bool) -> Any:
 
 @cache
 def _say_that_it_compiles() -> None:
-    print("Compiling the shots for this machine: this takes up to a minute, once.", file=sys.stderr)
+    time = "up to a minute" if can_link() else "some minutes"
+    print(f"Compiling the shots for this machine: this takes {time}, once.", file=sys.stderr)
 
 
 @cache
