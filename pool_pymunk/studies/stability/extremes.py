@@ -191,11 +191,8 @@ def time_steps() -> Iterator[Case]:
 def table_sizes() -> Iterator[Case]:
     """Play on the same table in every size, then with balls of usual size on the largest."""
     for length in (1.0, 1e-3, 100.0, 1e4):
-        yield Case(
-            f"{length:g} m",
-            sized(length),
-            (must.at_any_speed(must.as_in(sized(1.0), scale=length)),),
-        )
+        alike = must.at_any_speed(must.as_in(sized(1.0), scale=length))
+        yield Case(f"{length:g} m", sized(length), (alike,))
     yield Case("1e4 m, usual balls", sized(1e4, R / 1e4))
 
 
