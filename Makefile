@@ -26,7 +26,7 @@ check: lint
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
 # docstrings, run without them.
 WITHOUT := atlas cli cli_manners docs fast fit inputs interrupted law_everywhere manners own_laws \
-	own_sides place shapes sweep together
+	own_sides place shapes sweep together weakening
 without-extras: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)" \
 		pool_pymunk $(WITHOUT:%=tests/test_%.py)

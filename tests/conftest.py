@@ -63,7 +63,7 @@ NEEDING = {
 COMPILED = (
     "atlas", "docs", "env", "fast", "figures", "find", "inputs", "linear", "many",
     "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
-    "shapes", "sweep",
+    "shapes", "sweep", "weakening",
 )  # fmt: skip
 
 

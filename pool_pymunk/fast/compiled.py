@@ -106,7 +106,9 @@ def can_link() -> bool:
     """
     try:
         trial = import_module(LINKED).trial
-        return bool(_compiled_by(True, trial, lambda: None, **UNCOUNTED)(2.0) == trial(2.0))
+        linked: Any = _compiled_by(True, trial, lambda: None, **UNCOUNTED)
+        with linked._cache.turn():
+            return bool(linked(2.0) == trial(2.0))
     except Exception:  # Another numba may raise anything.
         return False
 
