@@ -157,7 +157,7 @@ BEFORE = [
 @pytest.mark.parametrize("law", COMPILED)
 @pytest.mark.parametrize("friction", [0.05, 2.0])
 def test_numbas_dual_numbers_are_those_of_python(law: type[Law], friction: float) -> None:
-    import_module("pool_pymunk.fast.duals")
+    import_module(compiled.DUALS)
     pair, v = Pair(0.2, 0.3, 0.9, friction), NT(-1.0, 0.4)
     hit = compiled.alone(hit_by_duals(law.ball_ball))
     bounce = compiled.alone(bounce_by_duals(law.cushion))
@@ -168,6 +168,11 @@ def test_numbas_dual_numbers_are_those_of_python(law: type[Law], friction: float
     bounce(v, 0.8, friction, rows)
     found = by_duals(law().cushion, (v, 0.8, friction))
     np.testing.assert_array_equal(rows[:2, :4], found)
+
+
+def test_the_cache_goes_by_the_source_of_numbas_dual_numbers() -> None:
+    assert compiled.DUALS in compiled.sources(hit_by_duals(Law.ball_ball))
+    assert compiled.DUALS not in compiled.sources()
 
 
 def odd(self: None, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
@@ -182,7 +187,7 @@ def odd(self: None, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
 @needs_numba
 @pytest.mark.parametrize(("a", "b"), BEFORE)
 def test_numbas_dual_numbers_know_what_those_of_python_know(a: NT, b: NT) -> None:
-    import_module("pool_pymunk.fast.duals")
+    import_module(compiled.DUALS)
     rows, pair = np.empty((4, 8)), Pair(0.2, 0.3, 0.9, 0.1)
     import_module("numba").njit(hit_by_duals(import_module("numba").njit(odd)))(a, b, pair, rows)
     wanted = by_duals(lambda a, b, pair: odd(None, a, b, pair), (a, b, pair))

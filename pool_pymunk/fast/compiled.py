@@ -26,6 +26,7 @@ from pool_pymunk.engine import groups
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.due import not_taken
 from pool_pymunk.physics import changes, touches
+from pool_pymunk.physics.dual import dual
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc
 
@@ -44,6 +45,7 @@ UNCOUNTED = {"_nrt": False}
 PLAIN = {"nogil": True, "error_model": "numpy"}
 QUICK = PLAIN | {"no_cfunc_wrapper": True, "no_rewrites": True}
 LINKED = "pool_pymunk.fast.linked"  # This module uses private parts of numba.
+DUALS = "pool_pymunk.fast.duals"  # Here numba learns dual numbers, for laws without slopes.
 # Inlined calls made shots 1.3 times as fast, and took no longer to compile. Calls for rare contacts
 # and for bent paths to arcs are not inlined: with them compilation took minutes.
 APART = (
@@ -87,7 +89,7 @@ def _say_that_it_compiles() -> None:
 @cache
 def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
     """Return the compiled pass of derivatives."""
-    import_module("pool_pymunk.fast.duals")  # numba learns dual numbers, for laws without slopes.
+    import_module(DUALS)
     return _compiled(follow, _say_that_it_compiles, **UNCOUNTED)
 
 
@@ -194,7 +196,8 @@ def is_inlined(function: FunctionType) -> bool:
 
 def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:
     """Return the names of the modules from which a function is compiled."""
-    return sorted({function.__module__ for function in functions(root)})
+    found = {function.__module__ for function in functions(root)}
+    return sorted(found | {DUALS} if dual.__module__ in found else found)
 
 
 def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
