@@ -70,7 +70,7 @@ def slopes(method: Any, by_duals: Callable[..., Any]) -> Callable[..., Any]:
     return written
 
 
-def hit_by_duals(method: Any) -> Callable[..., None]:
+def hit_by_duals(method: Any) -> Callable[..., Any]:
     """Return a function that differentiates ``ball_ball`` of a law, by one number at a time."""
 
     def written(a: NT, b: NT, pair: Pair, rows: Any) -> None:
@@ -88,7 +88,7 @@ def hit_by_duals(method: Any) -> Callable[..., None]:
     return written
 
 
-def bounce_by_duals(method: Any) -> Callable[..., None]:
+def bounce_by_duals(method: Any) -> Callable[..., Any]:
     """Return a function that differentiates ``cushion`` of a law, by one number at a time."""
 
     def written(v: NT, restitution: float, friction: float, rows: Any) -> None:
