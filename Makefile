@@ -14,7 +14,7 @@ ELSEWHERE := not browser and not docs
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run check without-extras test compiled played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run check without-extras oldest-numba test compiled played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -26,10 +26,28 @@ check: lint
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
 # docstrings, run without them.
 WITHOUT := atlas cli cli_manners docs fast fit inputs interrupted law_everywhere manners own_laws \
-	own_sides place shapes sweep together
+	own_sides place shapes sweep together weakening
 without-extras: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)" \
 		pool_pymunk $(WITHOUT:%=tests/test_%.py)
+
+# The oldest numba that pyproject.toml allows and this Python has plays some compiled tests, in an
+# environment of its own; `make test` plays all of them with the newest one.
+OLDEST := .venv-oldest
+FIRST = $(shell sed -n 's/.*"numba>=0\.\([0-9]*\).*/\1/p' pyproject.toml)
+SOME := same_bits_on_every and (pockets or unequal) or numbas_dual or lacks and nothing \
+	or derivatives_are_those_of_runs and rectangle
+oldest-numba: export POOL_PYMUNK_CACHE = $(abspath $(OLDEST)/compiled)
+oldest-numba:
+	$(MAKE) --no-print-directory VENV=$(OLDEST) EXTRAS=test $(OLDEST)/installed
+	for minor in $$(seq $(FIRST) $$(($(FIRST) + 9))); do \
+		$(BIN:$(VENV)/%=$(OLDEST)/%)/python -m pip install --quiet --disable-pip-version-check \
+			--only-binary numba,llvmlite,numpy "numba==0.$$minor.*" "platformdirs>=4,<5" 2>/dev/null \
+			&& break; done; true
+	if $(BIN:$(VENV)/%=$(OLDEST)/%)/python -c "import numba; print('numba', numba.__version__)"; then \
+		$(BIN:$(VENV)/%=$(OLDEST)/%)/pytest -n 2 -q tests/test_same_bits.py tests/test_weakening.py \
+			tests/test_fast.py -k "$(SOME)"; \
+	else echo "no numba from 0.$(FIRST) on is made for this Python: it is left out"; fi
 
 # Shots are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
 test: $(VENV)/installed
@@ -124,5 +142,5 @@ dist: $(VENV)/installed
 		-m "not heavy and not slow and $(ELSEWHERE)"
 
 clean:
-	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
+	rm -rf $(VENV) .venv-plain $(OLDEST) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
 		docs/_build docs/examples docs/figures/made

@@ -53,6 +53,7 @@ NEEDED = {
 # These cannot even be imported without one.
 NEEDING = {
     "env": "gymnasium",
+    "fast/duals.py": "numba",
     "fast/linked.py": "numba",
     "page/live/server.py": "uvicorn",
 }
@@ -62,7 +63,7 @@ NEEDING = {
 COMPILED = (
     "atlas", "docs", "env", "fast", "figures", "find", "inputs", "linear", "many",
     "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
-    "shapes", "sweep",
+    "shapes", "sweep", "weakening",
 )  # fmt: skip
 
 

@@ -235,7 +235,10 @@ def test_a_solver_without_steps_takes_no_step(
             ("run", "two-balls", "--solver", "pymunk-builtin", "--law", "coulomb"),
             "--law = coulomb: pymunk-builtin has a law of its own and cannot take another",
         ),
-        (("run", "two-balls", "--law", "x"), '--law = "x": must be one of coulomb, published'),
+        (
+            ("run", "two-balls", "--law", "x"),
+            '--law = "x": must be one of coulomb, published, weakening',
+        ),
         (
             ("compare", "two-balls", "--max-time", "0"),
             "--max-time = 0: must be greater than 0 and finite",
@@ -453,7 +456,7 @@ def test_a_name_that_is_nearly_right_gets_a_hint(
 def test_keys_and_laws_of_a_file_get_hints(tmp_path: Path, capsys: Capture) -> None:
     file = scene_in(tmp_path, "m", 0.2, "[physics]\nlaw = 'published '\n")
     assert refusal(capsys, "check", file).endswith(
-        'must be one of coulomb, published; did you mean "published"?'
+        'must be one of coulomb, published, weakening; did you mean "published"?'
     )
     file = scene_in(tmp_path, "m", 0.2, "[fricton]\nsurface = 0.1\n")
     assert refusal(capsys, "check", file).endswith('; did you mean "friction"?')

@@ -620,6 +620,7 @@ DAMAGES: list[Callable[[Path], object]] = [
 def test_what_is_damaged_in_the_cache_is_compiled_anew(
     files: str, damage: Callable[[Path], object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    assert compiled.can_link()  # Its trial lies in another folder.
     monkeypatch.setenv(compiled.CACHE, str(tmp_path))
     said: list[str] = []
 
@@ -673,6 +674,67 @@ def test_what_is_compiled_is_found_by_its_calls() -> None:
     ):
         assert f"pool_pymunk.{name}" in found
     assert {"pool_pymunk.physics.laws", "pool_pymunk.physics.path"} <= set(compiled.sources())
+
+
+# Another numba may lack what is private in this one.
+BREAKS = {
+    "a class": "import numba.core.codegen as other; del other.JITCodeLibrary",
+    "a module": "import sys, numba; sys.modules['numba.core.compiler_machinery'] = None",
+    "a pass": "from pool_pymunk.fast import linked; linked.LoweringToLink.run_pass = None",
+    "an option": "from pool_pymunk.fast import compiled; compiled.QUICK['quick'] = True",
+    "the cache": "from numba.core import caching; del caching.Cache.cache_path",
+    "nothing": "",
+}
+PLAIN_SCRIPT = """
+import json, sys
+import numpy as np
+from pool_pymunk import load, simulate_many
+from pool_pymunk.fast import compiled, places
+scene = load("report")
+lie = np.tile([ball.position for ball in scene.balls], (places.FEW, 1, 1))
+lie[1, 0] = lie[1, 1]
+free = places.may_lie(scene, lie)
+found = [compiled.can_link(), int(free.sum())]
+if "shots" in sys.argv:
+    velocity = np.arange(22.0).reshape(11, 2) % 5.0 - 2.0
+    found.append(simulate_many(scene, velocity=velocity).final.tobytes().hex())
+print(json.dumps(found))
+"""
+
+
+def played_by_another_numba(breaks: str, cache: Path, *more: str) -> tuple[Any, str]:
+    """Play the script in a process whose numba is changed before; return what it finds and says."""
+    played = subprocess.run(
+        [sys.executable, "-c", f"{breaks}\n{PLAIN_SCRIPT}", *more], capture_output=True, text=True,
+        env=os.environ | {compiled.CACHE: str(cache)}, timeout=500, check=False,
+    )  # fmt: skip
+    assert played.returncode == 0, played.stderr
+    return json.loads(played.stdout), played.stderr
+
+
+@needs_numba
+@pytest.mark.heavy
+@pytest.mark.parametrize("breaks", BREAKS)
+def test_what_another_numba_lacks_makes_it_compile_by_what_is_documented(
+    breaks: str, tmp_path: Path
+) -> None:
+    found, _ = played_by_another_numba(BREAKS[breaks], tmp_path)
+    assert found == [breaks == "nothing", 11 * 500 - 1]
+    made = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbc")}
+    assert made == {"places.mark_free", *["linked.trial"] * (breaks == "nothing")}
+
+
+@needs_numba
+@pytest.mark.slow
+def test_shots_compiled_by_what_is_documented_have_the_same_bits(tmp_path: Path) -> None:
+    broken = BREAKS["a class"]
+    (links, _, plain), said = played_by_another_numba(broken, tmp_path, "shots")
+    assert not links
+    assert said == "Compiling the shots for this machine: this takes some minutes, once.\n"
+    (links, _, linked), _ = played_by_another_numba("", tmp_path / "linked", "shots")
+    assert links
+    assert plain == linked
+    assert played_by_another_numba(broken, tmp_path, "shots")[1] == ""
 
 
 @needs_numba

@@ -279,6 +279,19 @@ def test_ones_own_law_holds_in_the_whole_matrix(extreme: Extreme, solver: str) -
     assert cell.worst is None, cell
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+@pytest.mark.parametrize("extreme", MATRIX)
+def test_weakening_holds_in_the_whole_matrix(
+    extreme: Extreme, solver: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The table of the matrix does not list it, so its rows are played here."""
+    monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "QUICK", -1.0)
+    cell = check(replace(extreme, laws=("weakening",)), solver, quick=True)
+    assert cell.run
+    assert cell.worst is None, cell
+
+
 @pytest.mark.parametrize("order", list(permutations(range(3))))
 def test_ones_own_law_does_not_depend_on_the_listing_order(order: Sequence[int]) -> None:
     listed = replace(TWO_AT_ONCE, balls=tuple(TWO_AT_ONCE.balls[k] for k in order))

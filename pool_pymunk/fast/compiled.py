@@ -14,7 +14,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -26,6 +26,7 @@ from pool_pymunk.engine import groups, instants
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.due import not_taken
 from pool_pymunk.physics import changes, touches
+from pool_pymunk.physics.dual import dual
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc
 
@@ -39,9 +40,12 @@ CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 
 # The loop allocates nothing and needs no reference counts: without them it is 1.2 times as fast.
 UNCOUNTED = {"_nrt": False}
-# The root and all that it calls are compiled with these: numba compiles a function again for each
-# caller with other ones.
-OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_rewrites": True}
+# numba documents these options, and not the next ones nor UNCOUNTED. The root and all that it calls
+# are compiled with the same ones: numba compiles a function again for each caller with others.
+PLAIN = {"nogil": True, "error_model": "numpy"}
+QUICK = PLAIN | {"no_cfunc_wrapper": True, "no_rewrites": True}
+LINKED = "pool_pymunk.fast.linked"  # This module uses private parts of numba.
+DUALS = "pool_pymunk.fast.duals"  # Here numba learns dual numbers, for laws without slopes.
 # Inlined calls made shots 1.3 times as fast, and took no longer to compile. Calls for rare contacts
 # and for bent paths to arcs are not inlined: with them compilation took minutes.
 APART = (
@@ -80,12 +84,14 @@ def play_shots(rolls: bool, differ: bool) -> Any:
 
 @cache
 def _say_that_it_compiles() -> None:
-    print("Compiling the shots for this machine: this takes up to a minute, once.", file=sys.stderr)
+    time = "up to a minute" if can_link() else "some minutes"
+    print(f"Compiling the shots for this machine: this takes {time}, once.", file=sys.stderr)
 
 
 @cache
 def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
     """Return the compiled pass of derivatives."""
+    import_module(DUALS)
     return _compiled(follow, _say_that_it_compiles, **UNCOUNTED)
 
 
@@ -95,22 +101,53 @@ def alone(function: Callable[..., int]) -> Callable[..., int]:
     return _compiled(function) if is_there() else function
 
 
+@cache
+def can_link() -> bool:
+    """Tell whether this numba has the private parts that make compilation quick.
+
+    They are tried on a small function, which is kept in the cache like others. Where they fail,
+    shots are compiled by what numba documents. The bits are the same, and compilation takes longer.
+    """
+    try:
+        trial = import_module(LINKED).trial
+        linked: Any = _compiled_by(True, trial, lambda: None, **UNCOUNTED)
+        with linked._cache.turn():
+            return bool(linked(2.0) == trial(2.0))
+    except Exception:  # Another numba may raise anything.
+        return False
+
+
 def _compiled(
     function: Any, compiles: Callable[[], object] = lambda: None, **options: bool
 ) -> Callable[..., int]:
     """Return a function that numba compiles, or takes from its cache, when it is called."""
+    return _compiled_by(can_link(), function, compiles, **options)
+
+
+def _compiled_by(
+    links: bool, function: Any, compiles: Callable[[], object], **options: bool
+) -> Callable[..., int]:
+    """Do so, by private parts of numba or by the documented ones alone."""
     numba: Any = import_module("numba")
     for called in functions(function):
         if called is not function:
-            _register(called)
-    config = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder(function))
+            _register(called, links)
+    config, folder = numba.config, cache_folder(function)
+    before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
     try:
-        compiled = numba.njit(cache=True, **OPTIONS, **options)(function)
+        compiled = numba.njit(cache=True, **(QUICK | options if links else PLAIN))(function)
     finally:
         config.CACHE_DIR = before
-    compiled._cache = SealedCache(compiled._cache, function.__name__, compiles)
+    if links:
+        compiled._cache = SealedCache(compiled._cache, function.__name__, compiles)
+    elif not any(folder.rglob(f"*.{function.__name__}-*.nbi")):
+        compiles()
     return cast("Callable[..., int]", compiled)
+
+
+def turn(compiled: Any) -> AbstractContextManager[object]:
+    """Wait until no other process compiles a function; then it is found in the cache."""
+    return compiled._cache.turn() if can_link() else nullcontext()
 
 
 @cache
@@ -138,7 +175,7 @@ def _named(function: FunctionType) -> Iterator[object]:
 
 
 @cache
-def _register(function: FunctionType) -> None:
+def _register(function: FunctionType, links: bool) -> None:
     """Tell numba that compiled functions may call this one."""
 
     def implementation(*args: Any, **_: Any) -> FunctionType:
@@ -147,8 +184,10 @@ def _register(function: FunctionType) -> None:
         has, one, other = function.choice
         return cast("FunctionType", one if args[0].typeof(has).shape[0] > 0 else other)
 
-    linked = import_module("pool_pymunk.fast.linked").LinkedCompiler
-    options = {**OPTIONS, "pipeline_class": linked, "no_cpython_wrapper": False}
+    options: dict[str, Any] = PLAIN
+    if links:
+        linked = import_module(LINKED).LinkedCompiler
+        options = {**QUICK, "pipeline_class": linked, "no_cpython_wrapper": False}
     import_module("numba.extending").overload(function, options, strict=False)(implementation)
 
 
@@ -159,7 +198,8 @@ def is_inlined(function: FunctionType) -> bool:
 
 def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:
     """Return the names of the modules from which a function is compiled."""
-    return sorted({function.__module__ for function in functions(root)})
+    found = {function.__module__ for function in functions(root)}
+    return sorted(found | {DUALS} if dual.__module__ in found else found)
 
 
 def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:

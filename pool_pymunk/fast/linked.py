@@ -2,7 +2,8 @@
 
 numba optimizes each function with all that it calls, and makes machine code of it, again for every
 function above it: two thirds of the time that compilation took. Nobody calls these functions from
-Python, so here they are only linked into the function at the root.
+Python, so here they are only linked into the function at the root. That needs private parts of
+numba, so :func:`~pool_pymunk.fast.compiled.can_link` tries them first.
 """
 
 from __future__ import annotations
@@ -69,3 +70,13 @@ class LinkedCompiler(CompilerBase):
         ]
         passes.finalize()
         return [passes]
+
+
+def doubled(x: float) -> float:
+    """Return a number twice; nobody needs it but the trial."""
+    return x + x
+
+
+def trial(x: float) -> float:
+    """Call a function that is linked: this shows whether numba can still do so."""
+    return doubled(x) + 1.0

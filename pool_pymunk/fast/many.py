@@ -181,7 +181,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
         return int((out.status[part] >= 0).sum())  # Hard ones are not done yet.
 
     if not play.signatures:
-        with play._cache.turn():
+        with compiled.turn(play):
             work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     single.remember((rolls, differ), play)
     if watcher is not None:

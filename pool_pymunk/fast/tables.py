@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from pool_pymunk.fast.kinds import KINDS
 from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDES, TableArrays
 from pool_pymunk.model import Scene, Table
-from pool_pymunk.physics.laws import COMPILED, Law
+from pool_pymunk.physics.laws import COMPILED, Coulomb, Law, Published
 from pool_pymunk.physics.sides import Arc, Wall, core_of
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.solvers.exact import pockets
 
 HITS = ("ball_ball", "cushion", "jumps")  # the methods that answer a contact that comes alone
+# compiled shots answer contacts of one instant in these two manners (fast/together.py)
+TOGETHER = Coulomb.together, Published.together
 
 
 def law_number(law: Law) -> int:
@@ -36,10 +38,9 @@ def law_number(law: Law) -> int:
 
 
 def together_number(law: Law) -> int:
-    """Return the number of the compiled law with the same ``together``, -1 if there is none."""
-    known = [each.together for each in COMPILED]
+    """Return the number of the compiled answer to contacts of one instant, -1 if there is none."""
     own = getattr(law.together, "__func__", None)
-    return known.index(own) if own in known else NOTHING
+    return TOGETHER.index(own) if own in TOGETHER else NOTHING
 
 
 def walls_differ(scene: Scene) -> bool:

@@ -114,6 +114,24 @@ def _value(number: Dual | float) -> float:
     return number.value if isinstance(number, Dual) else number
 
 
+def dual(value: float, is_input: bool) -> Any:
+    """Return a dual number with one derivative: 1 if the number is the input, 0 if it is another.
+
+    >>> dual(3.0, True) * dual(2.0, False)
+    Dual(6.0, (2.0,))
+    """
+    return Dual(value, (1.0 if is_input else 0.0,))
+
+
+def slope(number: Dual | float) -> float:
+    """Return the only derivative of a number that came out of dual numbers.
+
+    >>> slope(dual(3.0, True)), slope(3.0)
+    (1.0, 0.0)
+    """
+    return (number + Dual(0.0, (0.0,))).slopes[0]
+
+
 def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
     """Return the derivatives of a method of a law by all numbers that it is asked with.
 
@@ -130,7 +148,7 @@ def by_duals(law: Any, asked: tuple[Any, ...]) -> list[Slopes]:
         is_one = not isinstance(each, tuple)
         given.append(next(duals) if is_one else type(each)(*islice(duals, len(each))))
     found = law(*given)
-    answers = chain.from_iterable(each if type(each) is not Dual else (each,) for each in found)
+    answers = chain.from_iterable(each if isinstance(each, tuple) else (each,) for each in found)
     zero = (0.0,) * len(numbers)
     return [each.slopes if isinstance(each, Dual) else zero for each in answers]
 

@@ -35,6 +35,11 @@ from pool_pymunk.physics.contact import (
 # or twice of it keeps all ends of tests.halved.
 ZERO_SLIP = 1e-9
 
+# The friction of pool balls against their slip (m/s), for `weakening`: mu(s) = LEAST + FADING
+# exp(-RATE s). This is Alciatore's fit to Marlow's measurements: Technical Proof A.14, "The effects
+# of cut angle, speed, and spin on object ball throw", billiards.colostate.edu.
+LEAST, FADING, RATE = 9.951e-3, 0.108, 1.088
+
 Slip = tuple[float, float]  # of A and B along the tangent, as multiples of the least that counts
 NO_FRICTION: Slip = (0.0, 0.0)  # This slip stands for an answer without friction.
 
@@ -69,6 +74,25 @@ def clamped(value: float, most: float) -> float:
     if value > most:
         return most
     return -most if value < -most else value
+
+
+def decay(x: float) -> float:
+    """Return exp(-x) for x of at least 0, to 15 decimals.
+
+    It is made of sums and products, so it has the same bits on every machine, and dual numbers go
+    through it. A series gives exp(-x / 1024) - 1, and is squared ten times; beyond 40 the answer
+    is 0.
+
+    >>> decay(0.0), round(decay(1.0), 12)
+    (1.0, 0.367879441171)
+    """
+    if x > 40.0:
+        return 0.0 * x
+    y = x / -1024.0
+    less_one = y * (1.0 + y / 2.0 * (1.0 + y / 3.0 * (1.0 + y / 4.0 * (1.0 + y / 5.0))))
+    for _ in range(10):
+        less_one = less_one * (2.0 + less_one)
+    return 1.0 + less_one
 
 
 def published(a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
@@ -149,6 +173,11 @@ class Law:
         own = type(self)
         return own.ball_ball is Law.ball_ball and own.cushion is Law.cushion
 
+    @property
+    def may_gain_energy(self) -> bool:
+        """Tell whether energy may grow at a hit; at Coulomb's it never does."""
+        return not self.hits_are_coulombs
+
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
         """Tell whether the law jumps here, so that rounding would decide its answer."""
         return False
@@ -187,12 +216,38 @@ class Published(Law):
         return pair.friction > 0.0 and slips_by_rounding(a, b)
 
 
+@final
+class Weakening(Law):
+    """This law is Coulomb's, but friction of two balls falls with their slip, as measured.
+
+    The scene's friction is that without slip: mu(s) = mu (0.009951 + 0.108 exp(-1.088 s)) /
+    0.117951, with the slip s before the hit in m/s. The slip does not turn round, and energy never
+    grows.
+
+    >>> fast, slow = (Weakening().ball_ball(NT(1.0, s), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.1))
+    ...               for s in (2.0, 0.2))
+    >>> round(fast[1].t, 4), round(slow[1].t, 4)
+    (0.0188, 0.0821)
+    """
+
+    name = "weakening"
+
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        m_a, m_b, e, mu = pair
+        share = (LEAST + FADING * decay(RATE * abs(a.t - b.t))) / (LEAST + FADING)
+        return coulomb(a, b, Pair(m_a, m_b, e, mu * share))
+
+    @property
+    def may_gain_energy(self) -> bool:
+        return False
+
+
 # A scenario file, an option and an argument may name these laws. You may add a law of your own.
-LAWS: dict[str, Law] = {law.name: law for law in (Coulomb(), Published())}
+LAWS: dict[str, Law] = {law.name: law for law in (Coulomb(), Published(), Weakening())}
 
 # Compiled shots can answer single hits by these classes. Their methods `ball_ball`, `cushion` and
 # `jumps` leave `self` alone, and numba can compile them.
-COMPILED: tuple[type[Law], ...] = (Coulomb, Published)
+COMPILED: tuple[type[Law], ...] = (Coulomb, Published, Weakening)
 
 
 def solves_at_once(law: Law) -> bool:

@@ -161,7 +161,7 @@ def modelled(scene: Scene) -> Iterator[str]:
     yield f"balls: {count}" + ("" if count > 1 else "; no ball-ball handler")
     if count > 1:
         friction = _coefficient(scene.friction.ball_ball)
-        gains = friction != "no friction" and not LAWS[scene.physics.law].hits_are_coulombs
+        gains = friction != "no friction" and LAWS[scene.physics.law].may_gain_energy
         gain = "; this law may gain energy" * gains
         yield f"ball on ball: law {scene.physics.law}, {friction}{gain}"
     if scene.table is None:
