@@ -21,6 +21,8 @@ from shots import with_twins
 from pool_pymunk import Law, Scene
 from pool_pymunk.fast import compiled, many
 from pool_pymunk.fast.tables import can_compile, walls_differ
+from pool_pymunk.physics import pressed
+from pool_pymunk.solvers import event_driven
 
 settings.register_profile(
     "fixed",
@@ -63,7 +65,7 @@ NEEDING = {
 COMPILED = (
     "atlas", "docs", "env", "fast", "figures", "find", "inputs", "linear", "many",
     "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
-    "shapes", "sweep", "weakening",
+    "shapes", "single", "sweep", "weakening",
 )  # fmt: skip
 
 
@@ -90,6 +92,13 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Say how the same random scenes come again."""
     if BASE_SEED:
         terminalreporter.write_line(f"Random scenes are those of POOL_SEED={BASE_SEED}.")
+
+
+@pytest.fixture(autouse=True)
+def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other tests may have loaded the compiled loop; a test that loads it uses it from then on."""
+    monkeypatch.setattr(event_driven, "FASTER", [])
+    monkeypatch.setattr(pressed, "FASTER", [])
 
 
 @pytest.fixture(autouse=True)

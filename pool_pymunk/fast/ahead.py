@@ -38,7 +38,9 @@ def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by 
     forms = list(FORMS) if scene is None else [(scene.surface.rolls, walls_differ(scene))]
     for form in forms:
         began = time.perf_counter()
-        if form not in single.loaded:
+        if form in single.loaded:
+            single.remember(form, single.loaded[form])
+        else:
             simulate_many(plainest(form))
         took = time.perf_counter() - began
         print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
