@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.engine import groups
+from pool_pymunk.physics import collapse, together
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.physics.pressed import FORM, lengths
 
@@ -123,6 +124,14 @@ GROUPS = form_of(
     groups.FORM | {"asked": (int, ("C",))}, coarser=F, members=I, loosened=I, waits=I, hits=I,
     todos=I, begun=I, used=I, free=I, begun_t=F, is_full=I,
 )  # fmt: skip
+
+COLLAPSE = form_of(
+    collapse.FORM, contacts=I, balls=I, noise=F, can_leap=I, most=I, least=F, played=I, spent=I,
+    is_over=I, rounds=I, wait=I, pause=I, first=I, period=I, parts=I, movers=I,
+)  # fmt: skip
+ORDERS = form_of(
+    together.ORDERS, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I, is_over=I
+)
 
 WORKS = {
     rolls: np.dtype(

@@ -189,10 +189,10 @@ def close_gaps(c: Any) -> None:
 
 def may_leap(c: Any) -> bool:
     """Tell whether gaps have no part in the order of the hits any more."""
-    for k in range(c.contacts if c.contacts > 2 else 0):
-        if c.gap[k] > 0.0:
-            return False
-    return True
+    widest = 0.0
+    for k in range(c.contacts):
+        widest = max(widest, c.gap[k])
+    return c.contacts == 2 or widest == 0.0
 
 
 # -- rounds and cycles ---------------------------------------------------------------------------
@@ -349,8 +349,8 @@ def find_map(c: Any, contacts: Any) -> None:
             v = c.trial[c.mover[m]]
             c.push[2 * m][q], c.push[2 * m + 1][q] = v[0], v[1]
         for p in range(c.parts):
-            c.turn[p][q] = speed_of(c, contacts, p, c.trial) + (p == q)
-            c.sums[0][p][q] = float(p == q)
+            c.sums[0][p][q] = 1.0 if p == q else 0.0
+            c.turn[p][q] = c.sums[0][p][q] + speed_of(c, contacts, p, c.trial)
 
 
 def hit_round(c: Any, contacts: Any, row: int, q: int) -> None:
