@@ -129,9 +129,7 @@ COLLAPSE = form_of(
     collapse.FORM, contacts=I, balls=I, noise=F, can_leap=I, most=I, least=F, played=I, spent=I,
     is_over=I, rounds=I, wait=I, pause=I, first=I, period=I, parts=I, movers=I,
 )  # fmt: skip
-ORDERS = form_of(
-    together.ORDERS, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I, is_over=I
-)
+ORDERS = form_of(together.ORDERS, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I, is_over=I)
 
 WORKS = {
     rolls: np.dtype(

@@ -39,7 +39,7 @@ TOGETHER_IN_TIME = 1e-9  # Hits whose times differ by this share come together.
 TOGETHER = 20  # A round of several contacts, or a leap, takes the time of this many hits.
 LONGEST_CYCLE = 24  # rounds
 MOST_PARTS = 16  # A cycle with more closing speeds and slips than this is not leapt over.
-MOST_DOUBLINGS = 40  # A leap is shorter than 2 to this power cycles.
+MOST_DOUBLINGS = 30  # A leap is shorter than 2 to this power cycles.
 TO_BE_SURE = 0.25  # A leap goes to this share of the noise, where a collapse is surely over.
 SHORT = 8  # After a leap over fewer cycles, the next one is tried later.
 

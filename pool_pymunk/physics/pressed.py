@@ -131,8 +131,11 @@ def lengths(shape: Sequence[Any], balls: int, contacts: int) -> tuple[int, ...]:
 
 def rows_of(kind: type, shape: Sequence[int]) -> Any:
     """Return lists of zeros in lists."""
+    row = [kind()] * shape[-1]
     if len(shape) == 1:
-        return [kind()] * shape[0]
+        return row
+    if len(shape) == 2:
+        return [row[:] for _ in range(shape[0])]
     return [rows_of(kind, shape[1:]) for _ in range(shape[0])]
 
 
