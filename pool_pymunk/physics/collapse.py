@@ -38,8 +38,10 @@ MOST_IN_CLUSTER = 1_000  # At most this many hits of such a cluster are played.
 TOGETHER_IN_TIME = 1e-9  # Hits whose times differ by this share come together.
 TOGETHER = 20  # A round of several contacts, or a leap, takes the time of this many hits.
 LONGEST_CYCLE = 24  # rounds
-MOST_PARTS = 16  # A cycle with more closing speeds and slips than this is not leapt over.
-MOST_DOUBLINGS = 30  # A leap is shorter than 2 to this power cycles.
+# A cycle with more closing speeds and slips than this is not leapt over. With 8, 20 of 1,200 random
+# collapses ended otherwise, with 32 none.
+MOST_PARTS = 16
+MOST_DOUBLINGS = 30  # The cycles of a leap double this many times at most.
 TO_BE_SURE = 0.25  # A leap goes to this share of the noise, where a collapse is surely over.
 SHORT = 8  # After a leap over fewer cycles, the next one is tried later.
 
