@@ -145,13 +145,13 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
 def test_some_squeezes_have_no_end_and_some_have(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else the test above shows nothing."""
     leapt: list[int] = []
-    over = collapse.Leaps.over
+    over = collapse.leap_over
 
     def watched(*args: Any) -> int:
         leapt.append(over(*args))
         return leapt[-1]
 
-    monkeypatch.setattr(collapse.Leaps, "over", watched)
+    monkeypatch.setattr(collapse, "leap_over", watched)
     counts = []
     for squeeze in SQUEEZES:
         leapt.clear()

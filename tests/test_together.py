@@ -8,6 +8,7 @@ import random
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import permutations
 
 import numpy as np
@@ -29,10 +30,11 @@ from pool_pymunk.physics.contact import (
     Contact,
     Pair,
     Vector,
+    Velocities,
     closing_speed,
     groups,
 )
-from pool_pymunk.physics.laws import LAWS, coulomb, respond, settle
+from pool_pymunk.physics.laws import LAWS, Coulomb, coulomb, respond
 from pool_pymunk.physics.together import at_once, find_impulses, room
 
 RIGHT, UP = (1.0, 0.0), (0.0, 1.0)
@@ -208,6 +210,13 @@ def test_turning_the_cluster_turns_the_outcome(seed: int, angle: float) -> None:
     )
     for i in after:
         assert other[i] == pytest.approx(turned(after[i]), abs=1e-9)
+
+
+def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
+    """Answer contacts as a collapse that comes to its limit: without restitution and friction."""
+    plastic, law = with_pair(contacts, restitution=0.0, friction=0.0), Coulomb()
+    for group in groups(plastic):
+        law.together(group, velocity, partial(respond, law))
 
 
 @given(seeds)

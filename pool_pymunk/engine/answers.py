@@ -19,15 +19,21 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.asked import (
     answer_group,
     begin,
+    can_leap,
     count_unlisted,
     law_of,
     noise_of,
+    note_collapse,
     note_contact,
     note_jump,
     path_of,
+    read_plastic,
     roll_after,
+    room_to_collapse,
+    settle_group,
     slip_of,
 )
+from pool_pymunk.physics import collapse
 from pool_pymunk.physics.contact import NO_BALL, closing_speed, first_of, join
 from pool_pymunk.physics.impulses import pushes_of
 from pool_pymunk.physics.laws import respond
@@ -70,7 +76,7 @@ class Instant:
     def __init__(self) -> None:
         self.began, self.most = -math.inf, math.inf
         self.rounds = self.mets = self.dues = self.contacts = self.misses = self.turns = 0
-        self.balls = self.is_asked = 0
+        self.balls = self.is_asked = self.is_played_out = 0
         self.contact: dict[int, Any] = {}
         self.hitting: dict[int, Any] = {}
         self.group: dict[int, Any] = {}
@@ -138,16 +144,26 @@ def answer_hits(w: Any, hits: int) -> None:
     at = w.instant
     join(at.hitting, hits, at.first)
     for k in range(hits):
-        first, size, is_new = first_of(at.hitting[k].a, at.first), 0, True
-        for m in range(hits):
-            if first_of(at.hitting[m].a, at.first) == first:
-                is_new &= m >= k
-                at.group[size], at.member[size] = at.hitting[m], at.which[m]
-                size += 1
-        if is_new and size == 1:
+        size = take_group(at, hits, k)
+        if size == 1:
             answer_lone(w, at.member[0])
-        elif is_new:
+        elif size > 1:
             answer_group(w, size)
+
+
+def take_group(at: Any, hits: int, k: int) -> int:
+    """Put the hits that share balls with hit ``k`` into ``group``; return 0 if it is not the first.
+
+    Else return how many they are.
+    """
+    first, size = first_of(at.hitting[k].a, at.first), 0
+    for m in range(hits):
+        if first_of(at.hitting[m].a, at.first) == first:
+            if m < k:
+                return 0
+            at.group[size], at.member[size] = at.hitting[m], at.which[m]
+            size += 1
+    return size
 
 
 def answer_lone(w: Any, k: int) -> None:
@@ -156,7 +172,7 @@ def answer_lone(w: Any, k: int) -> None:
     one, v = at.contact[k], at.velocity
     i, j = one.a, one.b if one.b != NO_BALL else one.a
     before = (v[i][0], v[i][1]), (v[j][0], v[j][1])
-    at.jumped[k] = respond(law_of(w), one, v, slip_of(w))
+    at.jumped[k] |= respond(law_of(w), one, v, slip_of(w))
     keep_impulse(w, k, before)
 
 
@@ -223,3 +239,48 @@ def carry_out(w: Any) -> None:
             begin(w, i, place, v, roll_after(w, i), noise)
             path = path_of(w, i)
             at.velocity[i], at.changed[i] = (path.vx, path.vy), 1
+
+
+# -- collapse --------------------------------------------------------------------------------------
+
+
+def play_out(w: Any) -> None:
+    """Answer the hits of a collapse, at one instant, until closing speeds are rounding."""
+    at = w.instant
+    c = room_to_collapse(w)
+    w.collapses += at.contacts > 2
+    c.can_leap, c.most = can_leap(w), collapse.MOST_HITS
+    if w.collapses > decisions.PILE:
+        c.most = decisions.MOST_IN_PILE
+    at.turns, at.is_played_out = at.contacts, 1
+    for k in range(at.contacts):
+        at.turn[k], at.kind[k] = k, COLLAPSED
+    begin_round(w)
+    collapse.begin(c, at.contact, at.contacts, at.gap, decisions.CONVERGED)
+    while collapse.next_hits(c, at.contact, at.velocity) > 0:
+        hits = 0
+        for k in range(at.contacts):
+            if c.hits[k]:
+                at.hitting[hits], at.which[hits] = at.contact[k], k
+                hits += 1
+        answer_hits(w, hits)
+    settle(w)  # Mostly this changes rounding only.
+    at.is_played_out = 0
+    for n in range(at.balls):
+        at.moved[at.ball[n]] = COLLAPSED
+    note_collapse(w)
+    report(w, False)
+    carry_out(w)
+
+
+def settle(w: Any) -> None:
+    """Give an inelastic collapse its limit: a plastic hit (e = 0) without friction."""
+    at = w.instant
+    for k in range(at.contacts):
+        read_plastic(w, k)
+        at.which[k] = k
+    join(at.hitting, at.contacts, at.first)
+    for k in range(at.contacts):
+        size = take_group(at, at.contacts, k)
+        if size > 0:
+            settle_group(w, size)

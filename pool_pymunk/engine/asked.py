@@ -13,15 +13,17 @@ from typing import Any
 from pool_pymunk.engine.due import What, ends_of, hit_of
 from pool_pymunk.engine.policies import velocity_after
 from pool_pymunk.engine.recorder import Begun, Persisted
+from pool_pymunk.physics import collapse
+from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
-from pool_pymunk.physics.laws import Law, Slip, respond, solves_at_once
+from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, piece_of, step
 from pool_pymunk.physics.pressed import BALL, FASTER, Press, copy_of, decide, find_forces
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
-from pool_pymunk.physics.together import at_once
+from pool_pymunk.physics.together import Rows, at_once
 
 Four = tuple[float, float, float, float]
 
@@ -154,7 +156,7 @@ def answer_group(w: Any, count: int) -> None:
     else:
         w.law.together(contacts, after, partial(respond_and_note, w, calls))
         shared = Shared(contacts, before, after, calls)
-        found = [numbers_of(shared.impulse(contact)) for contact in contacts]
+        found = [numbers_of(shared.impulse(one)) for one in contacts if not at.is_played_out]
     at.velocity.update(after)
     at.impulse.update({at.member[m]: impulse for m, impulse in enumerate(found)})
 
@@ -163,14 +165,39 @@ def respond_and_note(w: Any, calls: list[Call], contact: Contact, velocity: Velo
     """Answer one contact by the law, and note the call, and whether the law jumps there."""
     at, before = w.instant, [velocity[i] for i in contact.balls]
     jumps = respond(w.law, contact, velocity, w.slip)
-    calls.append((contact, before, [velocity[i] for i in contact.balls]))
+    if not at.is_played_out:
+        calls.append((contact, before, [velocity[i] for i in contact.balls]))
     for k in range(at.contacts if jumps else 0):
         at.jumped[k] |= at.contact[k][:3] == contact[:3]
 
 
-def play_out(w: Any) -> None:
-    """Play the hits of a collapse, until closing speeds are rounding."""
-    w.play_out()
+def can_leap(w: Any) -> bool:
+    """Tell whether cycles of hits may be leapt over, because hits are Coulomb's."""
+    return bool(w.law.hits_are_coulombs)
+
+
+def room_to_collapse(w: Any) -> Any:
+    """Return room for a collapse of the contacts of this instant."""
+    w.collapse = Rows(collapse.FORM, w.instant.contacts)
+    return w.collapse
+
+
+def read_plastic(w: Any, k: int) -> None:
+    """Let a contact be ``hitting`` without restitution and friction."""
+    contact = w.instant.contact[k]
+    plastic = contact.pair._replace(restitution=0.0, friction=0.0)
+    w.instant.hitting[k] = contact._replace(pair=plastic)
+
+
+def settle_group(w: Any, count: int) -> None:
+    """Answer the plastic contacts of a ``group``; then the impulses of the collapse are known."""
+    at = w.instant
+    contacts = [at.group[m] for m in range(count)]
+    law, own = Coulomb(), [at.contact[at.member[m]] for m in range(count)]
+    law.together(contacts, at.velocity, partial(respond, law))
+    shared = Shared(own, at.before, at.velocity)
+    for m, contact in enumerate(own):
+        at.impulse[at.member[m]] = numbers_of(shared.impulse(contact))
 
 
 def may_answer(w: Any) -> bool:
@@ -315,6 +342,13 @@ def note_contact(w: Any, k: int) -> None:
     w.tally.listed += 1
     impulse = Impulse(n, t, None if contact.b == NO_BALL else first)
     w.recorder.contact(contact, impulse, w.now)
+
+
+def note_collapse(w: Any) -> None:
+    """Take note of a collapse."""
+    at = w.instant
+    contacts = [at.contact[k] for k in range(at.contacts)]
+    w.recorder.no_end(contacts, Collapse(w.collapse.played, bool(w.collapse.is_over)), w.now)
 
 
 def note_jump(w: Any, k: int) -> None:

@@ -15,23 +15,18 @@ persist by :mod:`pool_pymunk.engine.groups`; compiled shots use both, too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 
 from pool_pymunk.engine import decisions, groups, instants
-from pool_pymunk.engine.answers import COLLAPSED, Instant, carry_out, report
-from pool_pymunk.engine.asked import respond_and_note
+from pool_pymunk.engine.answers import Instant
 from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
 from pool_pymunk.engine.near import Near
 from pool_pymunk.engine.policies import Errors, Variant, begin_errors
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
-from pool_pymunk.physics import collapse
-from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, Velocities
-from pool_pymunk.physics.contact import groups as groups_of
-from pool_pymunk.physics.impulses import Shared, numbers_of
-from pool_pymunk.physics.laws import NO_FRICTION, Law, settle
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
+from pool_pymunk.physics.laws import NO_FRICTION, Law
 from pool_pymunk.physics.path import (
     NOISE,
     Path,
@@ -414,42 +409,6 @@ class ContactEngine:
                     found[hit] = None
                     balls += [k for k in hit.balls if k not in balls]
         return sorted(found)
-
-    def play_out(self) -> None:
-        """Answer the hits of a collapse, at one instant, until closing speeds are rounding."""
-        at = self.instant
-        contacts = [at.contact[k]._replace(gap=at.gap[k]) for k in range(at.contacts)]
-        self.collapses += len(contacts) > 2
-        most = collapse.MOST_HITS
-        if self.collapses > decisions.PILE:
-            most = decisions.MOST_IN_PILE
-        for k in range(at.contacts):
-            at.turn[k], at.kind[k], at.jumped[k] = k, COLLAPSED, 0
-        at.turns = at.contacts
-        before = {i: at.velocity[i] for i in [at.ball[n] for n in range(at.balls)]}
-        for i, v in before.items():
-            at.before[i], at.plays[i], at.moved[i] = v, 1, 1
-        velocity, leaps = dict(before), self.law.hits_are_coulombs
-        played = collapse.play_out(
-            contacts, decisions.CONVERGED, velocity, self._answer_all, leaps, most
-        )
-        settle(contacts, velocity)  # Mostly this changes rounding only.
-        shared = Shared(contacts, before, velocity)
-        at.velocity.update(velocity)
-        for k, contact in enumerate(contacts):
-            at.impulse[k] = numbers_of(shared.impulse(contact))
-        self.recorder.no_end(contacts, played, self.now)
-        report(self, False)
-        carry_out(self)
-
-    def _answer_all(self, contacts: Sequence[Contact], velocity: Velocities) -> None:
-        """Change the velocities (m/s) by the law, group by group of contacts that share a ball."""
-        one = partial(respond_and_note, self, [])
-        for group in groups_of(contacts) if len(contacts) > 1 else (contacts,):
-            if len(group) == 1:
-                one(group[0], velocity)
-            else:
-                self.law.together(group, velocity, one)
 
     # -- what follows ----------------------------------------------------------------------------
 

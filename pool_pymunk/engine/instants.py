@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from pool_pymunk.engine import decisions, groups
-from pool_pymunk.engine.answers import HIT, resolve, squared
+from pool_pymunk.engine.answers import HIT, play_out, resolve, squared
 from pool_pymunk.engine.asked import (
     begin,
     begins_to_roll,
@@ -38,7 +38,6 @@ from pool_pymunk.engine.asked import (
     note_contact,
     note_order,
     path_of,
-    play_out,
     predict,
     predict_changed,
     predict_loose,

@@ -23,6 +23,9 @@ from pool_pymunk.fast.moves import keep_event, put_on, stop
 from pool_pymunk.fast.records import (
     CHANGES,
     COLUMNS,
+    IN_COLLAPSE,
+    IS_CUT,
+    IS_OVER,
     MOST_BALLS,
     MOST_TOGETHER,
     NOTHING,
@@ -30,13 +33,14 @@ from pool_pymunk.fast.records import (
     Sides,
     Work,
 )
+from pool_pymunk.fast.tables import AS_LISTED, AT_ONCE
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
 from pool_pymunk.physics import contact, laws
 from pool_pymunk.physics.changes import ROLL
 from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import slowing
-from pool_pymunk.physics.laws import Slip, as_listed
+from pool_pymunk.physics.laws import Slip, as_listed, respond
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, piece_of, step
 from pool_pymunk.physics.pressed import BALL, decide, find_forces
@@ -44,7 +48,7 @@ from pool_pymunk.physics.pressed import is_own as asks_own
 from pool_pymunk.physics.pressed import own_pull as asks_pull
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
-from pool_pymunk.physics.together import Room, push_at_once
+from pool_pymunk.physics.together import Room, begin_orders, next_in_order, push_at_once
 
 Four = tuple[float, float, float, float]
 
@@ -148,17 +152,20 @@ def read_contact(w: Work, sides: Sides, k: int, i: int, other: int) -> Any:
 
 
 def answer_group(w: Work, count: int) -> None:
-    """Answer a group of contacts by the law; this is hard if their impulses are unknown."""
+    """Answer a group of contacts by the law: at once, in the listing's order, or by a mean."""
     at = w.instant
-    if w.scene.together == 0:
-        room = Room(
-            at.response, at.factor, at.wanted, at.unit, at.pushes, at.rest, at.pushing, at.chosen,
-            at.shares,
-        )  # fmt: skip
-        w.is_hard |= not push_at_once(at.group, count, at.velocity, room)
+    if w.scene.together == AT_ONCE and push_at_once(at.group, count, at.velocity, room_of(at)):
         for m in range(count):
             at.impulse[at.member[m]] = (at.pushes[m], at.rest[m], -at.rest[m])
-        return
+    elif w.scene.together == AS_LISTED:
+        answer_as_listed(w, count)
+    else:
+        answer_in_orders(w, count)
+
+
+def answer_as_listed(w: Work, count: int) -> None:
+    """Answer a group of contacts one after the other, in the listing's order."""
+    at = w.instant
     for m in range(count):
         at.listed[m], at.impulse[at.member[m]] = m, (0.0, 0.0, 0.0)
     for m in range(count):
@@ -169,8 +176,48 @@ def answer_group(w: Work, count: int) -> None:
             answer_lone(w, at.member[at.listed[m]])
 
 
-def play_out(w: Work) -> None:
-    w.is_hard = 1
+def answer_in_orders(w: Work, count: int) -> None:
+    """Answer a group of contacts by the mean over orders; it is hard to find their impulses."""
+    at, o = w.instant, w.orders
+    w.is_hard |= w.scene.keeps == WHOLE or may_roll(w.ball[0])
+    for m in range(count):
+        i, (nx, ny) = at.group[m].a, at.group[m].normal
+        r = w.ball[i].radius if at.group[m].b != NO_BALL else -w.ball[i].radius
+        o.point[m] = (at.place[i][0] + r * nx, at.place[i][1] + r * ny)
+    begin_orders(o, at.group, count, at.velocity)
+    m = next_in_order(o, at.group, at.velocity)
+    while m >= 0:
+        jumps = respond(w.scene, at.group[m], at.velocity, slip_of(w))
+        at.jumped[at.member[m]] |= jumps
+        m = next_in_order(o, at.group, at.velocity)
+
+
+def can_leap(w: Work) -> bool:
+    return bool(w.scene.kind == 0)
+
+
+def room_to_collapse(w: Work) -> Any:
+    return w.collapse
+
+
+def read_plastic(w: Work, k: int) -> None:
+    at = w.instant
+    at.hitting[k] = at.contact[k]
+    at.hitting[k].pair.restitution = at.hitting[k].pair.friction = 0.0
+
+
+def settle_group(w: Work, count: int) -> None:
+    at = w.instant
+    w.is_hard |= may_roll(w.ball[0])  # The engine finds the impulses.
+    w.is_hard |= not push_at_once(at.group, count, at.velocity, room_of(at))
+
+
+def room_of(at: Any) -> Room:
+    """Return the room for the impulses of a group."""
+    return Room(
+        at.response, at.factor, at.wanted, at.unit, at.pushes, at.rest, at.pushing, at.chosen,
+        at.shares,
+    )  # fmt: skip
 
 
 def may_answer(w: Work) -> bool:
@@ -315,6 +362,13 @@ def note_contact(w: Work, k: int) -> None:
 def note_jump(w: Work, k: int) -> None:
     one = w.instant.contact[k]
     moves.keep_note(w, one.a, one.b)
+
+
+def note_collapse(w: Work) -> None:
+    at = w.instant
+    for n in range(at.balls):
+        moves.keep_note(w, at.ball[n], IN_COLLAPSE)
+    moves.keep_note(w, w.collapse.played, IS_OVER if w.collapse.is_over else IS_CUT)
 
 
 def note_order(w: Work) -> None:

@@ -53,6 +53,7 @@ APART = (
     "pool_pymunk.engine.groups",
     "pool_pymunk.fast.asked",
     "pool_pymunk.fast.instant",
+    "pool_pymunk.physics.collapse",
     "pool_pymunk.physics.persistent",
     "pool_pymunk.physics.pieces",
     "pool_pymunk.physics.pressed",

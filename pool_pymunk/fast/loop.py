@@ -295,7 +295,7 @@ def clear(w: Work) -> None:
     count.answered = count.events = count.hits = count.cushions = 0
     track.rows = track.events = track.notes = track.tells = w.groups.helds = 0
     count.first_hit, at.mets, at.rounds, at.unlisted, at.most = NOTHING, 0, 0, 0, MOST_TOGETHER
-    w.groups.coarser = w.scene.coarser
+    w.groups.coarser, w.collapses, at.is_played_out = w.scene.coarser, 0, 0
     for n in range(at.balls):
         at.is_in[at.ball[n]] = at.changed[at.ball[n]] = 0
     at.balls = 0

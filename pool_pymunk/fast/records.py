@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.engine import answers, groups
-from pool_pymunk.physics import together
+from pool_pymunk.physics import collapse, together
 from pool_pymunk.physics.contact import Pair
 from pool_pymunk.physics.pressed import FORM, lengths
 
@@ -86,6 +86,9 @@ CHANGES, WHOLE = 1, 2
 # of contacts was unknown. A persistent contact that is over is told of: ball and other one, from
 # when until when, its impulse, and where the two were.
 COLUMNS, MOST_NOTES = 10, 1024
+# These stand for the second ball in notes of an inelastic collapse: of each of its balls, then of
+# the number of its hits, and whether they came to an end.
+IN_COLLAPSE, IS_OVER, IS_CUT = -2, -3, -4
 TRACK = np.dtype(
     [("rows", I), ("events", I), ("notes", I), ("tells", I),
      ("row", F, (MOST_ROWS, COLUMNS)), ("event", F, (2 * MOST_ROWS, 6)),
@@ -117,7 +120,7 @@ INSTANT = form_of(
         "is_near": (int, ("N",)), "queue": (int, ("N",)), "listed": (int, ("C",)),
     },
     N + 1, began=F, most=I, rounds=I, mets=I, dues=I, contacts=I, misses=I, turns=I, balls=I,
-    is_asked=I, unlisted=I,
+    is_asked=I, is_played_out=I, unlisted=I,
 )  # fmt: skip
 PRESS = form_of(FORM, balls=I, contacts=I, pull=F, drag=F, rolls=I)
 # `asked` tells which waits wake their balls.
@@ -126,6 +129,13 @@ GROUPS = form_of(
     todos=I, begun=I, used=I, free=I, begun_t=F,
 )  # fmt: skip
 
+COLLAPSE = form_of(
+    collapse.FORM, contacts=I, balls=I, noise=F, can_leap=I, most=I, least=F, played=I, spent=I,
+    is_over=I, rounds=I, wait=I, pause=I, first=I, period=I, parts=I, movers=I,
+)  # fmt: skip
+
+ORDERS = form_of(together.ORDERS, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I, is_over=I)
+
 # A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
 WORKS = {
     rolls: np.dtype(
@@ -133,6 +143,7 @@ WORKS = {
          ("in_doubt", I), ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("anew", I, N),
          ("last", F, (N, 6)),
          ("count", COUNT), ("track", TRACK), ("instant", INSTANT), ("press", PRESS),
+         ("collapse", COLLAPSE), ("collapses", I), ("orders", ORDERS),
          ("groups", GROUPS)]
     )
     for rolls, ball in BALLS.items()

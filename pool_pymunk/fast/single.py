@@ -14,7 +14,18 @@ from pool_pymunk.engine.policies import begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
 from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
 from pool_pymunk.fast.press import Form, RecordPress
-from pool_pymunk.fast.records import NOTHING, WHOLE, WORKS, Out, Shots, TableArrays, empty, tracks
+from pool_pymunk.fast.records import (
+    IN_COLLAPSE,
+    IS_OVER,
+    NOTHING,
+    WHOLE,
+    WORKS,
+    Out,
+    Shots,
+    TableArrays,
+    empty,
+    tracks,
+)
 from pool_pymunk.fast.tables import (
     can_compile,
     coefficients_of,
@@ -27,7 +38,8 @@ from pool_pymunk.fast.tables import (
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics import pressed
 from pool_pymunk.physics.changes import ROLL, STOP
-from pool_pymunk.physics.contact import Contact, Pair
+from pool_pymunk.physics.collapse import Collapse
+from pool_pymunk.physics.contact import NO_BALL, Contact, Pair
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import NO_FRICTION, Law
 from pool_pymunk.physics.path import Path
@@ -171,11 +183,7 @@ def trace_of(scene: Scene, start: State, law: Law, w: Any, told: Told) -> Engine
         trace.knots[int(row[0])].append(tuple(row[numbers]))
     for t, one, other, *impulse in told.events:
         note_event(trace, t, int(one), int(other), impulse)
-    for t, one, other in told.notes:
-        if one == NOTHING:
-            trace.order_unknown(t)
-        else:
-            trace.zero_slip(Contact(int(one), int(other), (0.0, 0.0), NO_PAIR), t)
+    note_all(trace, told.notes)
     for contact in told.persisted:
         trace.persistent(persisted_of(scene, contact))
     trace.groups = None if w["instant"]["unlisted"] else []
@@ -186,6 +194,22 @@ def trace_of(scene: Scene, start: State, law: Law, w: Any, told: Told) -> Engine
     last, paths = w["last"][:balls].tolist(), [path_of(w["ball"][i]) for i in range(balls)]
     trace.end_at(t, paths, last.__getitem__)
     return trace
+
+
+def note_all(trace: EngineTrace, notes: list[list[float]]) -> None:
+    """Take note of what warnings tell."""
+    balls: list[Contact] = []
+    for t, one, other in notes:
+        contact = Contact(int(one), int(other), (0.0, 0.0), NO_PAIR)
+        if one == NOTHING:
+            trace.order_unknown(t)
+        elif other >= 0:
+            trace.zero_slip(contact, t)
+        elif other == IN_COLLAPSE:
+            balls.append(contact._replace(b=NO_BALL))
+        else:
+            trace.no_end(balls, Collapse(int(one), other == IS_OVER), t)
+            balls = []
 
 
 def note_event(trace: EngineTrace, t: float, i: int, other: int, impulse: list[float]) -> None:

@@ -19,8 +19,9 @@ from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.solvers.exact import pockets
 
 HITS = ("ball_ball", "cushion", "jumps")  # the methods that answer a contact that comes alone
-# compiled shots answer contacts of one instant in these two manners (fast/together.py)
-TOGETHER = Coulomb.together, Published.together
+# Compiled shots answer contacts of one instant in these manners (fast/asked.py).
+TOGETHER = Coulomb.together, Published.together, Law.together
+AT_ONCE, AS_LISTED, IN_ORDERS = range(len(TOGETHER))
 
 
 def law_number(law: Law) -> int:

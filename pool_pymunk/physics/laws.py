@@ -14,7 +14,6 @@ What you do not override stays Coulomb's.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any, final
 
 from pool_pymunk.physics.contact import (
@@ -26,7 +25,6 @@ from pool_pymunk.physics.contact import (
     Velocities,
     changed,
     closing_speed,
-    groups,
     pair_of,
     split,
 )
@@ -253,16 +251,6 @@ COMPILED: tuple[type[Law], ...] = (Coulomb, Published, Weakening)
 def solves_at_once(law: Law) -> bool:
     """Tell whether a law answers contacts of one instant as Coulomb's law does."""
     return type(law).together is Coulomb.together
-
-
-def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
-    """Give an inelastic collapse its limit: a plastic hit (e = 0) without friction."""
-    plastic = [
-        contact._replace(pair=contact.pair._replace(restitution=0.0, friction=0.0))
-        for contact in contacts
-    ]
-    for group in groups(plastic):
-        Coulomb().together(group, velocity, partial(respond, Coulomb()))
 
 
 def find_law(law: str | Law) -> Law:

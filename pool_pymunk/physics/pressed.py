@@ -129,16 +129,19 @@ def lengths(shape: Sequence[Any], balls: int, contacts: int) -> tuple[int, ...]:
     ((7, 12), (3, 4))
     """
     known = {
-        "N": balls, "6N": 6 * balls, "C": contacts, "3C": 3 * contacts, "3C+1": 3 * contacts + 1,
-        "4C+N": 4 * contacts + balls,
+        "N": balls, "N+1": balls + 1, "6N": 6 * balls, "C": contacts, "3C": 3 * contacts,
+        "3C+1": 3 * contacts + 1, "6C": 6 * contacts, "4C+N": 4 * contacts + balls,
     }  # fmt: skip
     return tuple(known.get(each, each) for each in shape)
 
 
 def rows_of(kind: type, shape: Sequence[int]) -> Any:
     """Return lists of zeros in lists."""
+    row = [kind()] * shape[-1]
     if len(shape) == 1:
-        return [kind()] * shape[0]
+        return row
+    if len(shape) == 2:
+        return [row[:] for _ in range(shape[0])]
     return [rows_of(kind, shape[1:]) for _ in range(shape[0])]
 
 

@@ -23,25 +23,25 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import permutations
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.physics.contact import (
     NO_BALL,
     Contact,
     Respond,
+    Vector,
     Velocities,
     closing_speed,
-    fastest,
 )
+from pool_pymunk.physics.pressed import lengths, rows_of
 
 # For up to this many contacts all 24 orders are tried. Eight contacts would have 40,320.
 ALL_ORDERS = 4
 # After this many sweeps of the mean, what still closes is a next impact. Half or twice as many move
 # no ball in tests.halved.
 MOST_SWEEPS = 200
-TIE_DIGITS = 9  # Normals that agree to this many digits are the same; rounding moves the 15th.
+DIGITS = 1e9  # Normals that agree to nine digits are the same; rounding moves the 15th.
 # This share of the speeds, or of the impulses, may be rounding, in sums over some 30 contacts.
 SPEED_ROUNDING = 64.0 * 2.0**-52
 # This many exchanges are tried for each contact; 2,000 random problems needed seven at most.
@@ -51,7 +51,57 @@ MOST_EXCHANGES = 20
 REDUNDANT = 1e-12
 
 
+# -- rows ----------------------------------------------------------------------------------------
+
+
+class Rows:
+    """These are the numbers of a form for some contacts, in lists; those by ball are in dicts."""
+
+    def __init__(self, form: Mapping[str, tuple[type, tuple[Any, ...]]], contacts: int) -> None:
+        for name, (kind, shape) in form.items():
+            made = lengths(shape, 2 * contacts, contacts)
+            setattr(self, name, {} if shape[0] == "N+1" else rows_of(kind, made))
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+        def __setattr__(self, name: str, value: Any) -> None: ...
+
+
+def list_balls(rows: Any, contacts: Any, count: int) -> None:
+    """List the balls of contacts, each of them once."""
+    rows.balls = 0
+    for k in range(count):
+        rows.is_in[contacts[k].a] = rows.is_in[contacts[k].b] = 0
+    for k in range(count):
+        for i in (contacts[k].a, contacts[k].b):
+            if i != NO_BALL and not rows.is_in[i]:
+                rows.is_in[i], rows.ball[rows.balls] = 1, i
+                rows.balls += 1
+
+
+def fastest_of(rows: Any, velocity: Any) -> float:
+    """Return the speed (m/s) of the fastest of the balls."""
+    most = 0.0
+    for p in range(rows.balls):
+        v = velocity[rows.ball[p]]
+        most = max(most, v[0] * v[0] + v[1] * v[1])
+    return math.sqrt(most)
+
+
 # -- any law: the mean over orders -------------------------------------------------------------
+
+# These are the rows of the orders, each with its type, and its shape by the most balls N and
+# contacts C. `ball` lists the balls. Contacts touch at a `point` (m), which many contacts need.
+# Each order is a `turn` of contacts; `reached` and `across` are where a front finds them. The
+# velocities (m/s) of the balls are those at the `start` of a sweep; after each order, theirs are
+# added to sums that are exact: each is `many` numbers in `parts`, which do not overlap.
+ORDERS: dict[str, tuple[type, tuple[Any, ...]]] = {
+    "ball": (int, ("N",)), "is_in": (int, ("N+1",)),
+    "point": (float, ("C", 2)), "reached": (int, ("C",)), "across": (float, ("C",)),
+    "turn": (int, ("6C", "C")), "start": (float, ("N+1", 2)),
+    "parts": (float, ("N", 2, "6C")), "many": (int, ("N", 2)),
+}  # fmt: skip
 
 
 def mean_over_orders(contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
@@ -61,41 +111,190 @@ def mean_over_orders(contacts: Sequence[Contact], velocity: Velocities, respond:
     normals and back, and give the orders in which they reach contacts. Those that one reaches
     together come from left to right and from right to left. Repeat this until nothing closes.
     """
-    balls = sorted({i for contact in contacts for i in contact.balls})
-    orders = list(_orders(contacts))
-    for _ in range(MOST_SWEEPS):
-        noise = SPEED_ROUNDING * fastest({i: velocity[i] for i in balls})
-        if all(closing_speed(contact, velocity) <= noise for contact in contacts):
-            return
-        ends = [_in_order(order, {i: velocity[i] for i in balls}, respond) for order in orders]
-        for i in balls:
-            x, y = (math.fsum(end[i][axis] for end in ends) / len(ends) for axis in (0, 1))
-            velocity[i] = (x, y)
+    o = Rows(ORDERS, len(contacts))
+    for k, contact in enumerate(contacts):
+        o.point[k] = list(contact.point)
+    begin_orders(o, contacts, len(contacts), velocity)
+    while (k := next_in_order(o, contacts, velocity)) >= 0:
+        respond(contacts[k], velocity)
 
 
-def _in_order(order: Iterable[Contact], velocity: Velocities, respond: Respond) -> Velocities:
-    """Answer the closing contacts one after the other, and return the velocities."""
-    for contact in order:
-        if closing_speed(contact, velocity) > 0.0:
-            respond(contact, velocity)
-    return velocity
+def begin_orders(o: Any, contacts: Any, count: int, velocity: Any) -> None:
+    """Find the orders of contacts, and begin a sweep over all of them."""
+    o.contacts, o.orders, o.sweeps, o.is_over = count, 0, 0, 0
+    list_balls(o, contacts, count)
+    if count <= ALL_ORDERS:
+        find_all_orders(o, count)
+    else:
+        find_fronts(o, contacts, count)
+    begin_sweep(o, contacts, velocity)
 
 
-def _orders(contacts: Sequence[Contact]) -> Iterator[Sequence[Contact]]:
-    """Yield all orders of a few contacts, or for many the orders in which fronts reach them."""
-    if len(contacts) <= ALL_ORDERS:
-        yield from permutations(contacts)
-        return
-    x0, y0 = (math.fsum(c.point[axis] for c in contacts) / len(contacts) for axis in (0, 1))
-    places = [(c.point[0] - x0, c.point[1] - y0) for c in contacts]
-    size = max(max(abs(x), abs(y)) for x, y in places) or 1.0
-    along = {(round(x, TIE_DIGITS), round(y, TIE_DIGITS)) for x, y in (c.normal for c in contacts)}
-    for nx, ny in sorted(along | {(-x, -y) for x, y in along}):
-        reached = [round((x * nx + y * ny) / size, TIE_DIGITS) for x, y in places]
-        for end in (1.0, -1.0):
-            across = [end * (y * nx - x * ny) for x, y in places]
-            ranks = sorted(zip(reached, across, range(len(contacts)), strict=True))
-            yield [contacts[k] for _, _, k in ranks]
+def next_in_order(o: Any, contacts: Any, velocity: Any) -> int:
+    """Return the contact that the caller answers next; -1 if ``velocity`` (m/s) is the mean."""
+    while not o.is_over:
+        while o.at < o.contacts:
+            k = o.turn[o.order][o.at]
+            o.at += 1
+            if closing_speed(contacts[k], velocity) > 0.0:
+                return int(k)
+        end_order(o, velocity)
+        if o.order == o.orders:
+            take_mean(o, velocity)
+            begin_sweep(o, contacts, velocity)
+    return -1
+
+
+def begin_sweep(o: Any, contacts: Any, velocity: Any) -> None:
+    """Begin a sweep over all orders, if contacts close and there were not too many sweeps."""
+    noise, closes = SPEED_ROUNDING * fastest_of(o, velocity), False
+    for k in range(o.contacts):
+        closes |= closing_speed(contacts[k], velocity) > noise
+    o.order, o.at, o.is_over = 0, 0, o.sweeps == MOST_SWEEPS or not closes
+    o.sweeps += 1
+    for p in range(o.balls):
+        v = velocity[o.ball[p]]
+        o.start[o.ball[p]] = (v[0], v[1])
+        o.many[p][0] = o.many[p][1] = 0
+
+
+def end_order(o: Any, velocity: Any) -> None:
+    """Add the velocities to the sums, and let the next order begin at the start of the sweep."""
+    for p in range(o.balls):
+        i = o.ball[p]
+        for axis in range(2):
+            o.many[p][axis] = add(velocity[i][axis], o.parts[p][axis], o.many[p][axis])
+        velocity[i] = (o.start[i][0], o.start[i][1])
+    o.order, o.at = o.order + 1, 0
+
+
+def take_mean(o: Any, velocity: Any) -> None:
+    """Give each ball the mean of its velocities after the orders."""
+    for p in range(o.balls):
+        x, y = total(o.parts[p][0], o.many[p][0]), total(o.parts[p][1], o.many[p][1])
+        velocity[o.ball[p]] = (x / o.orders, y / o.orders)
+
+
+def find_all_orders(o: Any, count: int) -> None:
+    """Find all orders of a few contacts: each contact goes in at one of the places so far."""
+    o.orders = 1
+    for k in range(count):
+        o.orders *= k + 1
+    for order in range(o.orders):
+        turn, rest = o.turn[order], order
+        for k in range(count):
+            place, rest = rest % (k + 1), rest // (k + 1)
+            for m in range(k, place, -1):
+                turn[m] = turn[m - 1]
+            turn[place] = k
+
+
+def find_fronts(o: Any, contacts: Any, count: int) -> None:
+    """Find the orders in which fronts reach contacts, along each normal once and back."""
+    size = centre(o, count)
+    for k in range(count):
+        nx, ny = digits(contacts[k].normal[0]), digits(contacts[k].normal[1])
+        is_new = True
+        for m in range(k):
+            x, y = digits(contacts[m].normal[0]), digits(contacts[m].normal[1])
+            is_new &= (x != nx or y != ny) and (x != -nx or y != -ny)
+        for back in range(4 if is_new else 0):
+            sign, end = 1 - 2 * (back // 2), 1 - 2 * (back % 2)
+            find_front(o, (sign * nx / DIGITS, sign * ny / DIGITS), size, end)
+
+
+def find_front(o: Any, normal: Vector, size: float, end: int) -> None:
+    """Sort the contacts by when a front reaches them, and across it from one of its ends."""
+    turn, (nx, ny) = o.turn[o.orders], normal
+    for k in range(o.contacts):
+        x, y = o.point[k][0], o.point[k][1]
+        o.reached[k], o.across[k] = digits((x * nx + y * ny) / size), end * (y * nx - x * ny)
+        m = k
+        while m > 0 and comes_before(o, k, turn[m - 1]):
+            turn[m] = turn[m - 1]
+            m -= 1
+        turn[m] = k
+    o.orders += 1
+
+
+def comes_before(o: Any, k: int, other: int) -> bool:
+    """Tell whether a front reaches contact k before another one."""
+    if o.reached[k] != o.reached[other]:
+        return bool(o.reached[k] < o.reached[other])
+    return bool(o.across[k] < o.across[other])
+
+
+def centre(o: Any, count: int) -> float:
+    """Move the points such that their mean is 0, and return their largest coordinate (m)."""
+    size, parts = 0.0, o.parts[0][0]
+    for axis in range(2):
+        many = 0
+        for k in range(count):
+            many = add(o.point[k][axis], parts, many)
+        mean = total(parts, many) / count
+        for k in range(count):
+            o.point[k][axis] -= mean
+            size = max(size, abs(o.point[k][axis]))
+    return size if size > 0.0 else 1.0
+
+
+def digits(x: float) -> int:
+    """Return a number in units of 1e-9, rounded: numbers with the same digits are the same.
+
+    >>> digits(0.1), digits(-0.5 + 1e-15)
+    (100000000, -500000000)
+    """
+    return round(x * DIGITS)
+
+
+# -- exact sums ----------------------------------------------------------------------------------
+
+
+def add(x: float, parts: Any, many: int) -> int:
+    """Add a number to an exact sum, and return of how many parts this is now.
+
+    The parts do not overlap, and the last is the largest. Each number adds one part at most
+    (Shewchuk, Adaptive precision floating-point arithmetic, 1997, theorem 10).
+    """
+    kept = 0
+    for p in range(many):
+        part = parts[p]
+        if abs(x) < abs(part):
+            x, part = part, x
+        high = x + part
+        low = part - (high - x)
+        if low != 0.0:
+            parts[kept] = low
+            kept += 1
+        x = high
+    parts[kept] = x
+    return kept + 1
+
+
+def total(parts: Any, many: int) -> float:
+    """Return the number that is nearest to an exact sum; it is that of :func:`math.fsum`.
+
+    >>> parts = [0.0] * 4
+    >>> many = 0
+    >>> for x in (1e16, 1.0, 1e-16, -1e16):
+    ...     many = add(x, parts, many)
+    >>> total(parts, many)
+    1.0
+    """
+    p = many - 1
+    high, low = 0.0 + parts[p], 0.0  # never -0.0
+    while p > 0 and low == 0.0:
+        p -= 1
+        x, part = high, parts[p]
+        high = x + part
+        low = part - (high - x)
+    # Half a unit of the last place was rounded to even; what is below it decides.
+    if p > 0 and (low < 0.0) == (parts[p - 1] < 0.0) and low != 0.0:
+        twice = 2.0 * low
+        further = high + twice
+        if further - high == twice:
+            high = further
+    return float(high)
 
 
 # -- Coulomb's law: all at once ----------------------------------------------------------------

@@ -1,0 +1,252 @@
+"""Collapses, played by loops over numbers: with leaps as hit by hit, and compiled as in Python."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterator
+from itertools import compress
+from typing import Any
+
+import numpy as np
+import pytest
+from clusters import random_cluster
+from shots import needs_numba
+
+from pool_pymunk.engine.decisions import CONVERGED
+from pool_pymunk.fast import compiled, records
+from pool_pymunk.physics import collapse, together
+from pool_pymunk.physics.collapse import MOST_HITS, Collapse
+from pool_pymunk.physics.contact import (
+    NO_BALL,
+    Contact,
+    Pair,
+    Vector,
+    Velocities,
+    fastest,
+    groups,
+)
+from pool_pymunk.physics.laws import LAWS, respond
+
+Start = tuple[list[Contact], dict[int, Vector]]
+Answer = Callable[[Any, Velocities], None]
+
+
+def squeezed(seed: int) -> Start:
+    """Return light balls between heavy ones in a row that may bend, at a cushion or in a wedge."""
+    rnd = random.Random(seed)
+    e, mu = rnd.choice((0.0, 0.05, 0.2, 0.5)), rnd.choice((0.0, 0.1, 0.3))
+    count, bends = rnd.randint(2, 5), rnd.choice((0.0, 0.3))
+    mass = [10 ** rnd.uniform(0, 4) if k % 2 else 10 ** rnd.uniform(-1, 0) for k in range(count)]
+    contacts, lean = [], rnd.choice((0.0, rnd.uniform(0.05, 0.8)))
+    for i in range(count - 1):
+        turn, gap = rnd.gauss(0.0, bends), rnd.choice((0.0, 10 ** rnd.uniform(-15, -9)))
+        normal, pair = (math.cos(turn), math.sin(turn)), Pair(mass[i], mass[i + 1], e, mu)
+        contacts.append(Contact(i, i + 1, normal, pair, gap=gap))
+    for turn in {lean, -lean}:
+        pair, normal = Pair(mass[0], math.inf, e, mu), (math.cos(turn), math.sin(turn))
+        contacts.append(Contact(0, NO_BALL, normal, pair, 0))
+    velocity = {i: (-i - rnd.random(), rnd.choice((0.0, rnd.gauss(0, 0.3)))) for i in range(count)}
+    return contacts, velocity
+
+
+def crowded(seed: int) -> Start:
+    """Return a cluster in which all balls drive to one place, so that many contacts close."""
+    cluster = random_cluster(seed)
+    contacts = [one._replace(pair=one.pair._replace(restitution=0.1)) for one in cluster.contacts]
+    balls = sorted({i for contact in contacts for i in contact.balls})
+    return contacts, {i: cluster.velocity[i] for i in balls}
+
+
+def one_hit(contact: Contact, velocity: Velocities) -> None:
+    """Answer one contact by Coulomb's law."""
+    respond(LAWS["coulomb"], contact, velocity)
+
+
+def answer(contacts: Any, velocity: Velocities) -> None:
+    """Answer contacts as the resolver does."""
+    for group in groups(contacts):
+        if len(group) == 1:
+            one_hit(group[0], velocity)
+        else:
+            LAWS["coulomb"].together(group, velocity, one_hit)
+
+
+def played(start: Start, can_leap: bool, most: int = MOST_HITS) -> tuple[Collapse, Velocities]:
+    """Play out a collapse in Python."""
+    contacts, before = start
+    velocity: Velocities = dict(before)
+    c = together.Rows(collapse.FORM, len(contacts))
+    c.can_leap, c.most = can_leap, most
+    gaps = [contact.gap for contact in contacts]
+    collapse.begin(c, contacts, len(contacts), gaps, CONVERGED)
+    while collapse.next_hits(c, contacts, velocity) > 0:
+        answer(list(compress(contacts, c.hits)), velocity)
+    return Collapse(c.played, bool(c.is_over)), velocity
+
+
+def farthest(one: Velocities, other: Velocities, before: Velocities) -> float:
+    """Return how far velocities differ, as a share of the fastest before."""
+    return max(math.dist(one[i], other[i]) for i in one) / fastest(before)
+
+
+# -- leaps -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def leaps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return a list to which the cycles of each leap are added."""
+    leap, cycles = collapse.leap, list[int]()
+
+    def watched(*args: Any) -> int:
+        cycles.append(leap(*args))
+        return cycles[-1]
+
+    monkeypatch.setattr(collapse, "leap", watched)
+    return cycles
+
+
+def test_leaps_come_to_what_hit_by_hit_comes_to(
+    monkeypatch: pytest.MonkeyPatch, leaps: list[int]
+) -> None:
+    """Collapses that a bound cuts off have no end to compare."""
+    monkeypatch.setattr(collapse, "MOST_IN_TIME", 100)
+    compared = leapt = 0
+    for seed in range(300):
+        start = squeezed(seed)
+        leaps.clear()
+        (one, with_leaps), (other, without) = (played(start, can, 3_000) for can in (True, False))
+        if one.is_over and other.is_over:
+            assert farthest(with_leaps, without, start[1]) < 1e-11, seed
+            compared, leapt = compared + 1, leapt + (sum(leaps) > 0)
+    assert compared > 100
+    assert leapt > 30
+
+
+def between(ratio: float) -> Start:
+    """Return a light ball at a cushion, and one that drives it there; e = 0.8, no friction."""
+    contacts = [
+        Contact(0, 1, (1.0, 0.0), Pair(1.0, ratio, 0.8, 0.0)),
+        Contact(0, NO_BALL, (1.0, 0.0), Pair(1.0, math.inf, 0.8, 0.0), 0),
+    ]
+    return contacts, {0: (0.0, 0.0), 1: (-1.0, 0.0)}
+
+
+def test_a_leap_over_many_cycles_counts_their_hits() -> None:
+    """In each cycle the heavy ball loses a share of its speed that is as the light one's mass."""
+    hits = []
+    for ratio in (1e5, 1e6):
+        found, velocity = played(between(ratio), True)
+        assert found.is_over
+        assert fastest(velocity) < 1e-12
+        hits.append(found.hits)
+    assert hits[0] > MOST_HITS
+    assert hits[1] == pytest.approx(10 * hits[0], rel=0.01)
+
+
+def test_a_cycle_with_too_many_parts_is_not_leapt_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cycle has two parts: the closing speeds of both contacts."""
+    monkeypatch.setattr(collapse, "MOST_PARTS", 1)
+    assert played(between(1e5), True, 100)[0] == Collapse(100, is_over=False)
+    monkeypatch.setattr(collapse, "MOST_PARTS", 2)
+    assert played(between(1e5), True, 100)[0].is_over
+
+
+# -- compiled --------------------------------------------------------------------------------------
+
+
+def record_of(form: Any) -> Any:
+    """Return a record of a form, full of zeros."""
+    return np.zeros(1, form).view(np.recarray)[0]
+
+
+def as_arrays(start: Start) -> tuple[Any, Any]:
+    """Return contacts and velocities in arrays, as compiled shots have them."""
+    contacts, before = start
+    rows = np.zeros(len(contacts), records.CONTACT).view(np.recarray)
+    for row, one in zip(rows, contacts, strict=True):
+        row.a, row.b, row.normal, row.pair = one.a, one.b, one.normal, one.pair
+    velocity = np.zeros((records.MOST_BALLS + 1, 2))
+    for i, v in before.items():
+        velocity[i] = v
+    return rows, velocity
+
+
+def as_dict(velocity: Any, balls: Velocities) -> Velocities:
+    """Return the velocities of some balls."""
+    return {i: (float(velocity[i][0]), float(velocity[i][1])) for i in balls}
+
+
+def starts(count: int) -> Iterator[Start]:
+    """Yield starts of squeezed balls, and a third as many of crowded balls."""
+    yield from map(squeezed, range(count))
+    yield from (start for start in map(crowded, range(count // 3)) if start[0])
+
+
+@pytest.mark.slow
+@needs_numba
+def test_compiled_collapses_have_the_same_bits(leaps: list[int]) -> None:
+    begin, next_hits = compiled.alone(collapse.begin), compiled.alone(collapse.next_hits)
+    c = record_of(records.COLLAPSE)
+    for start in starts(200):
+        contacts, before = start
+        rows, velocity = as_arrays(start)
+        c.can_leap, c.most = 1, 300
+        begin(c, rows, len(contacts), np.array([one.gap for one in contacts]), CONVERGED)
+        while next_hits(c, rows, velocity) > 0:
+            after = as_dict(velocity, before)
+            answer([one for k, one in enumerate(contacts) if c.hits[k]], after)
+            for i, v in after.items():
+                velocity[i] = v
+        found, expected = played(start, True, 300)
+        assert (c.played, bool(c.is_over)) == found
+        assert as_dict(velocity, before) == expected
+    assert sum(cycles > 0 for cycles in leaps) > 30
+
+
+@pytest.mark.slow
+@needs_numba
+def test_compiled_means_over_orders_have_the_same_bits() -> None:
+    begin, go_on = compiled.alone(together.begin_orders), compiled.alone(together.next_in_order)
+    o = record_of(records.ORDERS)
+    for start in starts(30):
+        contacts, before = start
+        rows, velocity = as_arrays(start)
+        for k, one in enumerate(contacts):
+            o.point[k] = one.point
+        begin(o, rows, len(contacts), velocity)
+        while (k := go_on(o, rows, velocity)) >= 0:
+            after = as_dict(velocity, before)
+            one_hit(contacts[k], after)
+            for i, v in after.items():
+                velocity[i] = v
+        expected: Velocities = dict(before)
+        together.mean_over_orders(contacts, expected, one_hit)
+        assert as_dict(velocity, before) == expected
+
+
+# -- exact sums ------------------------------------------------------------------------------------
+
+
+def test_exact_sums_are_those_of_the_library() -> None:
+    for seed in range(2_000):
+        rnd = random.Random(seed)
+        widest = rnd.choice((1, 20, 60, 300))
+        numbers = [rnd.gauss(0, 1) * 2.0 ** rnd.randint(-widest, widest) for _ in range(24)]
+        numbers += [-x for x in numbers[: rnd.randint(0, 24)]]
+        # Half a unit of the last place, and a little more or less
+        numbers += [1.0, 2.0**-53, rnd.choice((-1.0, 0.0, 1.0)) * 2.0 ** -rnd.randint(100, 900)]
+        rnd.shuffle(numbers)
+        parts, many = [0.0] * len(numbers), 0
+        for x in numbers:
+            many = together.add(x, parts, many)
+        assert together.total(parts, many) == math.fsum(numbers), seed
+
+
+def test_all_orders_are_there_once() -> None:
+    for count in range(1, 5):
+        o = together.Rows(together.ORDERS, count)
+        together.find_all_orders(o, count)
+        orders = {tuple(turn[:count]) for turn in o.turn[: o.orders]}
+        assert len(orders) == o.orders == math.factorial(count)
+        assert all(sorted(order) == list(range(count)) for order in orders)
