@@ -43,7 +43,7 @@ class RecordPress(Press):
 
     def __init__(self, form: Form, play: Any) -> None:
         work = np.zeros(1, dtype=WORKS[form[0]])
-        self.play, self.work = play, work.view(np.recarray)[0]
+        self.play, self.work = play, work[0]
         self.nothing = nothing(form[1])
         press, self.asks = work["press"], work["scene"][0]
         self.numbers = {name: views(press[name]) for name in NUMBERS}

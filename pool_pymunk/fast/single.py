@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from operator import is_
 from threading import local
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.policies import begin_errors
+from pool_pymunk.engine.policies import Errors, begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
 from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
 from pool_pymunk.fast.press import Form, RecordPress
@@ -99,49 +100,72 @@ def solve(scene: Scene, start: State, settings: Settings) -> EngineTrace | None:
     is_known = setup.knows and law_number(law) != NOTHING and together_number(law) != NOTHING
     if play is None or not is_known or (latest is None and not scene.always_rests):
         return None
-    w = work_of(setup.form[0])
-    prepare(w, scene, settings)
-    shots, out = shots_of(scene, start), out_of(len(scene.balls))
-    told = Told(scene)
+    desk, balls = desk_of(setup.form[0]), len(scene.balls)
+    desk.prepare(scene, settings)
+    shots, out, told = shots_of(scene, start), desk.out_of(balls), Told()
     while True:
-        play(w, setup.table, shots, out, NO_TRACKS, 0, 1)
-        if out.status[0] not in (*STATUSES, PAUSED):
+        play(desk.work, setup.table, shots, out, NO_TRACKS, 0, 1)
+        status = int(out.status[0])
+        if status != PAUSED and status not in STATUSES:
             return None
-        told.take(w["track"])
-        if out.status[0] != PAUSED:
-            return trace_of(scene, start, law, w, told)
-        w["scene"]["resumes"], w["track"]["rows"], w["track"]["events"] = 1, 0, 0
-        w["track"]["notes"] = w["track"]["tells"] = 0
+        told.take(desk)
+        if status != PAUSED:
+            return trace_of(scene, start, law, desk, told)
+        desk.scene["resumes"] = 1
 
 
-def work_of(rolls: bool) -> Any:
-    """Return this thread's record in which runs are played."""
-    name = f"work{rolls:d}"
+class Desk:
+    """A desk is the record in which a thread plays runs, with views of what it reads and writes."""
+
+    def __init__(self, rolls: bool) -> None:
+        array = np.zeros(1, dtype=WORKS[rolls])
+        self.work = array[0]
+        self.scene, self.errors, self.ball = array["scene"][0], array["errors"][0], array["ball"][0]
+        self.now, self.last = array["now"], array["last"][0]
+        self.answered, self.duration = array["count"]["answered"], array["count"]["duration"]
+        self.unlisted, track = array["instant"]["unlisted"], array["track"]
+        # the numbers of rows, and the rows, of breakpoints, events, notes, and what is told
+        names = ("rows", "row"), ("events", "event"), ("notes", "note"), ("tells", "told")
+        self.tracks = [(track[many], track[one][0]) for many, one in names]
+        self.outs: dict[int, Out] = {}
+        self.prepared: tuple[object, ...] = ()
+
+    def out_of(self, balls: int) -> Out:
+        """Return arrays for the results of a run with so many balls."""
+        if balls not in self.outs:
+            self.outs[balls] = empty(1, balls)
+        self.out = self.outs[balls]
+        return self.out
+
+    def prepare(self, scene: Scene, settings: Settings) -> None:
+        """Write down how a run of a scene is to be played."""
+        law, variant, latest = settings.law_of(scene), settings.variant, settings.max_time
+        self.scene["resumes"] = 0
+        asked = scene, law, variant, latest, settings.max_events
+        is_same = len(asked) == len(self.prepared) and all(map(is_, asked, self.prepared))
+        if not is_same:
+            values = {
+                "kind": law_number(law), "together": together_number(law), "keeps": WHOLE,
+                "balls": len(scene.balls), "walls": len(scene.cushions), "watched": NOTHING,
+                "cue": setup_of(scene).cue, "latest": math.inf if latest is None else latest,
+                "most": settings.max_events, "coarser": variant.coarser,
+                "slip": variant.slip or NO_FRICTION,
+            }  # fmt: skip
+            for key, value in values.items():
+                self.scene[key] = value
+            self.prepared = asked
+        begin_errors(errors := Errors(), variant)
+        for key, value in vars(errors).items():
+            self.errors[key] = value
+
+
+def desk_of(rolls: bool) -> Desk:
+    """Return this thread's desk for scenes whose balls roll, or not."""
+    name = f"desk{rolls:d}"
     if not hasattr(own, name):
-        setattr(own, name, np.zeros(1, dtype=WORKS[rolls]).view(np.recarray)[0])
-    return getattr(own, name)
-
-
-def out_of(balls: int) -> Out:
-    """Return this thread's arrays for the results of a run with so many balls."""
-    if getattr(own, "balls", None) != balls:
-        own.balls, own.out = balls, empty(1, balls)
-    return own.out  # type: ignore[no-any-return]
-
-
-def prepare(w: Any, scene: Scene, settings: Settings) -> None:
-    """Write down how a run of a scene is to be played."""
-    law, variant, latest = settings.law_of(scene), settings.variant, settings.max_time
-    values = {
-        "kind": law_number(law), "together": together_number(law), "balls": len(scene.balls),
-        "walls": len(scene.cushions), "cue": setup_of(scene).cue, "watched": NOTHING,
-        "latest": math.inf if latest is None else latest, "most": settings.max_events,
-        "keeps": WHOLE, "resumes": 0, "coarser": variant.coarser,
-        "slip": variant.slip or NO_FRICTION,
-    }  # fmt: skip
-    for key, value in values.items():
-        w["scene"][key] = value
-    begin_errors(w.errors, variant)
+        setattr(own, name, Desk(rolls))
+    found: Desk = getattr(own, name)
+    return found
 
 
 def shots_of(scene: Scene, start: State) -> Shots:
@@ -156,24 +180,23 @@ def shots_of(scene: Scene, start: State) -> Shots:
 
 
 class Told:
-    """This is what a run has kept so far."""
+    """This is what a run has kept so far: breakpoints, events, notes, and what is told."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+    def __init__(self) -> None:
         self.rows: list[list[float]] = []
         self.events: list[list[float]] = []
         self.notes: list[list[float]] = []
         self.persisted: list[list[float]] = []
 
-    def take(self, track: Any) -> None:
+    def take(self, desk: Desk) -> None:
         """Take over what a track has."""
-        self.rows += track["row"][: track["rows"]].tolist()
-        self.events += track["event"][: track["events"]].tolist()
-        self.notes += track["note"][: track["notes"]].tolist()
-        self.persisted += track["told"][: track["tells"]].tolist()
+        lists = self.rows, self.events, self.notes, self.persisted
+        for each, (many, rows) in zip(lists, desk.tracks, strict=True):
+            each += rows[: many[0]].tolist()
+            many[0] = 0
 
 
-def trace_of(scene: Scene, start: State, law: Law, w: Any, told: Told) -> EngineTrace:
+def trace_of(scene: Scene, start: State, law: Law, desk: Desk, told: Told) -> EngineTrace:
     """Return the trace of a run from what it has kept, as the engine would tell it."""
     balls, numbers = len(scene.balls), slice(1, 10 if start.roll is not None else 8)
     trace = EngineTrace(scene, start, (), law)
@@ -186,12 +209,14 @@ def trace_of(scene: Scene, start: State, law: Law, w: Any, told: Told) -> Engine
     note_all(trace, told.notes)
     for contact in told.persisted:
         trace.persistent(persisted_of(scene, contact))
-    trace.groups = None if w["instant"]["unlisted"] else []
-    trace.steps, trace.status = int(w["count"]["answered"]), STATUSES[int(own.out.status[0])]
-    trace.duration = float(w["count"]["duration"])
-    is_out_of_events = trace.status == "max_events"
-    t = float(w["now"]) if is_out_of_events or trace.status == "settled" else trace.duration
-    last, paths = w["last"][:balls].tolist(), [path_of(w["ball"][i]) for i in range(balls)]
+    trace.groups = None if desk.unlisted[0] else []
+    trace.steps, trace.status = int(desk.answered[0]), STATUSES[int(desk.out.status[0])]
+    trace.duration = float(desk.duration[0])
+    if trace.status == "settled":
+        trace.warn_of_persisted()
+        return trace
+    t = trace.duration if trace.status == "max_time" else float(desk.now[0])
+    last, paths = desk.last[:balls].tolist(), [path_of(ball) for ball in desk.ball[:balls]]
     trace.end_at(t, paths, last.__getitem__)
     return trace
 
