@@ -66,7 +66,7 @@ from pool_pymunk.physics.pieces import (
     moves,
     piece_of,
     settle,
-    step,
+    travel,
 )
 from pool_pymunk.physics.pressed import (
     NEAR,
@@ -670,8 +670,7 @@ def find_state(w: Any, leader: int, t: float) -> None:
             g.end[p] = g.state[p]
         clear_total(g)
     else:
-        find_forces(g, g.state)
-        step(g, g.state, t - r.began[leader], g.end)
+        travel(g, t - r.began[leader])
 
 
 def cut(w: Any, leader: int) -> None:

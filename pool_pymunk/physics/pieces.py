@@ -308,21 +308,89 @@ class Piece(NamedTuple):
 
 
 def piece_of(g: Any, longest: float) -> Piece:
-    """Play a piece of the motion from ``state`` to ``end``, no longer than a time (s).
+    """Play a piece of the motion from ``state`` to ``end``, whose steps are no longer than a time.
 
-    ``total`` becomes the impulses.
+    It has one step, or several while a slip or a speed fades. ``total`` becomes the impulses.
     """
-    s, end = g.state, g.end
+    begin(g)
+    piece = step_of(g, longest)
+    time, bends = piece.time, jump_of(g)
+    while piece.fell < 0 and not piece.faded and fades_soon(g, time, bends):
+        go_from(g, g.end)
+        piece = step_of(g, piece.next)
+        time, bends = time + piece.time, bends + jump_of(g)
+    add_past(g)
+    return Piece(time, piece.next, piece.fell, piece.faded)
+
+
+def begin(g: Any) -> None:
+    """Let the first step of a piece begin at its ``state``."""
     clear_total(g)
+    for k in range(g.contacts):
+        g.past[k][0] = g.past[k][1] = g.past[k][2] = 0.0
+    for p in range(6 * g.balls):
+        g.start[p] = g.state[p]
+
+
+def go_from(g: Any, s: Any) -> None:
+    """Let the next step begin in a state; its impulses come to those of the steps before."""
+    for k in range(g.contacts):
+        for kind in range(3):
+            g.past[k][kind] += g.total[k][kind]
+    clear_total(g)
+    for p in range(6 * g.balls):
+        g.start[p] = s[p]
+
+
+def add_past(g: Any) -> None:
+    """Let ``total`` be the impulses of all steps."""
+    for k in range(g.contacts):
+        for kind in range(3):
+            g.total[k][kind] += g.past[k][kind]
+
+
+def jump_of(g: Any) -> float:
+    """Return how much an acceleration (m/s^2) has changed in a step at most."""
+    jump = 0.0
+    for i in range(g.balls):
+        for p in (6 * i + 2, 6 * i + 3):
+            jump = max(jump, abs(g.rate[p] - g.first[p]))
+    return jump
+
+
+def soonest_to_fade(g: Any, s: Any) -> tuple[float, float]:
+    """Return the slip or speed (m/s) that fades first, and in what time (s) it is 0."""
+    least, soonest = 0.0, math.inf
+    for i in range(g.balls):
+        size, time = fading(g, s, i)
+        if time < soonest:
+            least, soonest = size, time
+    return least, soonest
+
+
+def fades_soon(g: Any, time: float, bends: float) -> bool:
+    """Tell whether a slip or a speed fades at the end so soon that the piece may last until then.
+
+    In a ``time`` (s) its accelerations have changed by ``bends`` (m/s^2), in some steps. If an
+    acceleration changes by J at once, two parabolas of h (s) deviate by J h^2 / 64.
+    """
+    _, fades = soonest_to_fade(g, g.end)
+    h = time + fades
+    return bool((bends + g.pull) * h * h <= 64.0 * DEVIATION * g.small[2] * smallest(g))
+
+
+def step_of(g: Any, longest: float) -> Piece:
+    """Play a step of a piece from ``start`` to ``end``, no longer than a time (s).
+
+    ``total`` becomes its impulses.
+    """
+    s, end = g.start, g.end
     find_forces(g, s)
     measure(g, s, g.before)
     keep_start(g)
-    fades = math.inf
-    for i in range(g.balls):
-        size, time = fading(g, s, i)
-        if time < math.inf and size <= FADED * g.small[2] * g.small[0]:
-            return Piece(0.0, longest, -1, True)
-        fades = min(fades, time)
+    size, fades = soonest_to_fade(g, s)
+    if has_faded(g, size, fades):
+        return Piece(0.0, longest, -1, True)
     h = min(longest, (0.6 if 10.0 * fades > longest else 0.999) * fades)
     share, grows = share_of(g, h, step(g, s, h, end)), GROWTH
     while share < 1.0:  # Numbers that are not finite end it, too.
@@ -338,10 +406,44 @@ def piece_of(g: Any, longest: float) -> Piece:
     recall(g)
     if t == 0.0:
         clear_total(g)
+        for p in range(6 * g.balls):
+            end[p] = s[p]
         return Piece(0.0, longest, which, False)
     step(g, s, t, end)
     lose(g, s, end)
     return Piece(t, longest, which, False)
+
+
+def has_faded(g: Any, size: float, fades: float) -> bool:
+    """Tell whether a slip or a speed (m/s) has faded that is 0 in a time (s)."""
+    return bool(fades < math.inf and size <= FADED * g.small[2] * g.small[0])
+
+
+def travel(g: Any, time: float) -> None:
+    """Let ``end`` be the state a time (s) after ``state``, within its piece; ``total`` follows."""
+    begin(g)
+    left = time - step_towards(g, time)
+    while left > 0.0:
+        go_from(g, g.end)
+        left -= step_towards(g, left)
+    add_past(g)
+
+
+def step_towards(g: Any, left: float) -> float:
+    """Make a step from ``start`` to ``end`` that is no longer than a time (s); return its length.
+
+    It is shorter while a slip or a speed fades.
+    """
+    find_forces(g, g.start)
+    keep_start(g)
+    size, fades = soonest_to_fade(g, g.start)
+    h = left if has_faded(g, size, fades) else min(left, 0.6 * fades)
+    share = share_of(g, h, step(g, g.start, h, g.end))
+    while share < 1.0:
+        h *= max(0.2, 0.9 * share)
+        recall(g)
+        share = share_of(g, h, step(g, g.start, h, g.end))
+    return h
 
 
 def time_of_fall(g: Any, h: float, which: int) -> tuple[float, int]:
@@ -359,7 +461,7 @@ def time_of_fall(g: Any, h: float, which: int) -> tuple[float, int]:
             break
         t = low + (high - low) * m_low / (m_low - m_high)
         recall(g)
-        step(g, g.state, t, g.end)
+        step(g, g.start, t, g.end)
         measure(g, g.end, g.after)
         now = first_to_fall(g)
         if now >= 0 and now != which:
@@ -399,11 +501,7 @@ def share_of(g: Any, h: float, error: float) -> float:
     Square roots have the same bits on every machine. They are on the safe side: deviations grow
     with the third power of a step, and errors with the fifth.
     """
-    jump, share = 0.0, math.inf
-    for i in range(g.balls):
-        for p in (6 * i + 2, 6 * i + 3):
-            jump = max(jump, abs(g.rate[p] - g.first[p]))
-    deviates = jump * h * h / 324.0
+    share, deviates = math.inf, jump_of(g) * h * h / 324.0
     if deviates > 0.0:
         share = DEVIATION * g.small[2] * smallest(g) / deviates
         share = math.sqrt(share) if share < 1.0 else math.sqrt(math.sqrt(share))
@@ -448,6 +546,7 @@ def lose(g: Any, s: Any, end: Any) -> None:
 def settle(g: Any, s: Any) -> None:
     """Let balls roll or rest whose slip or speed has faded."""
     least = 10.0 * FADED * g.small[2] * g.small[0]
+    find_forces(g, s)
     for i in range(g.balls):
         size, time = fading(g, s, i)
         if g.phase[i] == REST or size > least or time == math.inf:
