@@ -544,7 +544,7 @@ def fading_step(g: Any, i: int, size: float) -> float:
 
     Return its time (s), or 0 where that is of no use.
     """
-    most = ERROR / SLOW * g.small[2] * g.small[0]
+    most = ERROR / SLOW * g.small[2] * g.small[0] / 10.0
     h = min(FASTEST, 16.0 * math.sqrt(math.sqrt(most / size)))
     time, error = fade(g, i, h)
     while not error <= most:
