@@ -583,7 +583,7 @@ def step_towards(g: Any, left: float) -> float:
     find_forces(g, g.start)
     keep_start(g)
     _, size, fades = soonest_to_fade(g, g.start)
-    h = left if has_faded(g, size, fades) else min(left, 0.6 * fades)
+    h = left if has_faded(g, size, fades) else min(left, 0.3 * fades)
     share = share_of(g, h, step(g, g.start, h, g.end))
     while share < 1.0:
         h *= max(0.2, 0.9 * share)
