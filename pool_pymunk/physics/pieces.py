@@ -407,6 +407,9 @@ def piece_of(g: Any, longest: float) -> Piece:
     """
     begin(g)
     piece = step_of(g, longest)
+    idle = idle_contact(g)
+    if piece.fell < 0 and not piece.faded and idle >= 0:
+        return Piece(piece.time, piece.next, 4 * idle, False)
     time, bends = piece.time, jump_of(g)
     while piece.fell < 0 and not piece.faded and fades_soon(g, time, bends):
         go_from(g, g.end)
@@ -418,6 +421,17 @@ def piece_of(g: Any, longest: float) -> Piece:
         time, bends = time + piece.time, bends + jump_of(g)
     add_past(g)
     return Piece(time, piece.next, piece.fell, piece.faded)
+
+
+def idle_contact(g: Any) -> int:
+    """Return the first contact if no contact has pressed in a step, but for rounding; or -1."""
+    first = -1
+    for k in range(g.contacts - 1, -1, -1):
+        if g.on[k] and moves(g, k):
+            first = k
+            if max(g.held[k][0], g.force[k][0]) > 10.0 * g.small[1] * g.unit[k]:
+                return -1
+    return first
 
 
 def go_back(g: Any) -> None:
