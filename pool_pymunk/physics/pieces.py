@@ -56,8 +56,10 @@ DEVIATION = 4e-9
 GROWTH = 3.0  # A piece is at most so many times as long as the one before.
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
-# In a step a slip that fades becomes at most 1/F of this times as large, or else not 1/F of that.
-FASTEST, SLOWEST = 4.0, 0.3
+# A step in which a slip fades errs by a tenth of others. These are its longest and its shortest
+# length, and the first guess, times the fourth root of the error that it may have as a share of the
+# slip; any guess serves.
+FADING_ERROR, FASTEST, SLOWEST, GUESSED = 1e-10, 4.0, 0.3, 16.0
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 
 
@@ -107,12 +109,12 @@ def end_step(g: Any, h: float) -> float:
 
 
 def fade(g: Any, i: int, h: float) -> tuple[float, float]:
-    """Let ``end`` be the state after ``start`` in which a slip is 1/F(h) times as large, or a speed.
+    """Let a slip or a speed become 1/F(h) of what it is, from ``start`` to ``end``.
 
-    Return the time (s) that it takes, and the error (m, m/s). A short slip turns fast: its
-    direction e changes by its acceleration over its size. By q, with u = u_0 e / F(q), all changes
-    are even, because F is nearly the exponential function. The error is infinite if the slip does
-    not fade.
+    Return the time (s) that it takes, and the error (m, m/s). A short slip u turns fast: its
+    direction e changes at its acceleration over its size. With u = u_0 e / F(q), all changes by q
+    are even, because F is nearly the exponential function. The error is infinite if it does not
+    fade.
     """
     s, end, u = g.start, g.end, slip_of(g, g.start, i)
     first = size_of(u[0], u[1])
@@ -407,20 +409,25 @@ def piece_of(g: Any, longest: float) -> Piece:
     """
     begin(g)
     piece = step_of(g, longest)
-    idle = idle_contact(g)
-    if piece.fell < 0 and not piece.faded and idle >= 0:
+    idle, is_even = idle_contact(g), True
+    if goes_on(piece) and idle >= 0:
         return Piece(piece.time, piece.next, 4 * idle, False)
     time, bends = piece.time, jump_of(g)
-    while piece.fell < 0 and not piece.faded and fades_soon(g, time, bends):
+    while is_even and goes_on(piece) and fades_soon(g, time, bends):
         go_from(g, g.end)
-        piece, longest = step_of(g, piece.next), piece.next
-        if gains_energy(g, time + piece.time):
+        one = step_of(g, piece.next)
+        is_even = not gains_energy(g, time + one.time)
+        if is_even:
+            piece, time, bends = one, time + one.time, bends + jump_of(g)
+        else:
             go_back(g)
-            piece = Piece(0.0, longest, -1, False)
-            bends = math.inf
-        time, bends = time + piece.time, bends + jump_of(g)
     add_past(g)
     return Piece(time, piece.next, piece.fell, piece.faded)
+
+
+def goes_on(piece: Piece) -> bool:
+    """Tell whether nothing ends the mode at the end of a step."""
+    return piece.fell < 0 and not piece.faded
 
 
 def idle_contact(g: Any) -> int:
@@ -506,7 +513,7 @@ def fades_soon(g: Any, time: float, bends: float) -> bool:
     """Tell whether a slip or a speed fades at the end so soon that the piece may last until then.
 
     In a ``time`` (s) its accelerations have changed by ``bends`` (m/s^2), in some steps. If an
-    acceleration changes by J at once, two parabolas of h (s) deviate by J h^2 / 64.
+    acceleration changes by J at once, two parabolas of h (s) deviate by J h^2 / 64 at most.
     """
     _, _, fades = soonest_to_fade(g, g.end)
     h = time + fades
@@ -558,8 +565,8 @@ def fading_step(g: Any, i: int, size: float) -> float:
 
     Return its time (s), or 0 where that is of no use.
     """
-    most = ERROR / SLOW * g.small[2] * g.small[0] / 10.0
-    h = min(FASTEST, 16.0 * math.sqrt(math.sqrt(most / size)))
+    most = FADING_ERROR / SLOW * g.small[2] * g.small[0]
+    h = min(FASTEST, GUESSED * math.sqrt(math.sqrt(most / size)))
     time, error = fade(g, i, h)
     while not error <= most:
         h *= 0.9 * math.sqrt(math.sqrt(most / error))

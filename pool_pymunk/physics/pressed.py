@@ -55,9 +55,9 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
-# linear system. `state`, `end` and `total` (N s) are those of a piece. The others are for a step, which
-# begins in the state `start`; `past` (N s) has the impulses of the steps before, and `turns` how a
-# slip that fades turns, and the time (s).
+# linear system. `state`, `end` and `total` (N s) are those of a piece. The others are for a step,
+# which begins in the state `start`; `past` (N s) has the impulses of the steps before, and `turns`
+# how a slip that fades turns, and how the time goes.
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, (3,)),
     "ball": (int, ("N",)), "mass": (float, ("N",)), "radius": (float, ("N",)),
