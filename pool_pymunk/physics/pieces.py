@@ -431,7 +431,7 @@ def goes_on(piece: Piece) -> bool:
 
 
 def idle_contact(g: Any) -> int:
-    """Return the first contact if none has pressed in a step by more than rounding; or -1."""
+    """Return the first contact if all forces of a step are rounding; or -1."""
     first = -1
     for k in range(g.contacts - 1, -1, -1):
         if g.on[k] and moves(g, k):
