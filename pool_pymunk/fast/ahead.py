@@ -51,4 +51,6 @@ def plainest(form: Form) -> Scene:
     rolls, differ = form
     table = Table.circle(1.0) if differ else Table.rectangle(2.0, 2.0)
     friction = Friction(0.2, 0.1, rolling=0.01 if rolls else None)
-    return Scene((Ball("1", (1.0, 1.0), 0.03, 0.2),), table, Restitution(0.9, cushion=0.8), friction)
+    return Scene(
+        (Ball("1", (1.0, 1.0), 0.03, 0.2),), table, Restitution(0.9, cushion=0.8), friction
+    )

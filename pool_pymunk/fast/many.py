@@ -38,7 +38,7 @@ SLOW = "numba is not installed, so many shots take some hundred times longer tha
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: more than 64 contacts came together, a law of your own answers them, or balls " \
-    "overlapped at the start; gaps of 1e-4 m between balls that touch keep shots compiled"  # fmt: skip
+    "overlapped at the start; gaps of 1e-4 m between balls keep shots compiled"  # fmt: skip
 
 
 def simulate_many(
