@@ -424,8 +424,8 @@ def said(attempt: Callable[[], object]) -> str:
         ({"contacts": "sweep"}, 'contacts = sweep: must be one of swept, discrete; did you mean '
          '"swept"?'),
         ({"friction": "glue"}, "friction = glue: must be one of joint, callback"),
-        ({"law": "newton"}, 'law = newton: must be one of coulomb, published, or an object of '
-         "the class Law"),
+        ({"law": "newton"}, "law = newton: must be one of coulomb, published, weakening, or an "
+         "object of the class Law"),
         ({"pair": 0.9}, "pair = 0.9: must be a function of two balls' numbers"),
     ],
 )  # fmt: skip

@@ -257,7 +257,9 @@ def read_shape(w: Any, sides: Any, i: int, other: int, shape: Any) -> int:
     if other >= 0:
         shape[0] = r + w.radii[other]
         return BALL
-    what, shape[:] = shape_of(w.walls[-1 - other].nearest(x, y, r), x, y, r)
+    what, found = shape_of(w.walls[-1 - other].nearest(x, y, r), x, y, r)
+    for n, each in enumerate(found):
+        shape[n] = each
     return what
 
 
@@ -418,7 +420,7 @@ def note_piece(w: Any, leader: int, piece: Piece) -> None:
         contacts = [w.contact(hit) for hit in hits]
         r.modes[leader], r.is_new[leader] = (copy_of(g), contacts), 0
     press, contacts = r.modes[leader]
-    balls, state = tuple(g.ball[: g.balls]), g.state[: 6 * g.balls]
+    balls, state = tuple(g.ball[: g.balls]), [*g.state[: 6 * g.balls]]
     until, ends = w.now + piece.time, (piece.fell, piece.faded)
     w.recorder.begun(Begun(w.now, until, balls, contacts, press, state, *ends))
 
@@ -462,7 +464,7 @@ def has_room(w: Any, balls: int, contacts: int) -> bool:
     if (n == 0 and w.compiled and FASTER and not is_own) or (
         w.press.is_fixed and (balls > n or contacts > c)
     ):
-        w.press = FASTER[0]() if n == 0 else Press()
+        w.press = FASTER[0](w) if n == 0 else Press()
     w.press.hold(balls, contacts)
     w.press.own = surface if is_own else None
     w.press.rolls, (w.press.pull, w.press.drag) = surface.rolls, pull_and_drag(w)

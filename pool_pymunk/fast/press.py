@@ -7,6 +7,7 @@ with the same bits.
 
 from __future__ import annotations
 
+import weakref
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,23 @@ class RecordPress(Press):
         self.play(self.work, *self.nothing, 0, 0)
         answer: list[float] = self.asks["answer"].tolist()
         return answer
+
+
+class Presses:
+    """These are the presses of a compiled loop; one of an engine that is gone serves again.
+
+    It takes a millisecond or more to make one, so the first one is made ahead.
+    """
+
+    def __init__(self, form: Form, play: Any) -> None:
+        self.form, self.play = form, play
+        self.free = [RecordPress(form, play)]
+
+    def __call__(self, engine: object) -> RecordPress:
+        """Return a press for an engine."""
+        press = self.free.pop() if self.free else RecordPress(self.form, self.play)
+        weakref.finalize(engine, self.free.append, press)
+        return press
 
 
 def views(rows: Any) -> Any:

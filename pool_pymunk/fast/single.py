@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from operator import is_
 from threading import local
 from typing import Any, NamedTuple
@@ -14,7 +13,7 @@ from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.policies import Errors, begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
 from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
-from pool_pymunk.fast.press import Form, RecordPress
+from pool_pymunk.fast.press import Form, Presses
 from pool_pymunk.fast.records import (
     IN_COLLAPSE,
     IS_OVER,
@@ -62,7 +61,8 @@ def remember(form: Form, play: Any) -> None:
     Engines play persistent contacts by it in whatever they play.
     """
     loaded[form] = play
-    pressed.FASTER[:] = [partial(RecordPress, form, play)]
+    if not pressed.FASTER:
+        pressed.FASTER.append(Presses(form, play))
     if solve not in event_driven.FASTER:
         event_driven.FASTER.append(solve)
 

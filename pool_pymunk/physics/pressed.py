@@ -108,9 +108,9 @@ class Press:
                 setattr(self, name, rows_of(kind, lengths(shape, *self.room)))
 
 
-# What makes a press that is faster, with the same bits: the compiled loop, once it is loaded
-# (pool_pymunk/fast/press.py).
-FASTER: list[Callable[[], Press]] = []
+# What gives an engine a press that is faster, with the same bits: the compiled loop, once it is
+# loaded (pool_pymunk/fast/press.py).
+FASTER: list[Callable[[object], Press]] = []
 
 
 def copy_of(g: Press) -> Press:
