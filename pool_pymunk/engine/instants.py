@@ -146,12 +146,11 @@ def is_absorbed(w: Any, sides: Any) -> bool:
     for k in range(at.dues):
         if not groups.is_faint(w, sides, at.due[k][0], at.due[k][1]):
             return False
+    for k in range(at.dues):  # What is predicted from here on is another hit.
+        use_up(w, sides, at.due[k][0], at.due[k][1])
     groups.begin_at(w, sides, at.due[0][0])
     for k in range(at.dues):
         is_over &= groups.is_absorbed(w, sides, at.due[k][0], at.due[k][1])
-    if is_over:
-        for k in range(at.dues):
-            use_up(w, sides, at.due[k][0], at.due[k][1])
     return is_over
 
 
