@@ -19,7 +19,8 @@ from scenes import BASE_SEED
 from shots import with_twins
 
 from pool_pymunk import Law, Scene
-from pool_pymunk.fast import compiled, many
+from pool_pymunk.fast import compiled, many, single
+from pool_pymunk.fast.press import Form
 from pool_pymunk.fast.tables import can_compile, walls_differ
 from pool_pymunk.physics import pressed
 from pool_pymunk.solvers import event_driven
@@ -97,6 +98,13 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 @pytest.fixture(autouse=True)
 def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other tests may have loaded the compiled loop; a test that loads it uses it from then on."""
+    remember = single.remember
+
+    def remember_compiled(form: Form, play: Any) -> None:
+        if hasattr(play, "get_overload"):  # Other tests let Python play the loop.
+            remember(form, play)
+
+    monkeypatch.setattr(single, "remember", remember_compiled)
     monkeypatch.setattr(event_driven, "FASTER", [])
     monkeypatch.setattr(pressed, "FASTER", [])
 

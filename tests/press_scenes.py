@@ -97,3 +97,26 @@ def amplification(scene: Scene, ends: Sequence[complex], nudges: int = 3) -> flo
 def farthest(ends: Sequence[complex], others: Sequence[complex]) -> float:
     """Return how far apart (m) the ends of a ball are at most."""
     return max(abs(a - b) for a, b in zip(ends, others, strict=True))
+
+
+# -- plain scenes ----------------------------------------------------------------------------------
+
+r = 0.03
+TABLE = Table.rectangle(2.0, 1.0)
+
+
+def scene_of(table: Table | None, *balls: Ball, e: float = 0.5) -> Scene:
+    """Return a scene in which balls slide, then roll."""
+    return Scene(balls, table, Restitution(e, None, e), Friction(0.2, 0.0, 0.0, 0.01))
+
+
+HEAD_ON = scene_of(
+    None, Ball("1", (0.0, 0.0), r, 0.2, velocity=(0.5, 0.0)),
+    Ball("2", (0.061, 0.0), r, 0.2, velocity=(-0.5, 0.0)), e=0.1,
+)  # fmt: skip
+AT_A_CUSHION = scene_of(TABLE, Ball("1", (0.5, 0.969), r, 0.2, velocity=(0.2, 0.5)), e=0.1)
+AT_REST = scene_of(TABLE, Ball("1", (0.5, 1.0 - r), r, 0.2))
+IN_A_CORNER = scene_of(TABLE, Ball("1", (2.0 - r, 1.0 - r), r, 0.2))
+ON_A_CIRCLE = scene_of(
+    Table.circle(0.5), Ball("1", (0.5, r), r, 0.2, velocity=(0.6, 0.01)), e=0.1
+)  # fmt: skip

@@ -19,10 +19,9 @@ from hard_kinds import random_hard_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, rack
-from pool_pymunk.fast import asked, compiled, loop, many, single
+from pool_pymunk.fast import asked, compiled, loop, many
 from pool_pymunk.fast.derivatives import TWINS
 from pool_pymunk.fast.tables import can_compile
-from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.request import Request
 
 HAS_NUMBA = compiled.is_there()
@@ -104,8 +103,6 @@ def in_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "is_there", lambda: True)
     monkeypatch.setattr(compiled, "play_shots", uncompiled)
     monkeypatch.setattr(many, "can_compile", can_compile)
-    monkeypatch.setattr(single, "remember", lambda *_: None)
-    monkeypatch.setattr(event_driven, "FASTER", [])
 
 
 def with_twins(follow: Callable[..., int]) -> Callable[..., int]:

@@ -25,7 +25,17 @@ import numpy as np
 import pytest
 from hard_scenes import squeezed
 from scenes import AT_A_TERMINAL, frozen_rack, seeds
-from shots import HAS_NUMBA, KINDS, ROLLING, ROLLS, check_bits, needs_numba, shots_of, some_scene
+from shots import (
+    HAS_NUMBA,
+    KINDS,
+    ROLLING,
+    ROLLS,
+    check_bits,
+    needs_numba,
+    shots_of,
+    some_scene,
+    with_twins,
+)
 
 from pool_pymunk import (
     Ball,
@@ -212,19 +222,34 @@ def test_a_ball_that_is_off_the_table_meets_nothing() -> None:
 
 
 @needs_numba
-def test_hits_without_end_take_the_exact_solver() -> None:
+def test_hits_without_end_are_compiled() -> None:
+    scene, count = squeezed(1e4, 0.5, 0.5, 0.1, 0.0), 40
+    velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
+    velocity[12:] *= -1.0  # The heavy ball rolls away from the light one.
+    batch = simulate_many(scene, velocity=velocity)
+    assert batch.by_reference == 0
+    check_bits(batch, range(0, count, 3))
+
+
+@needs_numba
+def test_shots_that_are_handed_back_are_done_one_by_one() -> None:
+    """A law of one's own answers contacts of one instant."""
+
+    class Own(Law):
+        def together(self, *args: Any) -> None:
+            super().together(*args)
+
     scene, count = squeezed(1e4, 0.5, 0.5, 0.1, 0.0), 40
     velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
     velocity[12:] *= -1.0  # The heavy ball rolls away from the light one.
     done: list[int] = []
     with pytest.warns(UserWarning, match="12 of 40 shots were handed back"):
-        batch = simulate_many(scene, velocity=velocity, on_done=done.append)
+        batch = simulate_many(scene, velocity=velocity, law=Own(), on_done=done.append)
     assert sum(done) == 40
     assert done[0] == 0, "nothing is done when the first shots begin"
     assert done[-12:] == [1] * 12, "a shot that is handed back is not done before it is played"
     assert batch.by_reference == 12
     assert np.flatnonzero(batch.handed_back).tolist() == list(range(12))
-    check_bits(batch, range(0, count, 3))
 
 
 def test_a_frozen_rack_says_what_the_order_of_its_contacts_decides() -> None:
@@ -433,7 +458,7 @@ def test_a_path_ends_before_other_balls_hit_each_other_at_the_same_time() -> Non
         watch=lambda part, tracks: seen.extend(tracks.rows[: tracks.ends[0, 0], 0].astype(int)),
         replays=False,
     )
-    play: Any = loop.play_shots
+    play: Any = with_twins(loop.play_shots)
     out = records.empty(1, 3)
     many.play_chunk(play, source, tables.table_of(scene), out, slice(0, 1), watcher)
     assert seen[3:6] == [2, 0, 1]

@@ -9,35 +9,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from press_scenes import press_scene
+from press_scenes import (
+    AT_A_CUSHION,
+    AT_REST,
+    HEAD_ON,
+    IN_A_CORNER,
+    ON_A_CIRCLE,
+    press_scene,
+    r,
+)
 from scenes import seeds, share_of
 from shots import check_bits, in_the_loop, needs_numba
 
-from pool_pymunk import Ball, Batch, Friction, Restitution, Scene, Table, load, simulate_many
+from pool_pymunk import Batch, Friction, Scene, load, simulate_many
 from pool_pymunk.engine.groups import WEAR, is_slow
 from pool_pymunk.fast import loop
 from pool_pymunk.physics.persistent import persists
 
-r = 0.03
 MOST = 10  # hits of a shot, beside those that come ever faster; 6 were found
-TABLE = Table.rectangle(2.0, 1.0)
-
-
-def scene_of(table: Table | None, *balls: Ball, e: float = 0.5) -> Scene:
-    """Return a scene in which balls slide, then roll."""
-    return Scene(balls, table, Restitution(e, None, e), Friction(0.2, 0.0, 0.0, 0.01))
-
-
-HEAD_ON = scene_of(
-    None, Ball("1", (0.0, 0.0), r, 0.2, velocity=(0.5, 0.0)),
-    Ball("2", (0.061, 0.0), r, 0.2, velocity=(-0.5, 0.0)), e=0.1,
-)  # fmt: skip
-AT_A_CUSHION = scene_of(TABLE, Ball("1", (0.5, 0.969), r, 0.2, velocity=(0.2, 0.5)), e=0.1)
-AT_REST = scene_of(TABLE, Ball("1", (0.5, 1.0 - r), r, 0.2))
-IN_A_CORNER = scene_of(TABLE, Ball("1", (2.0 - r, 1.0 - r), r, 0.2))
-ON_A_CIRCLE = scene_of(
-    Table.circle(0.5), Ball("1", (0.5, r), r, 0.2, velocity=(0.6, 0.01)), e=0.1
-)  # fmt: skip
 
 
 @pytest.fixture

@@ -112,7 +112,7 @@ UNSOUND: dict[str, tuple[Callable[[], object], list[str]]] = {
     "physics": (
         lambda: Physics("newton", -9.8, 0.0),
         [
-            'law = "newton": must be one of coulomb, published',
+            'law = "newton": must be one of coulomb, published, weakening',
             "gravity = -9.8: must be 0 or more",
             "max_time = 0.0: must be greater than 0",
         ],

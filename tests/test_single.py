@@ -8,9 +8,9 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from press_scenes import AT_A_CUSHION, HEAD_ON, ON_A_CIRCLE
 from scenes import seeds
 from shots import KINDS, ROLLING, needs_numba, some_scene
-from test_handed_back import AT_A_CUSHION, HEAD_ON, IN_A_CORNER, ON_A_CIRCLE
 
 from pool_pymunk import Run, Scene, load, simulate, simulate_many
 from pool_pymunk.engine.policies import Variant
@@ -117,7 +117,7 @@ def test_what_is_compiled_is_said(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
-@pytest.mark.parametrize("scene", [HEAD_ON, AT_A_CUSHION, IN_A_CORNER, ON_A_CIRCLE])
+@pytest.mark.parametrize("scene", [HEAD_ON, AT_A_CUSHION, ON_A_CIRCLE])
 def test_persistent_contacts_of_the_engine_are_compiled(
     scene: Scene, solver: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,7 +20,7 @@ from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slow
 from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, piece_of, travel
-from pool_pymunk.physics.pressed import BALL, FASTER, Press, copy_of, decide
+from pool_pymunk.physics.pressed import BALL, Press, copy_of, decide, press_for
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
@@ -461,10 +461,11 @@ def has_room(w: Any, balls: int, contacts: int) -> bool:
     """Have room in the press for so many balls and contacts; lists always have."""
     surface = w.surface
     is_own, (n, c) = not isinstance(surface, Sliding | Rolling), w.press.room
-    if (n == 0 and w.compiled and FASTER and not is_own) or (
-        w.press.is_fixed and (balls > n or contacts > c)
-    ):
-        w.press = FASTER[0](w) if n == 0 else Press()
+    if n == 0 and w.compiled and not is_own:
+        w.press = press_for(w)
+        n, c = w.press.room
+    if w.press.is_fixed and (balls > n or contacts > c):
+        w.press = Press()
     w.press.hold(balls, contacts)
     w.press.own = surface if is_own else None
     w.press.rolls, (w.press.pull, w.press.drag) = surface.rolls, pull_and_drag(w)

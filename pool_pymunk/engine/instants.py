@@ -1,4 +1,4 @@
-"""What is due at one instant is answered here: a contact that comes alone, or several at once.
+"""This module answers what is due at one instant: a contact that comes alone, or several at once.
 
 - *One instant*: contacts belong to one instant if their gaps are closed, to rounding, at the time
   of the first. At a corner, for example, both cushions answer.
@@ -130,7 +130,7 @@ def take_all_in(w: Any, sides: Any) -> None:
 
 
 def without_gone(at: Any, contacts: Any, count: int) -> int:
-    """Leave out contacts of balls that a pocket has just taken in; return how many are left."""
+    """Leave out contacts of balls that are ``gone``; return how many others there are."""
     kept = 0
     for k in range(count):
         i, other = contacts[k][0], contacts[k][1]

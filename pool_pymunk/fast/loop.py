@@ -189,7 +189,7 @@ def play(w: Work, sides: Sides) -> int:
         if w.count.events >= w.scene.most:
             tell_all(w)
             return OUT_OF_EVENTS
-        if track.rows > ALMOST * MOST_ROWS or max(track.notes, track.tells) > ALMOST * MOST_NOTES:
+        if track.rows > ALMOST * MOST_ROWS or max(track.notes, track.pasts) > ALMOST * MOST_NOTES:
             return PAUSED if w.scene.keeps == WHOLE else HARD
         w.now = max(t, w.now)
         i = first_of_all(w, i, t) if other_t == t else i
@@ -292,7 +292,7 @@ def clear(w: Work) -> None:
     count, track, at = w.count, w.track, w.instant
     w.now, at.began, count.duration, w.in_doubt, w.is_hard = 0.0, -math.inf, 0.0, 0, 0
     count.answered = count.events = count.hits = count.cushions = 0
-    track.rows = track.events = track.notes = track.tells = w.groups.helds = 0
+    track.rows = track.events = track.notes = track.pasts = w.groups.helds = 0
     count.first_hit, at.mets, at.rounds, at.unlisted, at.most = NOTHING, 0, 0, 0, MOST_TOGETHER
     w.groups.coarser, w.collapses, at.is_played_out = w.scene.coarser, 0, 0
     for n in range(at.balls):
@@ -324,7 +324,7 @@ def end(w: Work, t: float) -> int:
 
 
 def tell_all(w: Work) -> None:
-    """Tell of what lasts until the end, if a run is to be told of."""
+    """Let what lasts until the end be past, and keep how balls move then, if a run needs it."""
     if w.scene.keeps != WHOLE:
         return
     for i in range(w.scene.balls):

@@ -125,11 +125,11 @@ def keep_note(w: Work, i: int, j: int) -> None:
 
 
 def keep_held(w: Work, m: int) -> None:
-    """Keep what is told of a persistent contact that is over."""
+    """Let a persistent contact be past."""
     track = w.track
-    if track.tells == MOST_NOTES:
+    if track.pasts == MOST_NOTES:
         w.is_hard = 1
         return
     for n in range(COLUMNS):
-        track.told[track.tells][n] = w.groups.held[m][n]
-    track.tells += 1
+        track.past[track.pasts][n] = w.groups.held[m][n]
+    track.pasts += 1

@@ -83,18 +83,18 @@ CHANGES, WHOLE = 1, 2
 # A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event
 # is as in `Follow` (physics/changes.py), with the impulses of a contact; at one breakpoint a ball
 # may be hit and come to rest. A note has its time and two balls, or NOTHING twice where the order
-# of contacts was unknown. A persistent contact that is over is told of: ball and other one, from
+# of contacts was unknown. A persistent contact that is over is past: ball and other one, from
 # when until when, its impulse, and where the two were.
 COLUMNS, MOST_NOTES = 10, 1024
 # These stand for the second ball in notes of an inelastic collapse: of each of its balls, then of
 # the number of its hits, and whether they came to an end.
 IN_COLLAPSE, IS_OVER, IS_CUT = -2, -3, -4
 TRACK = np.dtype(
-    [("rows", I), ("events", I), ("notes", I), ("tells", I),
+    [("rows", I), ("events", I), ("notes", I), ("pasts", I),
      ("row", F, (MOST_ROWS, COLUMNS)), ("event", F, (2 * MOST_ROWS, 6)),
-     ("note", F, (MOST_NOTES, 3)), ("told", F, (MOST_NOTES, COLUMNS))]
+     ("note", F, (MOST_NOTES, 3)), ("past", F, (MOST_NOTES, COLUMNS))]
 )  # fmt: skip
-# Contacts that persist are held: as those that are told of.
+# Contacts that persist are held: as those that are past.
 HELD: dict[str, tuple[type, tuple[Any, ...]]] = {
     "asked": (int, ("C",)), "held": (float, ("C", COLUMNS)),
 }  # fmt: skip

@@ -67,7 +67,7 @@ def remember(form: Form, play: Any) -> None:
         event_driven.FASTER.append(solve)
 
 
-class Setup(NamedTuple):
+class SceneArrays(NamedTuple):
     """This is what all runs of a scene have in common."""
 
     form: Form
@@ -79,13 +79,13 @@ class Setup(NamedTuple):
     cue: int
 
 
-def setup_of(scene: Scene) -> Setup:
+def arrays_of(scene: Scene) -> SceneArrays:
     """Return what all runs of a scene have in common; the scene keeps it."""
-    found: Setup | None = scene.found.get(Setup)
+    found: SceneArrays | None = scene.found.get(SceneArrays)
     if found is None:
         form = scene.surface.rolls, walls_differ(scene)
         balls, knows = scene.balls, can_compile(scene, Law())
-        found = scene.found[Setup] = Setup(
+        found = scene.found[SceneArrays] = SceneArrays(
             form, knows, table_of(scene, form[1]) if knows else TableArrays(None, None, None, None),
             np.array([[ball.mass for ball in balls]]), np.array([ball.radius for ball in balls]),
             np.array([coefficients_of(scene)]), cue_of(scene),
@@ -95,22 +95,22 @@ def setup_of(scene: Scene) -> Setup:
 
 def solve(scene: Scene, start: State, settings: Settings) -> EngineTrace | None:
     """Simulate exactly by the compiled loop; return None where it cannot."""
-    law, setup = settings.law_of(scene), setup_of(scene)
-    play, latest = loaded.get(setup.form), settings.max_time
-    is_known = setup.knows and law_number(law) != NOTHING and together_number(law) != NOTHING
+    law, arrays = settings.law_of(scene), arrays_of(scene)
+    play, latest = loaded.get(arrays.form), settings.max_time
+    is_known = arrays.knows and law_number(law) != NOTHING and together_number(law) != NOTHING
     if play is None or not is_known or (latest is None and not scene.always_rests):
         return None
-    desk, balls = desk_of(setup.form[0]), len(scene.balls)
+    desk, balls = desk_of(arrays.form[0]), len(scene.balls)
     desk.prepare(scene, settings)
-    shots, out, told = shots_of(scene, start), desk.out_of(balls), Told()
+    shots, out, kept = shots_of(scene, start), desk.out_of(balls), Kept()
     while True:
-        play(desk.work, setup.table, shots, out, NO_TRACKS, 0, 1)
+        play(desk.work, arrays.table, shots, out, NO_TRACKS, 0, 1)
         status = int(out.status[0])
         if status != PAUSED and status not in STATUSES:
             return None
-        told.take(desk)
+        kept.take(desk)
         if status != PAUSED:
-            return trace_of(scene, start, law, desk, told)
+            return trace_of(scene, start, law, desk, kept)
         desk.scene["resumes"] = 1
 
 
@@ -124,8 +124,8 @@ class Desk:
         self.now, self.last = array["now"], array["last"][0]
         self.answered, self.duration = array["count"]["answered"], array["count"]["duration"]
         self.unlisted, track = array["instant"]["unlisted"], array["track"]
-        # the numbers of rows, and the rows, of breakpoints, events, notes, and what is told
-        names = ("rows", "row"), ("events", "event"), ("notes", "note"), ("tells", "told")
+        # the numbers of rows, and the rows, of breakpoints, events, notes, and past contacts
+        names = ("rows", "row"), ("events", "event"), ("notes", "note"), ("pasts", "past")
         self.tracks = [(track[many], track[one][0]) for many, one in names]
         self.outs: dict[int, Out] = {}
         self.prepared: tuple[object, ...] = ()
@@ -147,7 +147,7 @@ class Desk:
             values = {
                 "kind": law_number(law), "together": together_number(law), "keeps": WHOLE,
                 "balls": len(scene.balls), "walls": len(scene.cushions), "watched": NOTHING,
-                "cue": setup_of(scene).cue, "latest": math.inf if latest is None else latest,
+                "cue": arrays_of(scene).cue, "latest": math.inf if latest is None else latest,
                 "most": settings.max_events, "coarser": variant.coarser,
                 "slip": variant.slip or NO_FRICTION,
             }  # fmt: skip
@@ -170,44 +170,44 @@ def desk_of(rolls: bool) -> Desk:
 
 def shots_of(scene: Scene, start: State) -> Shots:
     """Return a start as the compiled loop takes it."""
-    setup = setup_of(scene)
+    arrays = arrays_of(scene)
     is_off = np.array([[ball.id in start.off for ball in scene.balls]], np.int64)
     roll = np.empty((0, 0, 2)) if start.roll is None else np.array([start.roll])
     return Shots(
-        np.array([start.position]), np.array([start.velocity]), roll, is_off, setup.mass,
-        setup.radius, setup.coefficients,
+        np.array([start.position]), np.array([start.velocity]), roll, is_off, arrays.mass,
+        arrays.radius, arrays.coefficients,
     )  # fmt: skip
 
 
-class Told:
-    """This is what a run has kept so far: breakpoints, events, notes, and what is told."""
+class Kept:
+    """This is what a run has kept so far: breakpoints, events, notes, and past contacts."""
 
     def __init__(self) -> None:
         self.rows: list[list[float]] = []
         self.events: list[list[float]] = []
         self.notes: list[list[float]] = []
-        self.persisted: list[list[float]] = []
+        self.past: list[list[float]] = []
 
     def take(self, desk: Desk) -> None:
         """Take over what a track has."""
-        lists = self.rows, self.events, self.notes, self.persisted
+        lists = self.rows, self.events, self.notes, self.past
         for each, (many, rows) in zip(lists, desk.tracks, strict=True):
             each += rows[: many[0]].tolist()
             many[0] = 0
 
 
-def trace_of(scene: Scene, start: State, law: Law, desk: Desk, told: Told) -> EngineTrace:
+def trace_of(scene: Scene, start: State, law: Law, desk: Desk, kept: Kept) -> EngineTrace:
     """Return the trace of a run from what it has kept, as the engine would tell it."""
     balls, numbers = len(scene.balls), slice(1, 10 if start.roll is not None else 8)
     trace = EngineTrace(scene, start, (), law)
     for i, rows in enumerate(trace.knots):
-        rows[0] = (*rows[0][:5], *told.rows[i][6:8], *rows[0][7:])
-    for row in told.rows[balls:]:
+        rows[0] = (*rows[0][:5], *kept.rows[i][6:8], *rows[0][7:])
+    for row in kept.rows[balls:]:
         trace.knots[int(row[0])].append(tuple(row[numbers]))
-    for t, one, other, *impulse in told.events:
+    for t, one, other, *impulse in kept.events:
         note_event(trace, t, int(one), int(other), impulse)
-    note_all(trace, told.notes)
-    for contact in told.persisted:
+    note_all(trace, kept.notes)
+    for contact in kept.past:
         trace.persistent(persisted_of(scene, contact))
     trace.groups = None if desk.unlisted[0] else []
     trace.steps, trace.status = int(desk.answered[0]), STATUSES[int(desk.out.status[0])]
@@ -265,7 +265,7 @@ def persisted_of(scene: Scene, one: list[float]) -> Persisted:
     if other >= 0:
         place[other] = places[2], places[3]
     else:  # The number of a wall is that of its first side in the loop.
-        other = -1 - int(setup_of(scene).table.sides.wall[-1 - other])
+        other = -1 - int(arrays_of(scene).table.sides.wall[-1 - other])
     return Persisted(walls_of(scene).contact_at(i, other, place), since, until, x, y)
 
 

@@ -34,6 +34,7 @@ from pool_pymunk.physics.columns import (
 )
 from pool_pymunk.physics.contact import split
 from pool_pymunk.physics.kinks import SAME, ask, law_sides
+from pool_pymunk.physics.motion import EPSILON, Vector
 from pool_pymunk.physics.path import Path, is_far, motion_at, set_off, sets_off, standing
 from pool_pymunk.physics.saltation import (
     AGREE,
@@ -70,6 +71,7 @@ from pool_pymunk.physics.touches import (
 # number; pockets come after the walls. Or the ball comes to rest, or begins to roll.
 STOP = -(1 << 30)
 ROLL = STOP - 1
+ROUNDED = 64.0 * EPSILON  # of a unit of an input; rounding changes a gap by as much
 ANYTHING = STOP - 2  # stands for all that a ball may meet
 
 # why there is no derivative
@@ -581,9 +583,9 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
             path, other, t, apart, 1.0, (begins, met != j and met != ANYTHING)
         )
         if along:
-            touch(g, i, j, since)
+            touch(g, (i, j), since, NO_ROLL)
         if turns != NEVER:
-            touch(g, i, j, turns)
+            touch(g, (i, j), turns, NO_ROLL)
 
 
 def look_at_table(g: Any, i: int, path: Path, t: float, met: int) -> None:
@@ -604,17 +606,20 @@ def look_at_table(g: Any, i: int, path: Path, t: float, met: int) -> None:
                 turns = turns if is_beside(thing, x, y) else NEVER
         else:
             along, turns = touch_of_face(path, thing, t, radius, free)
+        across = NO_ROLL if is_disc else (thing[4], thing[5])
         if along:
-            touch(g, i, i, path.t)
+            touch(g, (i, i), path.t, across)
         if turns != NEVER:
-            touch(g, i, i, turns)
+            touch(g, (i, i), turns, across)
 
 
-def touch(g: Any, i: int, j: int, t: float) -> None:
+def touch(g: Any, balls: tuple[int, int], t: float, across: Vector) -> None:
     """Lose the derivatives at a touch: a contact there acts by the root of the gap's change.
 
-    Every input that has changed one of the balls therefore matters, even to second order.
+    Every input that has changed one of the balls therefore matters, even to second order. At a face
+    with a normal ``across``, a ball that a persistent contact has led along it stays at it.
     """
+    i, j = balls
     was_known = not is_unknown(g.change[i]) and not is_unknown(g.change[j])
     for p in columns(g):
         matters = g.ever[i, p] | g.ever[j, p]
@@ -624,6 +629,7 @@ def touch(g: Any, i: int, j: int, t: float) -> None:
             if sets_off(path_of(g, n)) and t > row[1]:
                 pull = g.of_numbers[3 if is_sliding(row, len(g.change[0])) else 6, p]
                 matters = matters | (pull != 0.0)
+        matters = matters & moves_across(g, i, across, p)
         if was_known and any_of(matters):
             warn(g, TOUCHES, t)
         for n in (i, j):
@@ -631,6 +637,16 @@ def touch(g: Any, i: int, j: int, t: float) -> None:
                 g.change[n, k, p] += unknown_if(matters)
             g.ever[n, p] = g.ever[n, p] | matters
     keep(g, -1, i, j, t)
+
+
+def moves_across(g: Any, i: int, across: Vector, p: Any) -> Any:
+    """Tell whether an input changes how far a ball is from a face, or how fast it parts from it."""
+    own, (nx, ny) = g.change[i], across
+    found = (own[0, p] != own[0, p]) | (nx == 0.0 and ny == 0.0)
+    for k in range(0, len(own), 2):
+        part = nx * own[k, p] + ny * own[k + 1, p] - (g.of_radius[i, p] if k == 0 else 0.0)
+        found = found | (abs(part) > SAME * (abs(own[k, p]) + abs(own[k + 1, p])) + ROUNDED)
+    return found
 
 
 # -- motion ----------------------------------------------------------------------------------------
