@@ -19,10 +19,10 @@ from scenes import BASE_SEED
 from shots import with_twins
 
 from pool_pymunk import Law, Scene
+from pool_pymunk.engine import asked
 from pool_pymunk.fast import compiled, many, single
 from pool_pymunk.fast.press import Form
 from pool_pymunk.fast.tables import can_compile, walls_differ
-from pool_pymunk.physics import pressed
 from pool_pymunk.solvers import event_driven
 
 settings.register_profile(
@@ -106,7 +106,7 @@ def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(single, "remember", remember_compiled)
     monkeypatch.setattr(event_driven, "FASTER", [])
-    monkeypatch.setattr(pressed, "FASTER", [])
+    monkeypatch.setattr(asked, "PRESSES", [])
 
 
 @pytest.fixture(autouse=True)

@@ -13,11 +13,11 @@ from scenes import seeds
 from shots import KINDS, ROLLING, needs_numba, some_scene
 
 from pool_pymunk import Run, Scene, load, simulate, simulate_many
+from pool_pymunk.engine import asked
 from pool_pymunk.engine.policies import Variant
 from pool_pymunk.fast import ahead, single
 from pool_pymunk.fast.loop import PIECE
 from pool_pymunk.fast.press import RecordPress
-from pool_pymunk.physics import pressed
 from pool_pymunk.solvers import event_driven
 
 EXACT = "event-driven"
@@ -129,12 +129,12 @@ def test_persistent_contacts_of_the_engine_are_compiled(
         for ball in rolls
     ]
     scene = replace(scene, balls=tuple(balls), physics=replace(scene.physics, max_time=0.3))
-    asked = Counter[int]()
+    asks = Counter[int]()
     ask = RecordPress.ask
-    monkeypatch.setattr(RecordPress, "ask", lambda *args: (asked.update([args[1]]), ask(*args))[1])
+    monkeypatch.setattr(RecordPress, "ask", lambda *args: (asks.update([args[1]]), ask(*args))[1])
     one = simulate(scene, solver=solver)
-    assert asked[PIECE] > 0
-    monkeypatch.setattr(pressed, "FASTER", [])
+    assert asks[PIECE] > 0
+    monkeypatch.setattr(asked, "PRESSES", [])
     other = simulate(scene, solver=solver)
     assert one == other
     assert len(one.persistent) > 0

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.engine import asked
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.policies import Errors, begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
@@ -36,7 +37,6 @@ from pool_pymunk.fast.tables import (
     walls_differ,
 )
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics import pressed
 from pool_pymunk.physics.changes import ROLL, STOP
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair
@@ -61,8 +61,8 @@ def remember(form: Form, play: Any) -> None:
     Engines play persistent contacts by it in whatever they play.
     """
     loaded[form] = play
-    if not pressed.FASTER:
-        pressed.FASTER.append(Presses(form, play))
+    if not asked.PRESSES:
+        asked.PRESSES.append(Presses(form, play))
     if solve not in event_driven.FASTER:
         event_driven.FASTER.append(solve)
 
@@ -141,8 +141,8 @@ class Desk:
         """Write down how a run of a scene is to be played."""
         law, variant, latest = settings.law_of(scene), settings.variant, settings.max_time
         self.scene["resumes"] = 0
-        asked = scene, law, variant, latest, settings.max_events
-        is_same = len(asked) == len(self.prepared) and all(map(is_, asked, self.prepared))
+        its = scene, law, variant, latest, settings.max_events
+        is_same = len(its) == len(self.prepared) and all(map(is_, its, self.prepared))
         if not is_same:
             values = {
                 "kind": law_number(law), "together": together_number(law), "keeps": WHOLE,
@@ -153,7 +153,7 @@ class Desk:
             }  # fmt: skip
             for key, value in values.items():
                 self.scene[key] = value
-            self.prepared = asked
+            self.prepared = its
         begin_errors(errors := Errors(), variant)
         for key, value in vars(errors).items():
             self.errors[key] = value

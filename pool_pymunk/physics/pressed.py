@@ -19,7 +19,7 @@ six numbers a ball: x, y (m), vx, vy, wx, wy (m/s).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pool_pymunk.physics.motion import Vector
@@ -106,16 +106,6 @@ class Press:
             self.room = max(balls, 2 * n), max(contacts, 2 * c)
             for name, (kind, shape) in FORM.items():
                 setattr(self, name, rows_of(kind, lengths(shape, *self.room)))
-
-
-# What gives an engine a press that is faster, with the same bits: the compiled loop, once it is
-# loaded (pool_pymunk/fast/press.py).
-FASTER: list[Callable[[object], Press]] = []
-
-
-def press_for(engine: object) -> Press:
-    """Return a press for an engine: the fastest that there is."""
-    return FASTER[0](engine) if FASTER else Press()
 
 
 def copy_of(g: Press) -> Press:
