@@ -41,7 +41,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[str]]:
 
 
 def check_same(scene: Scene, **options: float) -> Run:
-    """Check that both ways to play a run tell the same, and return it."""
+    """Check that the loop and Python tell the same of a run, and return it."""
     one = simulate(scene, solver=EXACT, **options)  # type: ignore[arg-type]
     other = simulate(scene, solver=EXACT, compiled=False, **options)  # type: ignore[arg-type]
     for each in fields(Run):
