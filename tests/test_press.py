@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from press_reference import PressRun, press_run
-from press_scenes import M, R, amplification, farthest, press_scene
+from press_scenes import amplification, farthest, press_scene
 from reference import Refused
 from scenes import DATA, seeds
 
-from pool_pymunk import Ball, Friction, Restitution, Run, Scene, SceneError, Table, load, simulate
-from pool_pymunk.engine.recorder import Begun
+from pool_pymunk import Ball, Friction, Restitution, Run, Scene, SceneError, Table, simulate
 from pool_pymunk.solvers.request import request
 
 FAR = 1e-7  # m, times the amplification
@@ -94,31 +93,6 @@ def test_ends_by_tiny_time_steps(record: dict[str, Any]) -> None:
     run = play(scene)
     assert farthest(ends_of(run), [complex(*place) for place in record["final"]]) < 1e-6
     assert len(run.events) <= 400
-
-
-# -- pieces ----------------------------------------------------------------------------------------
-
-
-def test_a_slip_that_fades_takes_one_piece() -> None:
-    """A slow shot at a rack has hundreds of slips that fade, each in some ten steps."""
-    base = load("eight-ball")
-    slow = replace(base.shots[0], aim=None, speed=1.83, angle=3.91)
-    asked = request(base, "event-driven")
-    run = asked._replace(settings=asked.settings._replace(measures_policies=False)).play(slow)
-    pieces = [piece for _, _, piece in run.groups if isinstance(piece, Begun)]
-    fades = sum(piece.faded for piece in pieces)
-    assert 50 < fades < len(pieces) < 10 * fades, (fades, len(pieces))
-
-
-def test_a_contact_that_does_not_press_ends() -> None:
-    """A ball rolls along an arc, leaves it on to a straight cushion, and then rolls by itself."""
-    ball = Ball("0", (0.8, 1.02 * R), R, M, velocity=(1.0, 0.0), roll=1.0)
-    friction = Friction(0.2, 0.1, rolling=0.01)
-    run = play(Scene((ball,), Table.stadium(1.6, 0.8), Restitution(0.0, cushion=0.0), friction))
-    first, straight, second = run.persistent
-    assert (first.cushion, straight.cushion, second.cushion) == (1, 2, 3)
-    assert straight.until - straight.since < 1e-3 < second.since - straight.until
-    assert math.hypot(*straight.impulse) < 1e-12
 
 
 # -- what holds in every run -----------------------------------------------------------------------

@@ -20,8 +20,8 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
 from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
-from pool_pymunk.physics.pieces import Piece, piece_of, travel
-from pool_pymunk.physics.pressed import BALL, Press, copy_of, decide
+from pool_pymunk.physics.pieces import Piece, piece_of, step
+from pool_pymunk.physics.pressed import BALL, Press, copy_of, decide, find_forces
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
@@ -452,7 +452,8 @@ def find_end(w: Any, time: float) -> None:
     if g.is_fixed:
         g.find_end(time)
     else:
-        travel(g, time)
+        find_forces(g, g.state)
+        step(g, g.state, time, g.end)
 
 
 # -- room ------------------------------------------------------------------------------------------

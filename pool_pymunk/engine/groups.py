@@ -336,15 +336,8 @@ def is_cut_for(w: Any, i: int, t: float) -> bool:
     r, wait = w.groups, t - w.now
     if r.leader[i] == NONE or not wait > 2.0 * SHORTLY * r.span[r.leader[i]]:
         return False
-    push_piece(w, moving_one(r, r.leader[i]), t - SHORTLY * wait)
+    push_piece(w, i, t - SHORTLY * wait)
     return True
-
-
-def moving_one(r: Any, i: int) -> int:
-    """Return a moving ball of a leader's group; each of its pieces has a path of its own."""
-    while r.phase[i] == REST:
-        i = r.next[i]
-    return int(i)
 
 
 # -- what is asked after a hit ---------------------------------------------------------------------

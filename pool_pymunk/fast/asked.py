@@ -42,8 +42,8 @@ from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed, respond
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
-from pool_pymunk.physics.pieces import Piece, piece_of, travel
-from pool_pymunk.physics.pressed import BALL, decide
+from pool_pymunk.physics.pieces import Piece, piece_of, step
+from pool_pymunk.physics.pressed import BALL, decide, find_forces
 from pool_pymunk.physics.pressed import is_own as asks_own
 from pool_pymunk.physics.pressed import own_pull as asks_pull
 from pool_pymunk.physics.sides import unit
@@ -465,7 +465,8 @@ def finds_forces(w: Work) -> bool:
 
 
 def find_end(w: Work, time: float) -> None:
-    travel(w.press, time)
+    find_forces(w.press, w.press.state)
+    step(w.press, w.press.state, time, w.press.end)
 
 
 def has_room(w: Work, balls: int, contacts: int) -> bool:

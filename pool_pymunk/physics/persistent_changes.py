@@ -256,31 +256,14 @@ class Course:
     ``steps`` (s, changes) are those at which changes were found.
     """
 
-    def __init__(self, g: Any) -> None:
-        self.g = g
-        self.starts: list[float] = []
-        self.states: list[Any] = []
+    def __init__(self, g: Any, t: float, s: Any) -> None:
+        self.g, self.starts, self.states = g, [t], [s]
         self.steps: list[tuple[float, Array]] = []
 
-    def go_on(self, since: float, until: float, s: list[float]) -> None:
-        """Go on with a piece between two times (s) that begins in a state.
-
-        It has several steps while a slip or a speed fades.
-        """
-        while self.starts and self.starts[-1] > since:  # The piece before was cut.
-            self.starts.pop()
-            self.states.pop()
-        g, left = self.g, until - since
-        g.state[: len(s)] = g.end[: len(s)] = s
-        pieces.begin(g)
-        self.starts.append(since)
+    def go_on(self, t: float, s: Any) -> None:
+        """Go on with a piece that begins at a time (s) in a state."""
+        self.starts.append(t)
         self.states.append(s)
-        while left > 0.0:
-            left -= pieces.step_towards(g, left)
-            if left > 0.0:
-                pieces.go_from(g, g.end)
-                self.starts.append(until - left)
-                self.states.append(g.end[: len(s)])
 
     def piece_at(self, t: float) -> int:
         """Return the number of the piece of a time (s)."""

@@ -30,7 +30,6 @@ from pool_pymunk.physics.pressed import (
     set_free,
     set_phases,
     sign,
-    size_of,
     smallest,
     solve,
     spare_hold,
@@ -48,7 +47,6 @@ STAGES = (
     (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0),
     (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
 )
-NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)  # of its stages, as shares of a step
 SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 # A piece is short enough that two parabolas deviate from it by less than this share of a radius. If
 # the acceleration changes by J in a piece of h (s), they deviate by J h^2 / 324.
@@ -56,10 +54,6 @@ DEVIATION = 4e-9
 GROWTH = 3.0  # A piece is at most so many times as long as the one before.
 BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
 ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
-# A step in which a slip fades errs by a tenth of others. These are its longest and its shortest
-# length, and the first guess, times the fourth root of the error that it may have as a share of the
-# slip; any guess serves.
-FADING_ERROR, FASTEST, SLOWEST, GUESSED = 1e-10, 4.0, 0.3, 16.0
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 
 
@@ -70,28 +64,18 @@ def step(g: Any, s: Any, h: float, end: Any) -> float:
     becomes the impulses of the forces: along the normal, and as x and y.
     """
     look(g, s)
-    keep_stage(g, 0, 1.0)
+    keep_stage(g, 0)
     for stage in range(1, len(SPREAD)):
-        reach(g, s, h, stage, end)
+        weights = STAGES[stage - 1]
+        for p in range(6 * g.balls):
+            x = s[p]
+            for q in range(stage):
+                x += h * weights[q] * g.rates[q][p]
+            end[p] = x
         if stage == len(STAGES):
             close(g, end)
         find_forces(g, end)
-        keep_stage(g, stage, 1.0)
-    return end_step(g, h)
-
-
-def reach(g: Any, s: Any, h: float, stage: int, end: Any) -> None:
-    """Let ``end`` be the state of a stage of a step of length h."""
-    weights = STAGES[stage - 1]
-    for p in range(6 * g.balls):
-        x = s[p]
-        for q in range(stage):
-            x += h * weights[q] * g.rates[q][p]
-        end[p] = x
-
-
-def end_step(g: Any, h: float) -> float:
-    """Find the impulses of a step of length h, and return its error (m, m/s)."""
+        keep_stage(g, stage)
     weights = STAGES[len(STAGES) - 1]
     for k in range(g.contacts):
         for kind in range(3):
@@ -108,97 +92,15 @@ def end_step(g: Any, h: float) -> float:
     return error
 
 
-def fade(g: Any, i: int, h: float) -> tuple[float, float]:
-    """Let a slip or a speed become 1/F(h) of what it is, from ``start`` to ``end``.
-
-    Return the time (s) that it takes, and the error (m, m/s). A short slip u turns fast: its
-    direction e changes at its acceleration over its size. With u = u_0 e / F(q), all changes by q
-    are even, because F is nearly the exponential function. The error is infinite if it does not
-    fade.
-    """
-    s, end, u = g.start, g.end, slip_of(g, g.start, i)
-    first = size_of(u[0], u[1])
-    look(g, s)
-    is_fading = keep_fading(g, i, 0, u, 1.0)
-    for stage in range(1, len(SPREAD)):
-        reach(g, s, h, stage, end)
-        x, y, weights = u[0] / first, u[1] / first, STAGES[stage - 1]
-        for q in range(stage):
-            x += h * weights[q] * g.turns[q][0]
-            y += h * weights[q] * g.turns[q][1]
-        times, slope = fading_function(h * NODES[stage])
-        size = first / times / size_of(x, y)
-        put_slip(g, end, i, (size * x, size * y))
-        if stage == len(STAGES):
-            close(g, end)
-        find_forces(g, end)
-        is_fading = keep_fading(g, i, stage, (size * x, size * y), slope / times) and is_fading
-    time, error = 0.0, end_step(g, h)
-    for q in range(len(STAGES)):
-        time += h * STAGES[len(STAGES) - 1][q] * g.turns[q][2]
-    return time, error if is_fading else math.inf
-
-
-def fading_function(q: float) -> tuple[float, float]:
-    """Return F(q) and its slope: the exponential function's first powers.
-
-    >>> fading_function(1.0)
-    (2.708333333333333, 2.6666666666666665)
-    """
-    slope = 1.0 + q * (1.0 + q / 2.0 * (1.0 + q / 3.0))
-    return slope + q * q * q * q / 24.0, slope
-
-
-def keep_fading(g: Any, i: int, stage: int, u: Vector, share: float) -> bool:
-    """Keep the present rates by q as those of a stage; ``share`` is the slope of F as one of it.
-
-    Keep how the slip u (m/s) of ball i turns, and how the time (s) goes; tell whether u fades.
-    """
-    (x, y), (a, b) = u, slip_of(g, g.rate, i)
-    loss, turn = -(x * a + y * b), x * b - y * a
-    if not loss > 0.0:
-        keep_stage(g, stage, 0.0)
-        g.turns[stage][0] = g.turns[stage][1] = g.turns[stage][2] = 0.0
-        return False
-    size = size_of(x, y)
-    pace, turned = share * size * size / loss, share * turn / (size * loss)
-    keep_stage(g, stage, pace)
-    g.turns[stage][0], g.turns[stage][1], g.turns[stage][2] = -y * turned, x * turned, pace
-    return True
-
-
-def slip_of(g: Any, s: Any, i: int) -> Vector:
-    """Return the slip (m/s) of a ball, or its velocity if it rolls; or their rates."""
-    p = 6 * i
-    if g.phase[i] == SLIP:
-        return s[p + 2] - s[p + 4], s[p + 3] - s[p + 5]
-    return s[p + 2], s[p + 3]
-
-
-def put_slip(g: Any, s: Any, i: int, u: Vector) -> None:
-    """Let a ball have a slip (m/s), or a velocity if it rolls; a disc's slip is its velocity."""
-    p, (x, y) = 6 * i, u
-    if g.phase[i] == SLIP and g.rolls:
-        s[p + 4], s[p + 5] = s[p + 2] - x, s[p + 3] - y
-        return
-    s[p + 2], s[p + 3] = x, y
-    if g.rolls:
-        s[p + 4], s[p + 5] = x, y
-
-
-def keep_stage(g: Any, stage: int, pace: float) -> None:
-    """Keep the present rates as those of a stage, and of each contact N and its force (N).
-
-    They are by a variable that the time follows at a ``pace``.
-    """
+def keep_stage(g: Any, stage: int) -> None:
+    """Keep the present rates as those of a stage, and of each contact N and its force (N)."""
     rates = g.rates[stage]
     for p in range(6 * g.balls):
-        rates[p] = pace * g.rate[p]
+        rates[p] = g.rate[p]
     for k in range(g.contacts):
         normal, along, nx, ny = g.force[k][0], g.force[k][1], g.normal[k][0], g.normal[k][1]
         force = g.forces[stage][k]
-        force[0], force[1] = pace * normal, pace * (normal * nx - along * ny)
-        force[2] = pace * (normal * ny + along * nx)
+        force[0], force[1], force[2] = normal, normal * nx - along * ny, normal * ny + along * nx
 
 
 def close(g: Any, s: Any) -> None:
@@ -381,9 +283,12 @@ def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
 
     The time is infinite if it does not fade.
     """
+    p, d = 6 * i, g.rate
     if g.phase[i] == REST or is_own(g):
         return 0.0, math.inf
-    (x, y), (a, b) = slip_of(g, s, i), slip_of(g, g.rate, i)
+    x, y, a, b = s[p + 2], s[p + 3], d[p + 2], d[p + 3]
+    if g.phase[i] == SLIP:
+        x, y, a, b = x - s[p + 4], y - s[p + 5], a - d[p + 4], b - d[p + 5]
     size = math.sqrt(x * x + y * y)
     loss = -(x * a + y * b)
     return size, size * size / loss if loss > 0.0 else math.inf
@@ -403,140 +308,21 @@ class Piece(NamedTuple):
 
 
 def piece_of(g: Any, longest: float) -> Piece:
-    """Play a piece of the motion from ``state`` to ``end``, whose steps are no longer than a time.
+    """Play a piece of the motion from ``state`` to ``end``, no longer than a time (s).
 
-    It has one step, or several while a slip or a speed fades. ``total`` becomes the impulses.
+    ``total`` becomes the impulses.
     """
-    begin(g)
-    piece = step_of(g, longest)
-    idle, is_even = idle_contact(g), True
-    if goes_on(piece) and idle >= 0:
-        return Piece(piece.time, piece.next, 4 * idle, False)
-    time, bends = piece.time, jump_of(g)
-    while is_even and goes_on(piece) and fades_soon(g, time, bends):
-        go_from(g, g.end)
-        one = step_of(g, piece.next)
-        is_even = not gains_energy(g, time + one.time)
-        if is_even:
-            piece, time, bends = one, time + one.time, bends + jump_of(g)
-        else:
-            go_back(g)
-    add_past(g)
-    return Piece(time, piece.next, piece.fell, piece.faded)
-
-
-def goes_on(piece: Piece) -> bool:
-    """Tell whether nothing ends the mode at the end of a step."""
-    return piece.fell < 0 and not piece.faded
-
-
-def idle_contact(g: Any) -> int:
-    """Return the first contact if all forces of a step are rounding; or -1."""
-    first = -1
-    for k in range(g.contacts - 1, -1, -1):
-        if g.on[k] and moves(g, k):
-            first = k
-            if max(g.held[k][0], g.force[k][0]) > 10.0 * g.small[1] * g.unit[k]:
-                return -1
-    return first
-
-
-def go_back(g: Any) -> None:
-    """Let the piece end where the last step began."""
+    s, end = g.state, g.end
     clear_total(g)
-    for p in range(6 * g.balls):
-        g.end[p] = g.start[p]
-
-
-def gains_energy(g: Any, time: float) -> bool:
-    """Tell whether in the middle of a piece of this time (s) parabolas have gained energy.
-
-    Or they lose too much, and then gain it in the second half.
-    """
-    half, middle = time / 2.0, 0.0
-    for i in range(g.balls):
-        p, ((x, y), _) = 6 * i, halves(g, time, i)
-        vx, vy = g.state[p + 2] + half * x, g.state[p + 3] + half * y
-        wx, wy = (g.state[p + 4] + g.end[p + 4]) / 2.0, (g.state[p + 5] + g.end[p + 5]) / 2.0
-        if g.phase[i] == ROLL:
-            wx, wy = vx, vy
-        middle += energy_of_ball(g, i, (vx, vy, wx, wy))
-    return not energy_of(g, g.state) >= middle >= energy_of(g, g.end)
-
-
-def begin(g: Any) -> None:
-    """Let the first step of a piece begin at its ``state``."""
-    clear_total(g)
-    for k in range(g.contacts):
-        g.past[k][0] = g.past[k][1] = g.past[k][2] = 0.0
-    for p in range(6 * g.balls):
-        g.start[p] = g.state[p]
-
-
-def go_from(g: Any, s: Any) -> None:
-    """Let the next step begin in a state; its impulses come to those of the steps before."""
-    for k in range(g.contacts):
-        for kind in range(3):
-            g.past[k][kind] += g.total[k][kind]
-    clear_total(g)
-    for p in range(6 * g.balls):
-        g.start[p] = s[p]
-
-
-def add_past(g: Any) -> None:
-    """Let ``total`` be the impulses of all steps."""
-    for k in range(g.contacts):
-        for kind in range(3):
-            g.total[k][kind] += g.past[k][kind]
-
-
-def jump_of(g: Any) -> float:
-    """Return how much an acceleration (m/s^2) has changed in a step at most."""
-    jump = 0.0
-    for i in range(g.balls):
-        for p in (6 * i + 2, 6 * i + 3):
-            jump = max(jump, abs(g.rate[p] - g.first[p]))
-    return jump
-
-
-def soonest_to_fade(g: Any, s: Any) -> tuple[int, float, float]:
-    """Return the ball whose slip or speed (m/s) fades first, this, and in what time (s) it is 0."""
-    which, least, soonest = -1, 0.0, math.inf
-    for i in range(g.balls):
-        size, time = fading(g, s, i)
-        if time < soonest:
-            which, least, soonest = i, size, time
-    return which, least, soonest
-
-
-def fades_soon(g: Any, time: float, bends: float) -> bool:
-    """Tell whether a slip or a speed fades at the end so soon that the piece may last until then.
-
-    In a ``time`` (s) its accelerations have changed by ``bends`` (m/s^2), in some steps. If an
-    acceleration changes by J at once, two parabolas of h (s) deviate by J h^2 / 64 at most.
-    """
-    _, _, fades = soonest_to_fade(g, g.end)
-    h = time + fades
-    return bool((bends + g.pull) * h * h <= 64.0 * DEVIATION * g.small[2] * smallest(g))
-
-
-def step_of(g: Any, longest: float) -> Piece:
-    """Play a step of a piece from ``start`` to ``end``, no longer than a time (s).
-
-    ``total`` becomes its impulses.
-    """
-    s, end = g.start, g.end
     find_forces(g, s)
     measure(g, s, g.before)
     keep_start(g)
-    i, size, fades = soonest_to_fade(g, s)
-    if has_faded(g, size, fades):
-        return Piece(0.0, longest, -1, True)
-    if fades < longest:
-        t = fading_step(g, i, size)
-        if t > 0.0 and t <= longest:
-            return Piece(t, longest, -1, False)
-        recall(g)
+    fades = math.inf
+    for i in range(g.balls):
+        size, time = fading(g, s, i)
+        if time < math.inf and size <= FADED * g.small[2] * g.small[0]:
+            return Piece(0.0, longest, -1, True)
+        fades = min(fades, time)
     h = min(longest, (0.6 if 10.0 * fades > longest else 0.999) * fades)
     share, grows = share_of(g, h, step(g, s, h, end)), GROWTH
     while share < 1.0:  # Numbers that are not finite end it, too.
@@ -552,65 +338,10 @@ def step_of(g: Any, longest: float) -> Piece:
     recall(g)
     if t == 0.0:
         clear_total(g)
-        for p in range(6 * g.balls):
-            end[p] = s[p]
         return Piece(0.0, longest, which, False)
     step(g, s, t, end)
     lose(g, s, end)
     return Piece(t, longest, which, False)
-
-
-def fading_step(g: Any, i: int, size: float) -> float:
-    """Make a step from ``start`` to ``end`` in which a slip or a speed (m/s) of ball i fades.
-
-    Return its time (s), or 0 where that is of no use.
-    """
-    most = FADING_ERROR / SLOW * g.small[2] * g.small[0]
-    h = min(FASTEST, GUESSED * math.sqrt(math.sqrt(most / size)))
-    time, error = fade(g, i, h)
-    while not error <= most:
-        h *= 0.9 * math.sqrt(math.sqrt(most / error))
-        if not h > SLOWEST:
-            return 0.0
-        recall(g)
-        time, error = fade(g, i, h)
-    measure(g, g.end, g.after)
-    if first_to_fall(g) >= 0:
-        return 0.0
-    lose(g, g.start, g.end)
-    return time
-
-
-def has_faded(g: Any, size: float, fades: float) -> bool:
-    """Tell whether a slip or a speed (m/s) has faded that is 0 in a time (s)."""
-    return bool(fades < math.inf and size <= FADED * g.small[2] * g.small[0])
-
-
-def travel(g: Any, time: float) -> None:
-    """Let ``end`` be the state a time (s) after ``state``, within its piece; ``total`` follows."""
-    begin(g)
-    left = time - step_towards(g, time)
-    while left > 0.0:
-        go_from(g, g.end)
-        left -= step_towards(g, left)
-    add_past(g)
-
-
-def step_towards(g: Any, left: float) -> float:
-    """Make a step from ``start`` to ``end`` that is no longer than a time (s); return its length.
-
-    It is shorter while a slip or a speed fades.
-    """
-    find_forces(g, g.start)
-    keep_start(g)
-    _, size, fades = soonest_to_fade(g, g.start)
-    h = left if has_faded(g, size, fades) else min(left, 0.3 * fades)
-    share = share_of(g, h, step(g, g.start, h, g.end))
-    while share < 1.0:
-        h *= max(0.2, 0.9 * share)
-        recall(g)
-        share = share_of(g, h, step(g, g.start, h, g.end))
-    return h
 
 
 def time_of_fall(g: Any, h: float, which: int) -> tuple[float, int]:
@@ -628,7 +359,7 @@ def time_of_fall(g: Any, h: float, which: int) -> tuple[float, int]:
             break
         t = low + (high - low) * m_low / (m_low - m_high)
         recall(g)
-        step(g, g.start, t, g.end)
+        step(g, g.state, t, g.end)
         measure(g, g.end, g.after)
         now = first_to_fall(g)
         if now >= 0 and now != which:
@@ -668,7 +399,11 @@ def share_of(g: Any, h: float, error: float) -> float:
     Square roots have the same bits on every machine. They are on the safe side: deviations grow
     with the third power of a step, and errors with the fifth.
     """
-    share, deviates = math.inf, jump_of(g) * h * h / 324.0
+    jump, share = 0.0, math.inf
+    for i in range(g.balls):
+        for p in (6 * i + 2, 6 * i + 3):
+            jump = max(jump, abs(g.rate[p] - g.first[p]))
+    deviates = jump * h * h / 324.0
     if deviates > 0.0:
         share = DEVIATION * g.small[2] * smallest(g) / deviates
         share = math.sqrt(share) if share < 1.0 else math.sqrt(math.sqrt(share))
@@ -695,14 +430,9 @@ def energy_of(g: Any, s: Any) -> float:
     energy = 0.0
     for i in range(g.balls):
         p = 6 * i
-        energy += energy_of_ball(g, i, (s[p + 2], s[p + 3], s[p + 4], s[p + 5]))
+        x, y, u, v = s[p + 2], s[p + 3], s[p + 4], s[p + 5]
+        energy += 0.5 * g.mass[i] * (x * x + y * y + GYRATION * (u * u + v * v))
     return energy
-
-
-def energy_of_ball(g: Any, i: int, velocities: tuple[float, float, float, float]) -> float:
-    """Return the energy (J) of a ball's velocity and roll (m/s)."""
-    x, y, u, v = velocities
-    return float(0.5 * g.mass[i] * (x * x + y * y + GYRATION * (u * u + v * v)))
 
 
 def lose(g: Any, s: Any, end: Any) -> None:
@@ -718,7 +448,6 @@ def lose(g: Any, s: Any, end: Any) -> None:
 def settle(g: Any, s: Any) -> None:
     """Let balls roll or rest whose slip or speed has faded."""
     least = 10.0 * FADED * g.small[2] * g.small[0]
-    find_forces(g, s)
     for i in range(g.balls):
         size, time = fading(g, s, i)
         if g.phase[i] == REST or size > least or time == math.inf:

@@ -55,9 +55,7 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
-# linear system. `state`, `end` and `total` (N s) are those of a piece. The others are for a step,
-# which begins in the state `start`; `past` (N s) has the impulses of the steps before, and `turns`
-# how a slip that fades turns, and how the time goes.
+# linear system. `state`, `end` and `total` (N s) are those of a piece; the others are for a step.
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, (3,)),
     "ball": (int, ("N",)), "mass": (float, ("N",)), "radius": (float, ("N",)),
@@ -71,8 +69,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "unknown": (int, ("3C", 2)), "matrix": (float, ("3C", "3C+1")), "column": (int, ("3C",)),
     "found": (float, ("3C",)), "free": (float, ("3C", "3C")),
     "state": (float, ("6N",)), "end": (float, ("6N",)), "total": (float, ("C", 3)),
-    "start": (float, ("6N",)), "past": (float, ("C", 3)),
-    "rates": (float, (7, "6N")), "forces": (float, (7, "C", 3)), "turns": (float, (7, 3)),
+    "rates": (float, (7, "6N")), "forces": (float, (7, "C", 3)),
     "first": (float, ("6N",)), "held": (float, ("C", 3)),
     "before": (float, ("4C+N",)), "after": (float, ("4C+N",)),
 }  # fmt: skip

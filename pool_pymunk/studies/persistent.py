@@ -71,8 +71,7 @@ class ModeChanges:
     def __init__(self, g: Any, piece: Begun) -> None:
         press = piece.press
         self.press, self.first, self.last, self.balls = press, piece, piece, piece.balls
-        self.course = Course(press)
-        self.course.go_on(piece.since, piece.until, piece.state)
+        self.course = Course(press, piece.since, piece.state)
         self.numbers = numbers_of(g, piece)
         self.state, self.rate = piece.state, rate_of(press, piece.state)
         self.z = np.zeros((len(self.state), len(g.late)))
@@ -93,7 +92,7 @@ class ModeChanges:
         if piece.press is not last.press or last.fell >= 0 or last.faded:
             return False
         self.last = piece
-        self.course.go_on(piece.since, piece.until, piece.state)
+        self.course.go_on(piece.since, piece.state)
         return True
 
     @property
