@@ -19,7 +19,7 @@ from hard_random import TooLongError, time_limit
 from hard_reference import COARSE, FINE, Settings, hard_run, off
 from mpmath import mp, mpc, mpf
 from reference import Refused, scene_from_dict
-from scenes import DATA, seeds
+from scenes import DATA, seeds, takes_long
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
 
@@ -149,6 +149,7 @@ def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str, kick: floa
 
 @pytest.mark.slow
 @pytest.mark.seeded
+@takes_long
 @pytest.mark.parametrize("kind", KINDS)
 def test_coarser_bounds_leave_random_ends_where_they_are(kind: str) -> None:
     """Scenes that take the reference long are left out."""

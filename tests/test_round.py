@@ -14,7 +14,7 @@ import pytest
 from amplified import amplification
 from hard_reference import hard_run
 from reference import OUTLINES, Refused, random_round_scene, reference_run
-from scenes import seeds, share_of
+from scenes import seeds, share_of, takes_long
 from shots import check_bits, check_derivatives, in_the_loop, needs_numba
 
 from pool_pymunk import (
@@ -444,6 +444,7 @@ def test_the_loop_plays_random_scenes_bit_for_bit(k: int, monkeypatch: pytest.Mo
 
 @needs_numba
 @pytest.mark.slow
+@takes_long
 def test_two_hundred_scenes_are_compiled_bit_for_bit() -> None:
     """In half of them balls roll; a few have hits that have no end."""
     numbers, handed_back = count(seeds(1)[0] * 10_000), 0
