@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from press_scenes import AT_A_CUSHION, HEAD_ON, ON_A_CIRCLE
 from scenes import seeds
-from shots import KINDS, ROLLING, needs_numba, some_scene
+from shots import KINDS, ROLLING, ROLLS, needs_numba, some_scene
 
 from pool_pymunk import Run, Scene, load, simulate, simulate_many
 from pool_pymunk.engine import asked
@@ -63,7 +63,9 @@ def try_kind(kind: str, numbers: Iterator[int] | range, played: Counter[str]) ->
     ahead.compile(of_kind(kind, 0))
     for seed in numbers:
         check_same(of_kind(kind, seed))
-    assert played["compiled"] > 3 * played["Python"]
+    # Python plays what needs impulses of several contacts of balls that roll: a fifth of hard runs.
+    is_hard = kind in ("hard" + ROLLS, "frozen" + ROLLS)
+    assert played["compiled"] > (3 if is_hard else 9) * played["Python"]
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("frozen", "hard")])

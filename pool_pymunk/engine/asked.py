@@ -212,7 +212,7 @@ def may_go_on(w: Any) -> bool:
 
 
 def give_up(w: Any) -> None:
-    """Give up: there is no room. Rows of the engine grow instead."""
+    """Do nothing: the rows of the engine have room for any number of contacts."""
 
 
 # -- sides -----------------------------------------------------------------------------------------
@@ -459,8 +459,8 @@ def find_end(w: Any, time: float) -> None:
 # -- room ------------------------------------------------------------------------------------------
 
 
-# What gives an engine a press that is faster, with the same bits: the compiled loop, once it is
-# loaded (pool_pymunk/fast/press.py).
+# The compiled loop, once it is loaded, puts in here what gives an engine a faster press, with the
+# same bits (pool_pymunk/fast/press.py).
 PRESSES: list[Callable[[object], Press]] = []
 
 

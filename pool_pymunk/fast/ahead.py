@@ -24,13 +24,13 @@ def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by 
 
     By default this is done for all four kinds of scenes: balls may roll or only slide, and there
     may be arcs, or posts with coefficients of their own. With a ``scene`` it is done for its kind
-    alone. A kind takes up to a minute once on each machine, and 0.5 s in each process after that.
+    alone. A kind takes up to a minute once on each machine, and some 0.6 s in each process then.
     From then on ``event-driven`` plays single runs by it in this process, with the same bits.
     Raises ModuleNotFoundError if numba is not installed.
 
     >>> from pool_pymunk import compile, load
     >>> compile(load("two-balls"))  # doctest: +SKIP
-    balls that slide: ready after 0.5 s
+    balls that slide: ready after 0.6 s
     """
     if not compiled.is_there():
         message = "compile() needs numba: pip install '.[fast]' in a clone"

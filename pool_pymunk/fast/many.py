@@ -73,7 +73,7 @@ def simulate_many(
     share the work, and change no result. ``on_done(n)`` is called with 0 when the first shots
     begin, and whenever ``n`` more are done. ``derivatives`` names the inputs of
     ``batch.derivatives``, as :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding`` and
-    ``batch.policy_shift`` say how far off the ends may be; each shot is then played in Python, too.
+    ``batch.policy_shift`` say how far off the ends may be; each shot is then played as a run, too.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
     '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 64 balls,

@@ -20,8 +20,8 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import begin, cut_off, pockets
 from pool_pymunk.solvers.record import Settings, Solver
 
-# What plays a run faster, with the same bits, or returns None: the compiled loop, once it is loaded
-# (pool_pymunk/fast/single.py).
+# The compiled loop, once it is loaded, puts in here what plays a run faster, with the same bits, or
+# returns None (pool_pymunk/fast/single.py).
 Faster = Callable[[Scene, State, Settings], Trace | None]
 FASTER: list[Faster] = []
 
