@@ -20,8 +20,8 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
 from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
-from pool_pymunk.physics.pieces import Piece, piece_of, step
-from pool_pymunk.physics.pressed import BALL, Press, copy_of, decide, find_forces
+from pool_pymunk.physics.pieces import Piece, part_of, piece_of
+from pool_pymunk.physics.pressed import BALL, Press, copy_of, decide
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
@@ -423,7 +423,8 @@ def note_piece(w: Any, leader: int, piece: Piece) -> None:
     press, contacts = r.modes[leader]
     balls, state = tuple(g.ball[: g.balls]), [*g.state[: 6 * g.balls]]
     until, ends = w.now + piece.time, (piece.fell, piece.faded)
-    w.recorder.begun(Begun(w.now, until, balls, contacts, press, state, *ends))
+    stops = [(w.now + g.stop_t[k], [*g.stop[k][: 6 * g.balls]]) for k in range(g.steps - 1)]
+    w.recorder.begun(Begun(w.now, until, balls, contacts, press, state, *ends, stops))
 
 
 def note_let_go(w: Any, i: int) -> None:
@@ -446,14 +447,13 @@ def finds_forces(w: Any) -> bool:
     return g.decide() if g.is_fixed else decide(g, g.state)
 
 
-def find_end(w: Any, time: float) -> None:
-    """Find the end of the group in the press after a time (s), by one step."""
+def find_end(w: Any, steps: int, longest: float, time: float) -> None:
+    """Find the state of the group in the press after a time (s) of a piece with so many steps."""
     g = w.press
     if g.is_fixed:
-        g.find_end(time)
+        g.find_end(steps, longest, time)
     else:
-        find_forces(g, g.state)
-        step(g, g.state, time, g.end)
+        part_of(g, steps, longest, time)
 
 
 # -- room ------------------------------------------------------------------------------------------

@@ -64,6 +64,7 @@ from pool_pymunk.physics.pieces import (
     clear_total,
     close,
     halves,
+    is_even,
     join,
     moves,
     settle,
@@ -101,17 +102,18 @@ NONE = -1  # stands for no ball, no contact
 # What groups have by ball N and by contact C. A ball's `leader` is the first ball of its group, or
 # -1; the `next` ones follow from there, and `contact` begins the list of the leader's contacts.
 # `state`, `phase` and `stuck` are those at the beginning of a piece (physics/pressed.py), `end` is
-# its end. The leader has what the group has: when its piece `began`, its length `span`, how long
-# the `longest` and the one `after` may be (s), what ends it (`fell`, `faded`), the `changes` of
-# mode at one instant, and its tolerances (`small`). A ball has had `many` hits, the last at `hit_t`
-# (s); it is `loose` if its group was taken apart.
+# its end. The leader has what the group has: when its piece `began`, its length `span`, its number
+# of `steps`, how long the `longest` and the one `after` may be (s), what ends it (`fell`, `faded`),
+# the `changes` of mode at one instant, and its tolerances (`small`). A ball has had `many` hits,
+# the last at `hit_t` (s); it is `loose` if its group was taken apart.
 # `wait` has contacts without forces (ball, other) `until` a time (s), of a moment `length` (s).
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "leader": (int, ("N",)), "next": (int, ("N",)), "contact": (int, ("N",)),
     "state": (float, ("N", 6)), "end": (float, ("N", 6)), "phase": (int, ("N",)),
     "stuck": (int, ("N",)), "began": (float, ("N",)), "span": (float, ("N",)),
-    "longest": (float, ("N",)), "after": (float, ("N",)), "fell": (int, ("N",)),
-    "faded": (int, ("N",)), "changes": (int, ("N",)), "small": (float, ("N", 3)),
+    "steps": (int, ("N",)), "longest": (float, ("N",)), "after": (float, ("N",)),
+    "fell": (int, ("N",)), "faded": (int, ("N",)), "changes": (int, ("N",)),
+    "small": (float, ("N", 3)),
     "hit_t": (float, ("N",)), "many": (int, ("N",)), "loose": (int, ("N",)), "todo": (int, ("N",)),
     "local": (int, ("N",)), "first": (int, ("N",)), "joined": (int, ("N",)), "out": (int, ("N",)),
     "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)), "is_new": (int, ("N",)),
@@ -689,7 +691,7 @@ def find_state(w: Any, leader: int, t: float) -> None:
             g.end[p] = g.state[p]
         clear_total(g)
     else:
-        find_end(w, t - r.began[leader])
+        find_end(w, r.steps[leader], r.longest[leader], t - r.began[leader])
 
 
 def cut(w: Any, leader: int) -> None:
@@ -783,6 +785,7 @@ def keep_piece(w: Any, leader: int, piece: Piece) -> None:
     """Keep the piece of the group in the press."""
     g, r = w.press, w.groups
     r.span[leader], r.after[leader], r.fell[leader], r.faded[leader] = piece
+    r.steps[leader] = g.steps
     for m in range(g.balls):
         i = g.ball[m]
         if piece.time > 0.0 and r.stuck[i] != STUCK:
@@ -934,6 +937,9 @@ def half_of(g: Any, m: int, when: tuple[float, float], is_second: int) -> Path:
     (began, h), s, end, p = when, g.state, g.end, 6 * m
     middle = h / 2.0
     x, y, vx, vy, wx, wy = s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5]
+    if is_even(g, h):
+        ax, ay = (end[p + 2] - vx) / h, (end[p + 3] - vy) / h
+        return Path(began, x, y, vx, vy, ax, ay, began + h, False, wx, wy)
     (ax, ay), (bx, by) = halves(g, h, m)
     if not is_second:
         return Path(began, x, y, vx, vy, ax, ay, began + middle, False, wx, wy)

@@ -33,7 +33,7 @@ class Begun(NamedTuple):
     It lasts until ``until`` (s) if nothing cuts it. The ``press`` has the mode, and is the same for
     all pieces in it (:mod:`pool_pymunk.physics.pressed`); ``contacts`` are those of the press.
     ``fell`` is the number of the measure that ends the mode there, or -1; ``faded`` tells whether a
-    slip or a speed has faded.
+    slip or a speed has faded. A piece of several steps has ``stops`` (s, state) between them.
     """
 
     since: float
@@ -44,6 +44,7 @@ class Begun(NamedTuple):
     state: list[float]
     fell: int
     faded: bool
+    stops: list[tuple[float, list[float]]]
 
 
 class Recorder:

@@ -42,8 +42,8 @@ from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed, respond
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
-from pool_pymunk.physics.pieces import Piece, piece_of, step
-from pool_pymunk.physics.pressed import BALL, decide, find_forces
+from pool_pymunk.physics.pieces import Piece, part_of, piece_of
+from pool_pymunk.physics.pressed import BALL, decide
 from pool_pymunk.physics.pressed import is_own as asks_own
 from pool_pymunk.physics.pressed import own_pull as asks_pull
 from pool_pymunk.physics.sides import unit
@@ -464,9 +464,8 @@ def finds_forces(w: Work) -> bool:
     return decide(w.press, w.press.state)
 
 
-def find_end(w: Work, time: float) -> None:
-    find_forces(w.press, w.press.state)
-    step(w.press, w.press.state, time, w.press.end)
+def find_end(w: Work, steps: int, longest: float, time: float) -> None:
+    part_of(w.press, steps, longest, time)
 
 
 def has_room(w: Work, balls: int, contacts: int) -> bool:

@@ -48,8 +48,8 @@ from pool_pymunk.fast.records import (
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
-from pool_pymunk.physics.pieces import piece_of, step
-from pool_pymunk.physics.pressed import decide, find_forces
+from pool_pymunk.physics.pieces import part_of, piece_of
+from pool_pymunk.physics.pressed import decide
 from pool_pymunk.physics.surface import NO_ROLL, roll_at
 
 # How a shot ends. A shot that may not start is hard, too, and one that keeps all that a run tells
@@ -93,12 +93,11 @@ def answer_press(w: Work) -> None:
     """Answer what the engine asks the press, which is all that it uses of the record."""
     g, scene, found = w.press, w.scene, w.scene.answer
     if scene.asks == PIECE:
-        found[0], found[1], found[2], found[3] = piece_of(g, scene.argument)
+        found[0], found[1], found[2], found[3] = piece_of(g, scene.longest)
     elif scene.asks == DECIDE:
         found[0] = decide(g, g.state)
     else:
-        find_forces(g, g.state)
-        step(g, g.state, scene.argument, g.end)
+        part_of(g, scene.steps, scene.longest, scene.time)
 
 
 def read_shot(w: Work, shots: Shots, s: int) -> None:

@@ -18,7 +18,7 @@ from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import FORM, Press
 
 Form = tuple[bool, bool]  # whether balls roll, and whether walls differ
-NUMBERS = ("balls", "contacts", "pull", "drag", "rolls")  # of a press, besides its rows
+NUMBERS = ("balls", "contacts", "steps", "pull", "drag", "rolls")  # of a press, besides its rows
 
 
 def number(name: str) -> Any:
@@ -40,7 +40,7 @@ class RecordPress(Press):
     """
 
     is_fixed = True
-    balls, contacts, pull, drag, rolls = map(number, NUMBERS)
+    balls, contacts, steps, pull, drag, rolls = map(number, NUMBERS)
 
     def __init__(self, form: Form, play: Any) -> None:
         work = np.zeros(1, dtype=WORKS[form[0]])
@@ -54,20 +54,22 @@ class RecordPress(Press):
 
     def piece(self, longest: float) -> Piece:
         """Play a piece, as `piece_of` in physics/pieces.py."""
-        time, after, fell, faded = self.ask(PIECE, longest)
+        time, after, fell, faded = self.ask(PIECE, longest=longest)
         return Piece(time, after, int(fell), bool(faded))
 
     def decide(self) -> bool:
         """Find forces that fit, as `decide` in physics/pressed.py."""
-        return bool(self.ask(DECIDE, 0.0)[0])
+        return bool(self.ask(DECIDE)[0])
 
-    def find_end(self, time: float) -> None:
-        """Find the end after a time (s), by a step."""
-        self.ask(END, time)
+    def find_end(self, steps: int, longest: float, time: float) -> None:
+        """Find the state after a time (s) of a piece, as `part_of` in physics/pieces.py."""
+        self.ask(END, steps=steps, longest=longest, time=time)
 
-    def ask(self, what: int, argument: float) -> list[float]:
+    def ask(self, what: int, **arguments: float) -> list[float]:
         """Ask the compiled loop, and return its answer."""
-        self.asks["asks"], self.asks["argument"] = what, argument
+        self.asks["asks"] = what
+        for name, value in arguments.items():
+            self.asks[name] = value
         self.play(self.work, *self.nothing, 0, 0)
         answer: list[float] = self.asks["answer"].tolist()
         return answer

@@ -46,7 +46,7 @@ SIDES = {
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
      ("latest", F), ("most", I), ("keeps", I), ("resumes", I), ("slip", F, 2), ("coarser", F),
-     ("asks", I), ("argument", F), ("answer", F, 4),
+     ("asks", I), ("steps", I), ("longest", F), ("time", F), ("answer", F, 4),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
@@ -122,7 +122,7 @@ INSTANT = form_of(
     N + 1, began=F, most=I, rounds=I, mets=I, dues=I, contacts=I, misses=I, turns=I, balls=I,
     is_asked=I, is_played_out=I, unlisted=I,
 )  # fmt: skip
-PRESS = form_of(FORM, balls=I, contacts=I, pull=F, drag=F, rolls=I)
+PRESS = form_of(FORM, balls=I, contacts=I, steps=I, pull=F, drag=F, rolls=I)
 # `asked` tells which waits wake their balls.
 GROUPS = form_of(
     groups.FORM | HELD, helds=I, coarser=F, members=I, loosened=I, waits=I, hits=I,

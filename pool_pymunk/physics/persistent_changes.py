@@ -261,7 +261,10 @@ class Course:
         self.steps: list[tuple[float, Array]] = []
 
     def go_on(self, t: float, s: Any) -> None:
-        """Go on with a piece that begins at a time (s) in a state."""
+        """Go on with a step that begins at a time (s) in a state, whatever was to come then."""
+        while self.starts[-1] >= t and len(self.starts) > 1:
+            self.starts.pop()
+            self.states.pop()
         self.starts.append(t)
         self.states.append(s)
 

@@ -14,6 +14,7 @@ from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.pressed import (
     FADED,
     LET_GO,
+    MOST_STEPS,
     NEAR,
     REST,
     ROLL,
@@ -52,7 +53,7 @@ SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1
 # the acceleration changes by J in a piece of h (s), they deviate by J h^2 / 324.
 DEVIATION = 4e-9
 GROWTH = 3.0  # A piece is at most so many times as long as the one before.
-BRIEF = 1e-12  # radii; in a brief piece no acceleration moves a ball farther
+EVEN = 1e-12  # radii; where one parabola ends nearer to its piece's end, two are not needed
 ERROR = 1e-9  # of the largest speed of a group; a step errs by less, by its estimate
 MOST_HALVINGS = 60  # The end of a piece is looked for so often; seven times are usual.
 
@@ -308,11 +309,84 @@ class Piece(NamedTuple):
 
 
 def piece_of(g: Any, longest: float) -> Piece:
-    """Play a piece of the motion from ``state`` to ``end``, no longer than a time (s).
+    """Play a piece of the motion from ``state`` to ``end``.
 
-    ``total`` becomes the impulses.
+    Its first step is no longer than a time (s). Steps in which the balls move evenly are one piece:
+    a slip that fades takes many. ``total`` becomes the impulses.
     """
-    s, end = g.state, g.end
+    begin_steps(g)
+    one = step_of(g, longest)
+    add_impulses(g)
+    time, after = one.time, one.next
+    while g.steps < MOST_STEPS and one.time > 0.0 and one.fell < 0 and is_even(g, time):
+        keep_stop(g, time)
+        one = step_of(g, after)
+        if one.time > 0.0 and not is_even(g, time + one.time):
+            take_back(g)
+            return Piece(time, after, -1, False)
+        add_impulses(g)
+        time, after = time + one.time, one.next
+    return Piece(time, after, one.fell, one.faded)
+
+
+def part_of(g: Any, steps: int, longest: float, time: float) -> None:
+    """Let ``end`` and ``total`` be those at a time (s) of a piece that had so many steps."""
+    begin_steps(g)
+    past = 0.0
+    while g.steps < steps:
+        one = step_of(g, longest)
+        if past + one.time >= time:
+            break
+        add_impulses(g)
+        past, longest = past + one.time, one.next
+        keep_stop(g, past)
+    find_forces(g, g.here)
+    step(g, g.here, time - past, g.end)
+    add_impulses(g)
+
+
+def begin_steps(g: Any) -> None:
+    """Begin the steps of a piece."""
+    g.steps = 1
+    for p in range(6 * g.balls):
+        g.here[p] = g.state[p]
+    for k in range(g.contacts):
+        g.sum[k][0] = g.sum[k][1] = g.sum[k][2] = 0.0
+
+
+def keep_stop(g: Any, time: float) -> None:
+    """Let the end of a step, at a time (s) of the piece, be the start of the next one."""
+    g.stop_t[g.steps - 1] = time
+    stop = g.stop[g.steps - 1]
+    g.steps += 1
+    for p in range(6 * g.balls):
+        g.here[p] = stop[p] = g.end[p]
+
+
+def take_back(g: Any) -> None:
+    """Take back the last step of a piece."""
+    g.steps -= 1
+    for p in range(6 * g.balls):
+        g.end[p] = g.here[p]
+    for k in range(g.contacts):
+        for kind in range(3):
+            g.total[k][kind] = g.sum[k][kind]
+
+
+def add_impulses(g: Any) -> None:
+    """Add the impulses of a step to those of its piece; ``total`` becomes those of the piece."""
+    for k in range(g.contacts):
+        for kind in range(3):
+            g.sum[k][kind] += g.total[k][kind]
+            g.total[k][kind] = g.sum[k][kind]
+
+
+def step_of(g: Any, longest: float) -> Piece:
+    """Play a step of a piece from ``here`` to ``end``, no longer than a time (s).
+
+    ``total`` becomes its impulses.
+    """
+    s, end = g.here, g.end
     clear_total(g)
     find_forces(g, s)
     measure(g, s, g.before)
@@ -338,6 +412,8 @@ def piece_of(g: Any, longest: float) -> Piece:
     recall(g)
     if t == 0.0:
         clear_total(g)
+        for p in range(6 * g.balls):
+            end[p] = s[p]
         return Piece(0.0, longest, which, False)
     step(g, s, t, end)
     lose(g, s, end)
@@ -359,7 +435,7 @@ def time_of_fall(g: Any, h: float, which: int) -> tuple[float, int]:
             break
         t = low + (high - low) * m_low / (m_low - m_high)
         recall(g)
-        step(g, g.state, t, g.end)
+        step(g, g.here, t, g.end)
         measure(g, g.end, g.after)
         now = first_to_fall(g)
         if now >= 0 and now != which:
@@ -464,17 +540,25 @@ def settle(g: Any, s: Any) -> None:
     close(g, s)
 
 
+def is_even(g: Any, h: float) -> bool:
+    """Tell whether the balls move evenly in the piece of length h (s) in the press.
+
+    One parabola a ball, with the mean acceleration, then ends at the place of its state.
+    """
+    s, end, off = g.state, g.end, 0.0
+    for i in range(g.balls):
+        for p in (6 * i, 6 * i + 1):
+            off = max(off, abs(end[p] - s[p] - h * (s[p + 2] + end[p + 2]) / 2.0))
+    return bool(off <= EVEN * smallest(g))
+
+
 def halves(g: Any, h: float, i: int) -> tuple[Vector, Vector]:
     """Return the accelerations (m/s^2) of the two halves of a ball's piece of length h (s).
 
-    With them place and velocity at its end are those of the state there. In a brief piece they are
-    one acceleration, because there the places are rounding alone.
+    With them place and velocity at its end are those of the state there.
     """
     s, end, p = g.state, g.end, 6 * i
     mean_x, mean_y = (end[p + 2] - s[p + 2]) / h, (end[p + 3] - s[p + 3]) / h
-    strongest = max(g.pull, g.drag, abs(mean_x) + abs(mean_y))
-    if strongest * h * h < BRIEF * g.radius[i]:
-        return (mean_x, mean_y), (mean_x, mean_y)
     x = 4.0 * ((end[p] - s[p]) / h - s[p + 2]) / h - mean_x
     y = 4.0 * ((end[p + 1] - s[p + 1]) / h - s[p + 3]) / h - mean_y
     return (x, y), (2.0 * mean_x - x, 2.0 * mean_y - y)

@@ -38,6 +38,7 @@ TINY = 1e-8  # of the largest speed; slower slips at the beginning are none
 FADED = 1e5
 NEAR = 1e-9  # of a contact's size; sides that are nearer touch
 REDUNDANT = 1e-11  # A force is redundant if less than this share of its response is independent.
+MOST_STEPS = 16  # of a piece
 EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried for each contact.
 
 # These are the rows that a press has, each with its type, and its shape by the most balls N and
@@ -55,7 +56,8 @@ EXCHANGES = 20  # This many changes of what presses, slips and rolls are tried f
 # `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
-# linear system. `state`, `end` and `total` (N s) are those of a piece; the others are for a step.
+# linear system. `state`, `end` and `total` (N s) are those of a piece. At each `stop` one of its
+# steps ends, `stop_t` (s) after its beginning. The others are for a step, which begins `here`.
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, (3,)),
     "ball": (int, ("N",)), "mass": (float, ("N",)), "radius": (float, ("N",)),
@@ -70,6 +72,8 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "found": (float, ("3C",)), "free": (float, ("3C", "3C")),
     "state": (float, ("6N",)), "end": (float, ("6N",)), "total": (float, ("C", 3)),
     "rates": (float, (7, "6N")), "forces": (float, (7, "C", 3)),
+    "here": (float, ("6N",)), "sum": (float, ("C", 3)),
+    "stop": (float, (MOST_STEPS, "6N")), "stop_t": (float, (MOST_STEPS,)),
     "first": (float, ("6N",)), "held": (float, ("C", 3)),
     "before": (float, ("4C+N",)), "after": (float, ("4C+N",)),
 }  # fmt: skip
@@ -87,7 +91,7 @@ class Press:
     is_fixed = False  # Its room is.
 
     def __init__(self) -> None:
-        self.balls = self.contacts = 0
+        self.balls = self.contacts = self.steps = 0
         self.pull = self.drag = 0.0
         self.rolls = False
         self.room = 0, 0

@@ -72,6 +72,7 @@ class ModeChanges:
         press = piece.press
         self.press, self.first, self.last, self.balls = press, piece, piece, piece.balls
         self.course = Course(press, piece.since, piece.state)
+        self._stop(piece)
         self.numbers = numbers_of(g, piece)
         self.state, self.rate = piece.state, rate_of(press, piece.state)
         self.z = np.zeros((len(self.state), len(g.late)))
@@ -93,7 +94,13 @@ class ModeChanges:
             return False
         self.last = piece
         self.course.go_on(piece.since, piece.state)
+        self._stop(piece)
         return True
+
+    def _stop(self, piece: Begun) -> None:
+        """Let the course go on in the steps of a piece."""
+        for t, state in piece.stops:
+            self.course.go_on(t, state)
 
     @property
     def is_momentary(self) -> bool:
