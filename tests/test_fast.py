@@ -59,7 +59,8 @@ from pool_pymunk import (
 from pool_pymunk.engine.due import Queue, What
 from pool_pymunk.fast import compiled, due, loop, many, moves, records, shots, tables
 from pool_pymunk.physics.motion import path_to_disc
-from pool_pymunk.physics.path import pair_time, set_off
+from pool_pymunk.physics.pairs import pair_time, stay_apart
+from pool_pymunk.physics.path import set_off
 from pool_pymunk.physics.surface import slide_or_roll
 
 
@@ -501,7 +502,7 @@ def test_a_bound_never_leaves_out_two_balls_that_meet(scale: float) -> None:
             apart = min(math.dist(*(path.at(t)[0] for path in paths)) for t in times)
             touching = apart * (1.0 + rnd.choice((0.0, -1e-15, -1e-6, 1e-15, 1e-8)))
         t = pair_time(due.path_of(a), due.path_of(b), touching, since, until)
-        is_left_out = due.stay_apart(a, b, touching, since, until)
+        is_left_out = stay_apart(due.path_of(a), due.path_of(b), touching, since, until)
         assert not (is_left_out and t < math.inf)
         left_out, missed = left_out + is_left_out, missed + (t == math.inf)
     assert left_out > 0.6 * missed > 700

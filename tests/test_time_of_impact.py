@@ -12,7 +12,8 @@ from mpmath import mp, mpf
 from reference import DIGITS, product, real_roots, value
 
 from pool_pymunk.physics.motion import Vector, closing_acceleration, path_to_disc, time_of_impact
-from pool_pymunk.physics.path import Path, pair_time, set_off
+from pool_pymunk.physics.pairs import pair_time
+from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, RoundSide
 
 EPSILON = 2.0**-52

@@ -27,12 +27,12 @@ from pool_pymunk.engine.policies import Errors, Variant, begin_errors
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import NO_FRICTION, Law
+from pool_pymunk.physics.pairs import pair_time
 from pool_pymunk.physics.path import (
     NOISE,
     Path,
     fastest_of,
     motion_at,
-    pair_time,
     sets_off,
 )
 from pool_pymunk.physics.pressed import Press
@@ -201,15 +201,15 @@ class ContactEngine:
         """Predict when two balls meet."""
         if i > j:
             i, j = j, i
+        if groups.holds(self.groups, i, j):
+            return
         hit = What("pair", i, j)
-        a, b, radii, since = self.paths[i], self.paths[j], self.radii, self.now
-        if a.t > since or b.t > since:
-            since = max(a.t, b.t)
+        a, b, radii = self.paths[i], self.paths[j], self.radii
         until, other = self.ends[i], self.ends[j]
         until = until if until < other else other
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
-        t = pair_time(a, b, radii[i] + radii[j], since, until, noise)
+        t = pair_time(a, b, radii[i] + radii[j], self.now, until, noise)
         if t < math.inf and not (self._may_press(hit, t) and groups.takes(self, None, i, j, t)):
             self.push(t, hit)
 
@@ -325,8 +325,7 @@ class ContactEngine:
 
     def presses(self, hit: Hit) -> bool:
         """Tell whether a contact has a force now."""
-        k = groups.contact_of(self.groups, *ends_of(hit))
-        return k >= 0 and bool(self.groups.on[k])
+        return groups.holds(self.groups, *ends_of(hit))
 
     def release(self, i: int, gap: float = 0.0) -> bool:
         """Take the group of a ball apart; tell whether there was one."""

@@ -190,6 +190,12 @@ def contact_of(r: Any, i: int, other: int) -> int:
     return int(k)
 
 
+def holds(r: Any, i: int, other: int) -> bool:
+    """Tell whether a persistent contact presses a ball and another one or a wall together."""
+    k = contact_of(r, i, other) if r.members else NONE
+    return k != NONE and bool(r.on[k])
+
+
 def wait_of(r: Any, i: int, other: int) -> int:
     """Return the number of the wait of a contact, or -1."""
     for m in range(r.waits):

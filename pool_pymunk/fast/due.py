@@ -1,26 +1,16 @@
-"""This module predicts what is due in a compiled shot, as the contact engine does in its queue.
-
-A bound without a square root excludes many predictions that cannot come true. Its margin is far
-above rounding, so it never excludes a contact.
-"""
+"""This module predicts what is due in a compiled shot, as the contact engine does in its queue."""
 
 from __future__ import annotations
 
 import math
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.groups import takes
+from pool_pymunk.engine.groups import holds, takes
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.fast.kinds import time_of_contact
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
-from pool_pymunk.physics.path import Path, motion_at, pair_time, standing
-
-# Bounds leave this share of coordinates as a margin. Rounding moves a place by some 1e-16 of them,
-# and boxes have the same margin (engine/near.py).
-MARGIN = 1e-9
-# Parting is sure if it is faster than this share of the balls' speeds. Rounding is some 1e-16 of
-# them; with a larger share more pairs go on to the next bound.
-PARTING = 1e-6
+from pool_pymunk.physics.pairs import pair_time
+from pool_pymunk.physics.path import Path
 
 
 def may_roll(ball: Moving) -> bool:
@@ -174,14 +164,11 @@ def meet_others(w: Work, sides: Sides, i: int, done: int) -> None:
 
 def meet(w: Work, sides: Sides, i: int, j: int) -> None:
     """Predict when two balls meet."""
-    a, b = w.ball[i], w.ball[j]
-    since = max(w.now, a.t, b.t)
-    until = min(w.due[i].until, w.due[j].until)
-    touching = a.radius + b.radius
-    if stay_apart(a, b, touching, since, until):
+    if holds(w.groups, i, j):
         return
-    noise = max(a.noise, b.noise)
-    t = pair_time(path_of(a), path_of(b), touching, since, until, noise)
+    a, b = w.ball[i], w.ball[j]
+    until, noise = min(w.due[i].until, w.due[j].until), max(a.noise, b.noise)
+    t = pair_time(path_of(a), path_of(b), a.radius + b.radius, w.now, until, noise)
     if t < math.inf and not (may_press(w, i, j, t) and takes(w, sides, i, j, t)):
         w.pair_t[i, j] = min(w.pair_t[i, j], t)
 
@@ -230,59 +217,3 @@ def predict_anew(w: Work, sides: Sides) -> None:
         if w.anew[i]:
             refresh(w, i)
             w.anew[i] = 0
-
-
-# -- bounds ----------------------------------------------------------------------------------------
-
-
-def stay_apart(a: Moving, b: Moving, touching: float, since: float, until: float) -> bool:
-    """Tell whether balls of this sum of radii surely do not meet from ``since`` to ``until``."""
-    if not a.moves:
-        a, b = b, a
-    if not b.moves and (slows(a) or not a.moves):
-        return not a.moves or passes(a, b.rest[0], b.rest[1], touching)
-    path, other, end = path_of(a), standing(since, b.rest[0], b.rest[1]), a.end
-    if b.moves:
-        other, end = path_of(b), min(a.end, b.end)
-    if not keep_apart(path, other, touching, since, min(until, end)):
-        return False
-    mover, rester = (a, b) if b.end <= a.end else (b, a)
-    # After a path that does not slow comes another, with its own predictions.
-    if until < end or not b.moves or not slows(rester):
-        return True
-    x, y, _, _ = motion_at(path_of(rester), end)
-    return slows(mover) and passes(mover, x, y, touching)
-
-
-def passes(mover: Moving, x: float, y: float, touching: float) -> bool:
-    """Tell whether a ball that slows surely comes no nearer than ``touching`` (m) to a place."""
-    dx, dy = x - mover.x, y - mover.y
-    margin = MARGIN * (abs(x) + abs(y) + abs(mover.x) + abs(mover.y) + touching)
-    along, across = dx * mover.vx + dy * mover.vy, abs(dx * mover.vy - dy * mover.vx)
-    return bool(along < -margin * mover.speed or across > (touching + margin) * mover.speed)
-
-
-def keep_apart(a: Path, b: Path, touching: float, since: float, until: float) -> bool:
-    """Tell whether balls surely do not meet on two paths.
-
-    They part if their relative velocity widens their first offset at start and end, and turns
-    by 90 degrees at most. Else the offset leaves its chord by |a| T^2 / 8 at most.
-    """
-    time = until - since
-    if not 0.0 < time < math.inf:
-        return False
-    x, y, vx, vy = motion_at(a, since)
-    dx, dy, ux, uy = motion_at(b, since)
-    dx, dy, vx, vy, ax, ay = dx - x, dy - y, ux - vx, uy - vy, b.ax - a.ax, b.ay - a.ay
-    wx, wy = vx + time * ax, vy + time * ay  # the velocity at last
-    least = PARTING * (abs(dx) + abs(dy)) * (abs(vx) + abs(vy) + abs(wx) + abs(wy))
-    if dx * vx + dy * vy > least and dx * wx + dy * wy > least and vx * wx + vy * wy >= 0.0:
-        return True
-    cx, cy = time * (vx + time * ax / 2.0), time * (vy + time * ay / 2.0)  # the chord
-    length, share = cx * cx + cy * cy, -(dx * cx + dy * cy)
-    share = min(max(share / length, 0.0), 1.0) if length > 0.0 else 0.0
-    nx, ny = dx + share * cx, dy + share * cy
-    bow = time * time * math.sqrt(ax * ax + ay * ay) / 8.0
-    size = abs(x) + abs(y) + abs(dx) + abs(dy) + time * (abs(vx) + abs(vy)) + touching
-    within = touching + bow + MARGIN * size
-    return bool(nx * nx + ny * ny > within * within)

@@ -35,7 +35,8 @@ from pool_pymunk.physics.columns import (
 from pool_pymunk.physics.contact import split
 from pool_pymunk.physics.kinks import SAME, ask, law_sides
 from pool_pymunk.physics.motion import EPSILON, Vector
-from pool_pymunk.physics.path import Path, is_far, motion_at, set_off, sets_off, standing
+from pool_pymunk.physics.pairs import is_far
+from pool_pymunk.physics.path import Path, motion_at, set_off, sets_off, standing
 from pool_pymunk.physics.saltation import (
     AGREE,
     BLUR,
