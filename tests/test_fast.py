@@ -467,7 +467,7 @@ def test_a_path_ends_before_other_balls_hit_each_other_at_the_same_time() -> Non
 
 def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:
     """Return a ball as the loop has it in a record, among balls of the same ``scale`` (m)."""
-    ball = SimpleNamespace(rest=[0.0, 0.0], roll=[0.0, 0.0])
+    ball = SimpleNamespace(roll=[0.0, 0.0])
     place = scale * rnd.uniform(995, 1005), scale * rnd.uniform(995, 1005)
     angle, speed = rnd.uniform(0, math.tau), scale * 10 ** rnd.uniform(-3, 1.5)
     velocity = (speed * math.cos(angle), speed * math.sin(angle))
@@ -479,9 +479,6 @@ def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:
         path = slide_or_roll(began, place, velocity, roll, pull * scale, 0.1 * pull * scale)
         now = min(now, path.end)  # After its end the ball would have another path.
     moves.put_path(ball, path)
-    ball.moves = path.moves
-    if path.end <= now and path.slows:
-        ball.moves, (ball.rest[0], ball.rest[1]) = 0, path.rest
     return ball
 
 

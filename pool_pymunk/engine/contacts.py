@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
+from typing import Any
 
 from pool_pymunk.engine import decisions, groups, instants
 from pool_pymunk.engine.answers import Instant
@@ -38,6 +39,10 @@ from pool_pymunk.physics.path import (
 from pool_pymunk.physics.pressed import Press
 from pool_pymunk.physics.sides import Wall, unit
 from pool_pymunk.physics.surface import Surface
+
+# Once the compiled loop is loaded, it puts in here what plays a table's engine, with the same bits
+# (pool_pymunk/fast/live.py).
+LOOPS: list[Callable[[ContactEngine, Any], Any]] = []
 
 
 class Tally:
@@ -86,11 +91,13 @@ class ContactEngine:
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
         self.errors = Errors()
+        self.loop: Any = None  # It may have the groups, and what is due.
 
     # -- setting up ----------------------------------------------------------------------------
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
+        self.take_over()
         i, moves = len(self.paths), sets_off(path)
         self.paths.append(path)
         self.radii.append(radius)
@@ -113,6 +120,7 @@ class ContactEngine:
 
     def remove(self, i: int, at: Vector | None = None) -> None:
         """Take ball ``i`` off the table, and let it lie where it is, or ``at`` a place (m)."""
+        self.take_over()
         self.release(i)
         path = self.paths[i]
         x, y, _, _ = motion_at(path, max(self.now, path.t))
@@ -124,6 +132,7 @@ class ContactEngine:
 
     def turn_back(self, t: float) -> None:
         """Go back to an earlier time (s): predictions are forgotten, and all paths must be new."""
+        self.take_over()
         for i in range(len(self.paths)):
             self.release(i)
             groups.forget_ball(self.groups, i)
@@ -135,6 +144,7 @@ class ContactEngine:
 
     def set_off(self, i: int, path: Path) -> None:
         """Put ball ``i`` on a new path that somebody else gave it."""
+        self.take_over()
         self.release(i)
         self.lead(i, path)
 
@@ -149,6 +159,8 @@ class ContactEngine:
 
     def predict(self, balls: Collection[int]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
+        if self.is_taken_over():
+            return
         push, leader = self.push, self.groups.leader
         if self.groups.loosened:
             balls = dict.fromkeys((*balls, *self.take_loose()))
@@ -165,6 +177,20 @@ class ContactEngine:
                     push(path.end, What("stop", i))
             self.path_ends[i] = end
         self._look_ahead(balls)
+
+    def play(self, until: float) -> None:
+        """Play what is due next; a loop plays all up to a time (s), or until somebody hears of it."""
+        if self.loop is None or not self.loop.play(until):
+            self.next()
+
+    def take_over(self) -> None:
+        """Take over what a loop has, because somebody changes the balls."""
+        if self.loop is not None:
+            self.loop.leave()
+
+    def is_taken_over(self) -> bool:
+        """Tell whether the loop, which plays again, will predict what is due."""
+        return self.loop is not None and self.loop.is_taken
 
     def loose(self) -> list[int]:
         """Return the balls whose groups were taken apart, and which are not predicted yet."""
@@ -315,6 +341,8 @@ class ContactEngine:
 
     def state_of(self, i: int) -> list[float]:
         """Return x, y (m), vx, vy, wx, wy (m/s) of a ball now."""
+        if self.groups.members:
+            self.take_over()
         leader, press = self.groups.leader[i], self.press
         if leader < 0:
             path = self.paths[i]
@@ -325,6 +353,8 @@ class ContactEngine:
 
     def presses(self, hit: Hit) -> bool:
         """Tell whether a contact has a force now."""
+        if self.loop is not None and self.loop.is_on:
+            return bool(self.loop.presses(*ends_of(hit)))
         return groups.holds(self.groups, *ends_of(hit))
 
     def release(self, i: int, gap: float = 0.0) -> bool:
@@ -333,6 +363,8 @@ class ContactEngine:
 
     def tell(self, hit: Hit) -> None:
         """Tell the recorder about a persistent contact that is over."""
+        if self.loop is not None:
+            self.loop.forget(hit)
         if hit in self.groups.persisted:
             self.recorder.persistent(self.groups.persisted.pop(hit))
 

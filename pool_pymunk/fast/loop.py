@@ -24,6 +24,7 @@ from pool_pymunk.fast.due import (
     note_next,
     path_of,
     predict,
+    predict_anew,
     put_box,
     refresh,
 )
@@ -55,7 +56,8 @@ from pool_pymunk.physics.surface import NO_ROLL, roll_at
 # How a shot ends. A shot that may not start is hard, too, and one that keeps all that a run tells
 # is paused where there is no more room for it.
 SETTLED, OUT_OF_TIME, OUT_OF_EVENTS, PAUSED, HARD = 0, 1, 2, 3, -1
-PIECE, DECIDE, END = 1, 2, 3  # what the engine asks the press for (fast/press.py)
+# what the engine asks the press for (fast/press.py), and a table the loop (fast/live.py)
+PIECE, DECIDE, END, ENTER, GO_ON = 1, 2, 3, 4, 5
 ALMOST = 0.75  # of the room for tracks; what happens at one instant takes less than the rest
 
 
@@ -66,6 +68,9 @@ def play_shots(
 
     They are fewer if ``out.halt`` is set, or if the ``tracks`` have no room for another one.
     """
+    if w.scene.asks >= ENTER:
+        answer_table(w, table.sides)
+        return 0
     if w.scene.asks:
         answer_press(w)
         return 0
@@ -98,6 +103,23 @@ def answer_press(w: Work) -> None:
         found[0] = decide(g, g.state)
     else:
         part_of(g, scene.steps, scene.longest, scene.time)
+
+
+def answer_table(w: Work, sides: Sides) -> None:
+    """Enter the balls of a table, which are on their paths, or go on until a time (s).
+
+    Answer with the status, with the time (s) of what is due next, and whether somebody is to hear.
+    """
+    found, is_there = w.scene.answer, w.scene.asks == ENTER
+    if is_there:
+        clear_dues(w)
+        for i in range(w.scene.balls):
+            w.anew[i] = not w.ball[i].is_off
+        predict_anew(w, sides)
+    found[0] = PAUSED if is_there else play(w, sides)
+    found[0] = HARD if w.is_hard else found[0]
+    _, found[1], _ = due_next(w)
+    found[2] = has_told(w, found[1])
 
 
 def read_shot(w: Work, shots: Shots, s: int) -> None:
@@ -184,6 +206,8 @@ def play(w: Work, sides: Sides) -> int:
     track = w.track
     while True:
         i, t, other_t = due_next(w)
+        if w.scene.asks and (t > w.scene.time or has_told(w, t)):
+            return PAUSED
         if t == math.inf or t > w.scene.latest:
             return end(w, t)
         if w.count.events >= w.scene.most:
@@ -212,6 +236,16 @@ def play(w: Work, sides: Sides) -> int:
             begin_at(w, sides, i)
         if w.is_hard or w.instant.unlisted >= decisions.NEVER_SETTLES:
             return HARD
+
+
+def has_told(w: Work, t: float) -> bool:
+    """Tell whether somebody is to hear of what has happened, before what is due at ``t`` (s)."""
+    if not w.scene.hears:
+        return False
+    has_ended, r = False, w.groups
+    for m in range(r.helds if t > w.now else 0):
+        has_ended |= not groups.holds(r, int(r.held[m][0]), int(r.held[m][1]))
+    return has_ended or w.track.events + w.track.pasts > 0
 
 
 def first_of_all(w: Work, i: int, t: float) -> int:
@@ -289,20 +323,29 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
 
 def clear(w: Work) -> None:
     """Forget the shot before: nothing is due, and nothing has happened."""
+    clear_dues(w)
+    w.now, w.groups.helds = 0.0, 0
+    w.groups.coarser, w.collapses = w.scene.coarser, 0
+    groups.forget_all(w.groups)
+    for i in range(w.scene.balls):
+        groups.forget_ball(w.groups, i)
+        w.count.pocket[i], w.count.met[i] = NOTHING, 0
+
+
+def clear_dues(w: Work) -> None:
+    """Let nothing be due, and nothing have happened, whatever presses."""
     count, track, at = w.count, w.track, w.instant
-    w.now, at.began, count.duration, w.in_doubt, w.is_hard = 0.0, -math.inf, 0.0, 0, 0
+    at.began, count.duration, w.in_doubt, w.is_hard = -math.inf, 0.0, 0, 0
     count.answered = count.events = count.hits = count.cushions = 0
-    track.rows = track.events = track.notes = track.pasts = w.groups.helds = 0
+    track.rows = track.events = track.notes = track.pasts = 0
     count.first_hit, at.mets, at.rounds, at.unlisted, at.most = NOTHING, 0, 0, 0, MOST_TOGETHER
-    w.groups.coarser, w.collapses, at.is_played_out = w.scene.coarser, 0, 0
+    at.is_played_out = 0
     for n in range(at.balls):
         at.is_in[at.ball[n]] = at.changed[at.ball[n]] = 0
     at.balls = 0
-    groups.forget_all(w.groups)
     for i in range(w.scene.balls):
         due = w.due[i]
-        groups.forget_ball(w.groups, i)
-        count.pocket[i], count.met[i], due.ball = NOTHING, 0, NOTHING
+        due.ball = NOTHING
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
         due.piece_t = due.press_t = math.inf
         due.until = w.next_t[i] = math.inf

@@ -31,7 +31,6 @@ def put_path(ball: Moving, path: Path) -> bool:
     ball.slows = path.slows
     if may_roll(ball):
         ball.roll[0], ball.roll[1] = path.wx, path.wy
-    ball.rest[0], ball.rest[1] = path.x, path.y
     ball.speed = bound_of(path)
     return not is_lost(path, ball.radius)
 
@@ -52,7 +51,7 @@ def stop(w: Work, i: int, t: float) -> None:
     """Put a ball to rest at the end of its path."""
     ball, count = w.ball[i], w.count
     x, y, _, _ = motion_at(path_of(ball), ball.end)
-    ball.moves, ball.rest[0], ball.rest[1], w.due[i].stop_t = 0, x, y, math.inf
+    ball.moves, w.due[i].stop_t = 0, math.inf
     note_next(w, i)
     count.events += 1
     count.duration = max(count.duration, t)
@@ -80,7 +79,7 @@ def keep_event(w: Work, i: int, other: int, t: float) -> None:
         w.is_hard = 1
     elif w.scene.keeps:
         event = w.track.event[w.track.events]
-        event[0], event[1], event[2] = t, i, other
+        event[0], event[1], event[2], event[6] = t, i, other, w.track.rows
         w.track.events += 1
 
 

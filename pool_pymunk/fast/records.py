@@ -46,19 +46,18 @@ SIDES = {
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
      ("latest", F), ("most", I), ("keeps", I), ("resumes", I), ("slip", F, 2), ("coarser", F),
-     ("asks", I), ("steps", I), ("longest", F), ("time", F), ("answer", F, 4),
+     ("hears", I), ("asks", I), ("steps", I), ("longest", F), ("time", F), ("answer", F, 4),
      ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
      ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
 
-# A ball has its path, a speed that it does not exceed there, how much of a velocity is noise, a box
-# around the path, and if it does not move, where it rests. The numbers of `roll` are wx and wy;
-# there are none where balls only slide.
+# A ball has its path, a speed that it does not exceed there, how much of a velocity is noise, and a
+# box around the path. The numbers of `roll` are wx and wy; there are none where balls only slide.
 BALLS = {
     rolls: np.dtype(
         [("t", F), ("x", F), ("y", F), ("vx", F), ("vy", F), ("ax", F), ("ay", F), ("end", F),
          ("slows", I), ("roll", F, (2 * rolls,)), ("speed", F), ("noise", F), ("box", F, 4),
-         ("moves", I), ("rest", F, 2), ("radius", F), ("mass", F), ("is_off", I)]
+         ("moves", I), ("radius", F), ("mass", F), ("is_off", I)]
     )
     for rolls in (False, True)
 }  # fmt: skip
@@ -81,17 +80,17 @@ ERRORS = np.dtype([("share", F), ("state", I), ("of_places", I), ("opens", I)])
 # What a shot keeps: nothing, what derivatives need, or all that a run tells.
 CHANGES, WHOLE = 1, 2
 # A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event
-# is as in `Follow` (physics/changes.py), with the impulses of a contact; at one breakpoint a ball
-# may be hit and come to rest. A note has its time and two balls, or NOTHING twice where the order
-# of contacts was unknown. A persistent contact that is over is past: ball and other one, from
-# when until when, its impulse, and where the two were.
+# is as in `Follow` (physics/changes.py), with the impulses of a contact and the number of the
+# breakpoints before it; at one breakpoint a ball may be hit and come to rest. A note has its time
+# and two balls, or NOTHING twice where the order of contacts was unknown. A persistent contact that
+# is over is past: ball and other one, from when until when, its impulse, and where the two were.
 COLUMNS, MOST_NOTES = 10, 1024
 # These stand for the second ball in notes of an inelastic collapse: of each of its balls, then of
 # the number of its hits, and whether they came to an end.
 IN_COLLAPSE, IS_OVER, IS_CUT = -2, -3, -4
 TRACK = np.dtype(
     [("rows", I), ("events", I), ("notes", I), ("pasts", I),
-     ("row", F, (MOST_ROWS, COLUMNS)), ("event", F, (2 * MOST_ROWS, 6)),
+     ("row", F, (MOST_ROWS, COLUMNS)), ("event", F, (2 * MOST_ROWS, 7)),
      ("note", F, (MOST_NOTES, 3)), ("past", F, (MOST_NOTES, COLUMNS))]
 )  # fmt: skip
 # Contacts that persist are held: as those that are past.

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from operator import is_
 from threading import local
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.engine import asked
+from pool_pymunk.engine import asked, contacts
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.policies import Errors, begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
+from pool_pymunk.fast.live import Loop
 from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
 from pool_pymunk.fast.press import Form, Presses
 from pool_pymunk.fast.records import (
@@ -58,11 +60,13 @@ own = local()  # Each thread has its records.
 def remember(form: Form, play: Any) -> None:
     """Let single runs of scenes of this form use a compiled loop from now on.
 
-    Engines play persistent contacts by it in whatever they play.
+    Tables play their steps by it, and engines persistent contacts in whatever they play.
     """
     loaded[form] = play
     if not asked.PRESSES:
         asked.PRESSES.append(Presses(form, play))
+    if not contacts.LOOPS:
+        contacts.LOOPS.append(partial(Loop, loaded))
     if solve not in event_driven.FASTER:
         event_driven.FASTER.append(solve)
 
@@ -204,7 +208,7 @@ def trace_of(scene: Scene, start: State, law: Law, desk: Desk, kept: Kept) -> En
         rows[0] = (*rows[0][:5], *kept.rows[i][6:8], *rows[0][7:])
     for row in kept.rows[balls:]:
         trace.knots[int(row[0])].append(tuple(row[numbers]))
-    for t, one, other, *impulse in kept.events:
+    for t, one, other, *impulse, _ in kept.events:
         note_event(trace, t, int(one), int(other), impulse)
     note_all(trace, kept.notes)
     for contact in kept.past:

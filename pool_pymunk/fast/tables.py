@@ -84,10 +84,23 @@ def arrays_of(
     return TableArrays(np.array(sides, dtype=SIDES[len(owned) > 0]).view(np.recarray), *lines)
 
 
+def knows(walls: Sequence[Wall]) -> bool:
+    """Tell whether the compiled loop knows all kinds of sides of these walls."""
+    return {type(side) for wall in walls for side in wall.sides} <= set(KINDS)
+
+
+def own_of(walls: Sequence[Wall]) -> tuple[float, float] | None:
+    """Return restitution and friction of all cushions; None if there are arcs, or they differ."""
+    solid = [wall for wall in walls if wall.sides and not wall.is_pocket]
+    if any(isinstance(side, Arc) for wall in solid for side in wall.sides):
+        return None
+    found = {(wall.restitution, wall.friction) for wall in solid} or {(1.0, 0.0)}
+    return next(iter(found)) if len(found) == 1 else None
+
+
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
-    sides = {type(side) for wall in scene.cushions for side in wall.sides}
-    is_known = sides <= set(KINDS) and type(scene.surface) in (Sliding, Rolling)
+    is_known = knows(scene.cushions) and type(scene.surface) in (Sliding, Rolling)
     return is_known and len(scene.balls) <= MOST_BALLS and law_number(law) != NOTHING
 
 

@@ -134,10 +134,11 @@ def same_balls(
     """
     m = math.nan if mass is None else argument("mass", mass, size)
     e = argument("restitution", restitution, SHARE)
-    return partial(_of_any_two, Pair(m, m, e, argument("friction", friction, FROM_ZERO)))
+    return partial(of_any_two, Pair(m, m, e, argument("friction", friction, FROM_ZERO)))
 
 
-def _of_any_two(pair: Pair, i: int, j: int) -> Pair:
+def of_any_two(pair: Pair, i: int, j: int) -> Pair:
+    """Return the same pair for any two balls."""
     return pair
 
 

@@ -8,11 +8,11 @@ from functools import partial
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.contacts import LOOPS, ContactEngine
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Motion, Persisted, Recorder
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.contact import Contact, Vector, closing_speed
+from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path
 from pool_pymunk.world.ball import HAIR, ContactEvent, TableBall
@@ -91,6 +91,10 @@ class Callbacks(Recorder):
             return False
         return persisted.until == engine.now and all(balls[i].is_on_table for i in hit.balls)
 
+    def hears(self) -> bool:
+        """Tell whether anybody hears of what happens."""
+        return any(self.of(name) is not None for name in ("on_contact", "on_stop", "on_pocket"))
+
     # -- the instant is over ---------------------------------------------------------------------
 
     def tell_all(self) -> None:
@@ -151,6 +155,11 @@ class Steps(WatchedState):
 
     def follow(self) -> None:
         self.callbacks.follow()
+
+    @property
+    def pair_as_said(self) -> Callable[[int, int], Pair]:
+        """The pair that the user has given the table."""
+        return self.callbacks.of("_said_pair")  # type: ignore[no-any-return]
 
     def step_of_space(self, dt: float) -> None:
         """Do what ``space.step(dt)`` does from now on."""
@@ -245,6 +254,8 @@ class Steps(WatchedState):
         engine, near = self.engine, self.near
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             engine.now, near.until = began, self.time
+            if engine.loop is None and LOOPS:
+                engine.loop = LOOPS[0](engine, self)
             near.foresee()
             try:
                 self._play_instants()
@@ -272,7 +283,7 @@ class Steps(WatchedState):
                 sent, self.sent = dict.fromkeys(self.sent), []
                 engine.predict([i for i in sent if self.balls[i].is_on_table])
             while engine.upcoming() <= self.time and engine.is_finite and not engine.is_over:
-                engine.next()
+                engine.play(self.time)
                 if self.near.gone:
                     self.take_out_gone()
                 if engine.groups.persisted and engine.upcoming() > engine.now:

@@ -57,6 +57,7 @@ class Walls:
     def put(self, obstacle: Obstacle) -> int:
         """Put up a wall or a pocket without a check, and return its number."""
         (shape, wall, _), state, walls = obstacle, self.state, self.state.engine.walls
+        state.engine.take_over()
         state.join(shape)
         assert shape.body is not None
         self._bodies.setdefault(shape.body, body_features(shape.body))
@@ -89,6 +90,7 @@ class Walls:
     def _take_down(self, places: Sequence[int]) -> None:
         """Take the walls and pockets at these places out of the engine, and out of the space."""
         state = self.state
+        state.engine.take_over()
         for place in places:
             shape = self.obstacles.pop(place).shape
             del self._shapes[place]

@@ -1,0 +1,426 @@
+"""This module plays the steps of a table by the compiled loop, where that is loaded.
+
+The record has the balls of a table, their groups, and what is due, until somebody changes the table
+between two steps, or in a callback. Then the engine takes all of it over, and the record reads it
+anew before the next step. What is due has the same bits whenever it is predicted, and so has all
+that follows.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.engine.due import Hit, What, hit_of
+from pool_pymunk.engine.groups import FORM, holds
+from pool_pymunk.engine.near import NOWHERE
+from pool_pymunk.engine.recorder import Persisted
+from pool_pymunk.fast.loop import ENTER, GO_ON, PAUSED
+from pool_pymunk.fast.press import Form
+from pool_pymunk.fast.records import (
+    MOST_BALLS,
+    MOST_TOGETHER,
+    NOTHING,
+    WHOLE,
+    WORKS,
+    nothing,
+)
+from pool_pymunk.fast.tables import (
+    IN_ORDERS,
+    arrays_of,
+    coefficients_of,
+    cue_of,
+    knows,
+    law_number,
+    own_of,
+    together_number,
+)
+from pool_pymunk.model import Scene
+from pool_pymunk.physics.changes import ROLL, STOP
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.impulses import Impulse
+from pool_pymunk.physics.path import Path, motion_at, standing
+from pool_pymunk.physics.pressed import lengths
+from pool_pymunk.physics.surface import Rolling, Sliding
+from pool_pymunk.world.ball import of_any_two
+from pool_pymunk.world.steps import Steps
+
+# the numbers of an engine's groups besides their rows
+NUMBERS = (
+    "members", "loosened", "waits", "hits", "todos", "begun", "used", "free", "begun_t", "coarser",
+)  # fmt: skip
+UNKNOWN = -math.inf  # What is due next must be asked for.
+OFF, TAKEN, ON = range(
+    3
+)  # The engine plays; it has taken over what the record had; the loop plays.
+
+
+class Loop:
+    """A loop plays an engine in its record, by the compiled loops of this process (``loaded``)."""
+
+    def __init__(self, loaded: dict[Form, Any], engine: ContactEngine, table: Steps) -> None:
+        self.loaded, self.engine, self.table = loaded, engine, table
+        self.state, self.next_t = OFF, math.inf
+        self.form: Form = False, False
+        self.array: Any = None
+        self.walls: tuple[Any, ...] = ()
+        self.balls = 0
+
+    @property
+    def is_on(self) -> bool:
+        """Tell whether the record has what is due."""
+        return self.state == ON
+
+    @property
+    def is_taken(self) -> bool:
+        """Tell whether the engine has taken over, and predicts nothing until the next step."""
+        return self.state == TAKEN
+
+    def upcoming(self) -> float:
+        """Return the time (s) at which something is due next; -infinite if that is unknown."""
+        return self.next_t
+
+    # -- playing -----------------------------------------------------------------------------------
+
+    def play(self, until: float) -> bool:
+        """Play what is due up to a time (s), or to what somebody hears of; return False if not."""
+        if self.state == ON and self.walls != tuple(self.engine.walls):
+            self.leave()
+        if self.state != ON and not (self._may_play() and self._enter()):
+            self._hand_back()
+            return False
+        if self.next_t > until:
+            return True
+        kept = [part.copy() for part in self.parts]
+        self.ask(GO_ON, until)
+        while self.status == PAUSED and self.next_t <= until and not self.has_told:
+            self.ask(GO_ON, until)
+        if self.status != PAUSED:
+            for part, old in zip(self.parts, kept, strict=True):
+                part[:] = old
+            self.leave()
+            self._hand_back()
+            return False
+        self._tell()
+        return True
+
+    def _may_play(self) -> bool:
+        """Tell whether the compiled loop knows all that is on the table."""
+        engine, law = self.engine, self.engine.law
+        differ = own_of(engine.walls) is None
+        self.form = type(engine.surface) is Rolling, differ
+        is_bounded = engine.tally.most < math.inf or engine.tally.most_unlisted < math.inf
+        return (
+            engine.compiled and self.form in self.loaded and not is_bounded
+            and type(engine.surface) in (Sliding, Rolling) and knows(engine.walls)
+            and len(engine.paths) <= MOST_BALLS and engine.is_finite
+            and max(engine.groups.used, engine.groups.waits, engine.groups.hits) <= MOST_TOGETHER
+            and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
+            and engine.recorder is self.table.callbacks
+            and pairs_of(self.table.pair_as_said, engine.masses) is not None
+        )  # fmt: skip
+
+    def ask(self, what: int, until: float = 0.0) -> None:
+        """Ask the compiled loop to enter, or to go on until a time (s)."""
+        self.scene["asks"], self.scene["time"] = what, until
+        self.loaded[self.form](self.work, self.arrays, *self.no_shots, 0, 0)
+        status, self.next_t, has_told, _ = self.scene["answer"].tolist()
+        self.status, self.has_told = int(status), bool(has_told)
+
+    # -- the record begins -------------------------------------------------------------------------
+
+    def _enter(self) -> bool:
+        """Let the record have all that the engine has; tell whether it has room."""
+        engine = self.engine
+        self._hold()
+        self._write_scene()
+        there = self._there()
+        for i in range(self.balls):
+            self._write_ball(i, i in there)
+        self._write_groups()
+        self.ask(ENTER)
+        self._write_dues()
+        engine.queue.clear()
+        engine.queue.presses.clear()
+        engine.upcoming = self.upcoming
+        self.state = ON
+        return self.status == PAUSED
+
+    def _hold(self) -> None:
+        """Have a record of the right form, and arrays of the walls."""
+        engine = self.engine
+        if self.array is None or self.array.dtype != WORKS[self.form[0]]:
+            self.array = np.zeros(1, dtype=WORKS[self.form[0]])
+            self.work, self.scene = self.array[0], self.array["scene"][0]
+            self.ball, self.due = self.array["ball"][0], self.array["due"][0]
+            self.groups, self.track = self.array["groups"][0], self.array["track"][0]
+            raw, fields = self.array.view(np.uint8), self.array.dtype.fields
+            first, last = fields["track"][1], fields["groups"][1]
+            self.parts = raw[:first], raw[last:]
+        self.walls, self.balls = tuple(engine.walls), len(engine.paths)
+        differ = self.form[1]
+        owned = [(wall.restitution, wall.friction) for wall in engine.walls] if differ else ()
+        self.arrays = arrays_of(engine.walls, None, owned)
+        self.no_shots = nothing(differ)[1:]
+
+    def _write_scene(self) -> None:
+        engine = self.engine
+        pairs = pairs_of(self.table.pair_as_said, engine.masses)
+        assert pairs is not None
+        e, mu = own_of(engine.walls) or (1.0, 0.0)
+        surface, pull = engine.surface, engine.surface.pull
+        values = {
+            "kind": law_number(engine.law), "together": together_number(engine.law), "keeps": WHOLE,
+            "balls": self.balls, "walls": len(engine.walls), "watched": NOTHING, "cue": pairs.cue,
+            "latest": math.inf, "most": 2**62, "resumes": 0, "slip": engine.slip,
+            "coarser": engine.groups.coarser, "ahead": math.inf, "ball_ball": pairs.restitution,
+            "cue_ball": pairs.cue_restitution, "cushion": e, "pull": pull,
+            "drag": surface.drag if surface.rolls else pull, "cushion_friction": mu,
+            "ball_friction": pairs.friction, "hears": self.table.callbacks.hears(),
+        }  # fmt: skip
+        for key, value in values.items():
+            self.scene[key] = value
+        self.array["now"], self.array["collapses"] = engine.now, engine.collapses
+        for key, value in vars(engine.errors).items():
+            self.array["errors"][0][key] = value
+
+    def _write_ball(self, i: int, is_there: bool) -> None:
+        engine = self.engine
+        t, x, y, vx, vy, ax, ay, end, slows, wx, wy = engine.paths[i]
+        roll = ([wx, wy],) if self.form[0] else ([],)
+        moves = is_there and engine.rested[i] == math.inf
+        self.ball[i] = (
+            t, x, y, vx, vy, ax, ay, end, slows, *roll, engine.speeds[i], engine.noises[i], NOWHERE,
+            moves, engine.radii[i], engine.masses[i], not is_there,
+        )  # fmt: skip
+
+    def _write_groups(self) -> None:
+        own = self.engine.groups
+        for name in NUMBERS:
+            self.groups[name] = getattr(own, name)
+        for name, many in self._rows():
+            self.groups[name][:many] = getattr(own, name)[:many]
+        sides = [self._side_of(k) if wall.sides else NOTHING for k, wall in enumerate(self.walls)]
+        self._rename(np.array([*sides, NOTHING]))
+        self.groups["asked"], self.groups["helds"] = 0, len(own.persisted)
+        for m, (hit, (_, since, until, x, y)) in enumerate(own.persisted.items()):
+            other = self._side_of(hit.j) if hit.kind == "wall" else hit.j
+            self.groups["held"][m, :6] = hit.i, other, since, until, x, y
+
+    def _rows(self) -> list[tuple[str, int]]:
+        """Return the names of the rows of groups, and how many of each the record takes."""
+        _, contacts = self.engine.groups.room
+        many = {"N": self.balls, "C": min(contacts, MOST_TOGETHER)}
+        rows = [(name, lengths(shape, *many.values())[0]) for name, (_, shape) in FORM.items()]
+        return [row for row in rows if row[1]]
+
+    def _rename(self, names: Any) -> None:
+        """Let walls have other numbers in the contacts of groups: those of their first sides."""
+        for row in self.groups["other"], self.groups["wait"][:, 1], self.groups["hit"][:, 1]:
+            is_wall = row < 0
+            row[is_wall] = names[-1 - row[is_wall]]
+
+    def _side_of(self, wall: int) -> int:
+        """Return the number by which the record knows a wall: that of its first side."""
+        sides = self.arrays.sides
+        return -1 - int(np.flatnonzero(sides.wall == wall)[0])
+
+    def _write_dues(self) -> None:
+        """Let what only the engine knows be due: ends of pieces, contacts that are to press."""
+        due, queue = self.due, self.engine.queue
+        for t, _, (kind, i, j), path, _ in queue:
+            if self.engine.paths[i] is not path or kind in ("pair", "stop", "look"):
+                continue
+            name = f"{kind}_t"
+            if t < due[i][name]:
+                due[i][name] = t
+                if kind == "wall":
+                    due[i]["side"] = -1 - self._side_of(j)
+            if kind == "press":
+                for m in range(int(self.groups["waits"])):
+                    its = self.groups["wait"][m, 0] == i and self.groups["until"][m] == t
+                    self.groups["asked"][m] |= its
+            next_t = self.array["next_t"][0]
+            next_t[i] = min(next_t[i], t)
+            self.next_t = min(self.next_t, t)
+
+    # -- the record ends ---------------------------------------------------------------------------
+
+    def leave(self) -> None:
+        """Let the engine have all that the record has; it predicts nothing yet."""
+        if self.state != ON:
+            return
+        engine = self.engine
+        self._read_balls(range(self.balls))
+        moves = self.ball["moves"]
+        for i in range(self.balls):
+            if moves[i]:
+                engine.rested[i] = math.inf
+            elif engine.rested[i] == math.inf:
+                engine.rested[i] = engine.now
+        engine.collapses = int(self.array["collapses"][0])
+        self._read_groups()
+        for i in range(self.balls):
+            for kind in ("piece", "press"):
+                if (t := float(self.due[i][f"{kind}_t"])) < math.inf:
+                    engine.push(t, What(kind, i))
+        self.state, self.next_t = TAKEN, UNKNOWN
+
+    def _read_groups(self) -> None:
+        own = self.engine.groups
+        for name in NUMBERS:
+            setattr(own, name, self.groups[name].item())
+        self._rename(-1 - np.array([*self.arrays.sides.wall, 0]))
+        for name, many in self._rows():
+            getattr(own, name)[:many] = self.groups[name][:many].tolist()
+        self._read_held()
+
+    def _hand_back(self) -> None:
+        """Let the engine play alone, until the next time."""
+        engine = self.engine
+        if self.state == TAKEN:
+            self.state, engine.upcoming = OFF, engine.queue.upcoming
+            engine.predict(sorted(self._there()))
+
+    def _there(self) -> set[int]:
+        """Return the numbers of the balls that are on the table."""
+        return {ball.number for ball in self.table.on_table()}
+
+    # -- telling what has happened -----------------------------------------------------------------
+
+    def _read_balls(self, balls: Any) -> None:
+        """Let the engine have these balls' paths."""
+        engine = self.engine
+        for i in balls:
+            t, x, y, vx, vy, ax, ay, end, slows, roll, speed, noise, *_ = self.ball[i].tolist()
+            path = Path(t, x, y, vx, vy, ax, ay, end, bool(slows), *(roll.tolist() or (0.0, 0.0)))
+            if path != engine.paths[i]:
+                engine.paths[i] = path
+            engine.speeds[i], engine.noises[i] = speed, noise
+
+    def _tell(self) -> None:
+        """Tell the recorder what has happened, and let the engine have the paths of the balls."""
+        engine, track, changed = self.engine, self.track, dict[int, None]()
+        engine.now, done = float(self.array["now"][0]), 0
+        rows = track["row"][: track["rows"]].tolist()
+        for t, i, other, *impulse, count in track["event"][: track["events"]].tolist():
+            for row in rows[done : int(count)]:
+                self._follow(row, changed)
+            done = max(done, int(count))
+            self._tell_event(t, int(i), int(other), impulse)
+        for row in rows[done:]:
+            self._follow(row, changed)
+        self._read_balls([i for i in changed if i not in self.table.near.gone])
+        for past in track["past"][: track["pasts"]].tolist():
+            engine.recorder.persistent(self._persisted(past))
+        track["rows"] = track["events"] = track["notes"] = track["pasts"] = 0
+        self._read_held()
+
+    def _follow(self, row: list[float], changed: dict[int, None]) -> None:
+        """Put a ball on the path of a breakpoint."""
+        ball, t, x, y, vx, vy, ax, ay, wx, wy = row
+        i, engine = int(ball), self.engine
+        changed[i] = None
+        if vx == vy == ax == ay == 0.0:
+            path = standing(t, x, y)
+        else:
+            path = engine.surface.path(t, (x, y), (vx, vy), (wx, wy))
+            if path.ax != ax or path.ay != ay:
+                path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
+        engine.paths[i] = path
+        engine.near.begin(i, path, engine.radii[i], t, path.end)
+
+    def _tell_event(self, t: float, i: int, other: int, impulse: list[float]) -> None:
+        """Tell the recorder of an event of a ball."""
+        engine = self.engine
+        if other == STOP:
+            engine.recorder.stop(i, t, motion_at(engine.paths[i], t)[:2])
+        elif other == ROLL:
+            engine.recorder.roll(i, t)
+        elif other < 0 and engine.walls[-1 - other].is_pocket:
+            wall, motion = engine.walls[-1 - other], motion_at(engine.paths[i], t)
+            assert wall.center is not None
+            engine.paths[i] = standing(t, *wall.center)
+            engine.rested[i] = t
+            engine.near.remove(i)
+            engine.recorder.pocketed(i, wall.number, t, motion, wall.center)
+        else:
+            balls = (i, other) if other >= 0 else (i,)
+            place = {k: motion_at(engine.paths[k], t)[:2] for k in balls}
+            n, along, first = impulse
+            impulses = Impulse(n, along, first if other >= 0 else None)
+            engine.recorder.contact(engine.contact_at(i, other, place), impulses, t)
+
+    # -- persistent contacts -----------------------------------------------------------------------
+
+    def _read_held(self) -> None:
+        """Let the engine know the contacts that persist."""
+        if not self.groups["helds"] and not self.engine.groups.persisted:
+            return
+        old, found = self.engine.groups.persisted, dict[Hit, Persisted]()
+        for one in self.groups["held"][: self.groups["helds"]].tolist():
+            hit = self._hit(one)
+            known = old.get(hit)
+            if known is None or known.since != one[2]:
+                found[hit] = self._persisted(one)
+            else:
+                found[hit] = known._replace(until=one[3], x=one[4], y=one[5])
+        self.engine.groups.persisted = found
+
+    def _hit(self, one: list[float]) -> Hit:
+        i, other = int(one[0]), int(one[1])
+        return hit_of(i, other if other >= 0 else -1 - int(self.arrays.sides.wall[-1 - other]))
+
+    def _persisted(self, one: list[float]) -> Persisted:
+        """Return a persistent contact of the record."""
+        hit, (since, until, x, y, *places) = self._hit(one), one[2:]
+        other = hit.j if hit.kind == "pair" else -1 - hit.j
+        place: dict[int, Vector] = {hit.i: (places[0], places[1])}
+        if other >= 0:
+            place[other] = places[2], places[3]
+        return Persisted(self.engine.contact_at(hit.i, other, place), since, until, x, y)
+
+    def presses(self, i: int, other: int) -> bool:
+        """Tell whether a contact has a force now."""
+        other = other if other >= 0 else self._side_of(-1 - other)
+        return bool(holds(self.array["groups"].view(np.recarray)[0], i, other))
+
+    def forget(self, hit: Hit) -> None:
+        """Forget a persistent contact that was told of."""
+        helds = int(self.groups["helds"])
+        rows = self.groups["held"]
+        for m in range(helds):
+            if self._hit(rows[m].tolist()) == hit:
+                rows[m : helds - 1] = rows[m + 1 : helds].copy()
+                self.groups["helds"] = helds - 1
+                return
+
+
+class Pairs(NamedTuple):
+    """These are the numbers of a table's pairs: those of any two balls, and of the cue ball."""
+
+    restitution: float
+    friction: float
+    cue: int = NOTHING
+    cue_restitution: float = 1.0
+
+
+def pairs_of(said: Any, masses: list[float]) -> Pairs | None:
+    """Return the numbers of all pairs of balls, if the table's pair is known to the loop.
+
+    It is known if it comes from `same_balls`, or is the `pair` of a scene.
+    """
+    if isinstance(said, partial) and said.func is of_any_two:
+        pair = said.args[0]
+        if pair.m_a == pair.m_a and any(mass != pair.m_a for mass in masses):
+            return None
+        return Pairs(pair.restitution, pair.friction)
+    scene = getattr(said, "__self__", None)
+    if isinstance(scene, Scene) and said.__func__ is Scene.pair:
+        e, cue_e, _, _, _, mu, _ = coefficients_of(scene).tolist()
+        return Pairs(e, mu, cue_of(scene), cue_e)
+    return None
