@@ -19,7 +19,7 @@ from scenes import BASE_SEED
 from shots import with_twins
 
 from pool_pymunk import Law, Scene
-from pool_pymunk.engine import asked
+from pool_pymunk.engine import asked, contacts
 from pool_pymunk.fast import compiled, many, single
 from pool_pymunk.fast.press import Form
 from pool_pymunk.fast.tables import can_compile, walls_differ
@@ -107,6 +107,7 @@ def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(single, "remember", remember_compiled)
     monkeypatch.setattr(event_driven, "FASTER", [])
     monkeypatch.setattr(asked, "PRESSES", [])
+    monkeypatch.setattr(contacts, "LOOPS", [])
 
 
 @pytest.fixture(autouse=True)

@@ -179,7 +179,7 @@ class ContactEngine:
         self._look_ahead(balls)
 
     def play(self, until: float) -> None:
-        """Play what is due next; a loop plays all up to a time (s), or until somebody hears of it."""
+        """Play what is due next, or by a loop all up to a time (s) or to what somebody hears of."""
         if self.loop is None or not self.loop.play(until):
             self.next()
 

@@ -19,7 +19,7 @@ from pool_pymunk.engine.due import Hit, What, hit_of
 from pool_pymunk.engine.groups import FORM, holds
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.recorder import Persisted
-from pool_pymunk.fast.loop import ENTER, GO_ON, PAUSED
+from pool_pymunk.fast.loop import ENTER, GO_ON, HITS, PAUSED, STOPS
 from pool_pymunk.fast.press import Form
 from pool_pymunk.fast.records import (
     MOST_BALLS,
@@ -88,13 +88,15 @@ class Loop:
 
     def play(self, until: float) -> bool:
         """Play what is due up to a time (s), or to what somebody hears of; return False if not."""
-        if self.state == ON and self.walls != tuple(self.engine.walls):
+        if self.state == ON and not self._is_as_before():
             self.leave()
         if self.state != ON and not (self._may_play() and self._enter()):
             self._hand_back()
             return False
         if self.next_t > until:
             return True
+        hits, stops = self.table.callbacks.hears()
+        self.scene["hears"] = HITS * hits + STOPS * stops
         kept = [part.copy() for part in self.parts]
         self.ask(GO_ON, until)
         while self.status == PAUSED and self.next_t <= until and not self.has_told:
@@ -107,6 +109,11 @@ class Loop:
             return False
         self._tell()
         return True
+
+    def _is_as_before(self) -> bool:
+        """Tell whether walls and balls are as they were when the record began."""
+        walls, balls = tuple(self.engine.walls), self.table.on_table()
+        return self.walls == walls and all(ball.is_as_it_came() for ball in balls)
 
     def _may_play(self) -> bool:
         """Tell whether the compiled loop knows all that is on the table."""
@@ -121,6 +128,7 @@ class Loop:
             and max(engine.groups.used, engine.groups.waits, engine.groups.hits) <= MOST_TOGETHER
             and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
             and engine.recorder is self.table.callbacks
+            and all(ball.is_as_it_came() for ball in self.table.on_table())
             and pairs_of(self.table.pair_as_said, engine.masses) is not None
         )  # fmt: skip
 
@@ -180,7 +188,7 @@ class Loop:
             "coarser": engine.groups.coarser, "ahead": math.inf, "ball_ball": pairs.restitution,
             "cue_ball": pairs.cue_restitution, "cushion": e, "pull": pull,
             "drag": surface.drag if surface.rolls else pull, "cushion_friction": mu,
-            "ball_friction": pairs.friction, "hears": self.table.callbacks.hears(),
+            "ball_friction": pairs.friction,
         }  # fmt: skip
         for key, value in values.items():
             self.scene[key] = value

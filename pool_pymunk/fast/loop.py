@@ -48,6 +48,7 @@ from pool_pymunk.fast.records import (
 )
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
+from pool_pymunk.physics.changes import ROLL, STOP
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
 from pool_pymunk.physics.pieces import part_of, piece_of
 from pool_pymunk.physics.pressed import decide
@@ -58,6 +59,7 @@ from pool_pymunk.physics.surface import NO_ROLL, roll_at
 SETTLED, OUT_OF_TIME, OUT_OF_EVENTS, PAUSED, HARD = 0, 1, 2, 3, -1
 # what the engine asks the press for (fast/press.py), and a table the loop (fast/live.py)
 PIECE, DECIDE, END, ENTER, GO_ON = 1, 2, 3, 4, 5
+HITS, STOPS = 1, 2  # what somebody hears of: hits, pockets and persistent contacts, and stops
 ALMOST = 0.75  # of the room for tracks; what happens at one instant takes less than the rest
 
 
@@ -240,12 +242,15 @@ def play(w: Work, sides: Sides) -> int:
 
 def has_told(w: Work, t: float) -> bool:
     """Tell whether somebody is to hear of what has happened, before what is due at ``t`` (s)."""
-    if not w.scene.hears:
-        return False
-    has_ended, r = False, w.groups
-    for m in range(r.helds if t > w.now else 0):
-        has_ended |= not groups.holds(r, int(r.held[m][0]), int(r.held[m][1]))
-    return has_ended or w.track.events + w.track.pasts > 0
+    track, r, is_told = w.track, w.groups, False
+    if w.scene.hears & HITS:
+        is_told = track.pasts > 0
+        for m in range(r.helds if t > w.now else 0):
+            is_told |= not groups.holds(r, int(r.held[m][0]), int(r.held[m][1]))
+    for k in range(track.events if w.scene.hears else 0):
+        other = track.event[k][2]
+        is_told |= other != ROLL and w.scene.hears & (STOPS if other == STOP else HITS) != 0
+    return is_told
 
 
 def first_of_all(w: Work, i: int, t: float) -> int:

@@ -39,8 +39,8 @@ def pair_time(
     if stay_apart(a, b, touching, since, until):
         return math.inf
     t = _meeting(a, b, touching, began, until, noise)
-    # A contact that is past was none: it persisted, or somebody has played it.
-    return t if t >= since else _meeting(a, b, touching, since, until, noise)
+    # A contact until now was none, or was played: only what closes from now on is another one.
+    return t if t > since else _meeting(a, b, touching, since, until, noise)
 
 
 def _meeting(a: Path, b: Path, touching: float, since: float, until: float, noise: float) -> float:

@@ -8,7 +8,8 @@ from functools import partial
 
 import pymunk
 
-from pool_pymunk.engine.contacts import LOOPS, ContactEngine
+from pool_pymunk.engine import contacts
+from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Motion, Persisted, Recorder
 from pool_pymunk.model.problems import setting_error
@@ -91,9 +92,10 @@ class Callbacks(Recorder):
             return False
         return persisted.until == engine.now and all(balls[i].is_on_table for i in hit.balls)
 
-    def hears(self) -> bool:
-        """Tell whether anybody hears of what happens."""
-        return any(self.of(name) is not None for name in ("on_contact", "on_stop", "on_pocket"))
+    def hears(self) -> tuple[bool, bool]:
+        """Tell whether anybody hears of contacts and pockets, and whether of stops."""
+        is_heard = [self.of(name) is not None for name in ("on_contact", "on_pocket", "on_stop")]
+        return is_heard[0] or is_heard[1], is_heard[2]
 
     # -- the instant is over ---------------------------------------------------------------------
 
@@ -254,8 +256,8 @@ class Steps(WatchedState):
         engine, near = self.engine, self.near
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             engine.now, near.until = began, self.time
-            if engine.loop is None and LOOPS:
-                engine.loop = LOOPS[0](engine, self)
+            if engine.loop is None and contacts.LOOPS:
+                engine.loop = contacts.LOOPS[0](engine, self)
             near.foresee()
             try:
                 self._play_instants()
