@@ -41,8 +41,8 @@ Follow = namedtuple(
 # The `numbers` are the scene's: restitutions of balls, of the cue ball and of cushions, pull of
 # the surface, frictions of cushions and of balls, drag of the surface.
 ONE = {
-    "place": (4,), "before": (12,), "after": (12,), "answer": (4, 8),
-    "asked": (8,), "beside": (8,), "answers": (MOST_SIDES + 1, 4), "slopes": (MOST_SIDES, 4, 8),
+    "place": (4,), "before": (12,), "after": (12,), "asked": (8,), "beside": (8,),
+    "answers": (MOST_SIDES + 1, 4), "slopes": (MOST_SIDES, 4, 8),
     "ends": (4,), "numbers": (7,),
 }  # fmt: skip
 
@@ -73,12 +73,17 @@ def is_any_unknown(own: Any, p: Any) -> Any:
 
 def is_of_errors(g: Any) -> bool:
     """Tell whether the columns are rounding errors."""
-    return len(g.python.signs) > 0
+    return g.python.signs is not None
 
 
 def columns(g: Any) -> Any:
     """Return what to go through to reach all inputs."""
     return (slice(None),)
+
+
+def is_idle(g: Any, p: Any) -> bool:
+    """Tell whether an input surely changes nothing at a contact; numba then leaves it out."""
+    return False
 
 
 def any_of(flag: Any) -> bool:
@@ -148,13 +153,12 @@ def advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None
         own += np.multiply.outer(by_pull, of_pull)
 
 
+def advance_slowing(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
+    """Multiply a change of place and velocity, of which a place depends on no other place."""
+    advance(g, own, by_state, by_pull, of_pull)
+
+
 def saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
     """Multiply ``z`` by the saltation matrix of a contact."""
     m = saltation_matrix(g, geometry, balls, roll)
     g.z[: len(m)] = np.array(m) @ g.z[: len(m[0])]
-
-
-def take_mean(g: Any, sides: int, balls: int) -> None:
-    """Write the mean of the law's derivatives on some sides into ``answer``."""
-    mean = g.one.slopes[0] if sides == 1 else g.one.slopes[:sides].mean(axis=0)
-    g.one.answer[:] = mean.tolist()

@@ -144,7 +144,7 @@ def follow_of(
         paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors,
         spells=[[] for _ in starts], parted=set(),
         kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
-        **(signs or {"signs": ()}),
+        **(signs or {"signs": None}),
     )  # fmt: skip
     g: Any = Follow(
         rows, following, events_of(run), walls, len(scene.cushions), own_numbers(scene, walls),
@@ -161,7 +161,7 @@ def follow_of(
 def room_for_one() -> SimpleNamespace:
     """Return room for the numbers of one contact: lists, which Python reads fast."""
     found = {name: np.zeros(shape) for name, shape in columns.ONE.items()}
-    return SimpleNamespace(**{k: v if k == "slopes" else v.tolist() for k, v in found.items()})
+    return SimpleNamespace(**{k: v.tolist() for k, v in found.items()})
 
 
 def rows_of(run: Run) -> tuple[list[list[float]], list[int]]:
