@@ -346,19 +346,12 @@ def fall(g: Any, i: int, hole: int, t: float) -> int:
 
 def meet(g: Any, i: int, other: int, t: float) -> int:
     """Follow the changes through a hit of two balls, or of a ball on a wall."""
-    size, balls, fastest, extent = len(g.change[0]), 2 if other >= 0 else 1, 0.0, 0.0
-    for c in range(balls):
-        n = i if c == 0 else other
-        row, after = g.rows[g.ball[n].at], g.rows[g.following[g.ball[n].at]]
-        x, y, vx, vy = motion_at(path_of(g, n), t)
-        g.one.place[2 * c], g.one.place[2 * c + 1] = x, y
-        put_rates(g.one.before, c * size, size, vx, vy, row)
-        put_rates(g.one.after, c * size, size, after[4], after[5], after)
-        fastest, extent = (
-            max(fastest, max(abs(vx), abs(vy))),
-            extent + abs(x) + abs(y) + g.ball[n].radius,
-        )
+    size, balls = len(g.change[0]), 2 if other >= 0 else 1
+    fastest, extent = read_motions(g, i, other, t)
     geometry = geometry_at(g, i, other)
+    for c in range(balls):
+        after = g.rows[g.following[g.ball[i if c == 0 else other].at]]
+        put_rates(g.one.after, c * size, size, after[4], after[5], after)
     if not is_of_errors(g):
         if other < 0 and is_at_corner(g.corners, g.one.place[0], g.one.place[1], g.ball[i].radius):
             return AT_CORNER
@@ -382,6 +375,22 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
             lose_where(g, n)
         g.ball[n].at, g.ball[n].met = g.following[g.ball[n].at], i if c == 1 else other
     return FOLLOWED
+
+
+def read_motions(g: Any, i: int, other: int, t: float) -> tuple[float, float]:
+    """Read how the balls of a contact move at a time (s).
+
+    Return the largest part of a velocity (m/s), and how large (m) their places are.
+    """
+    size, fastest, extent = len(g.change[0]), 0.0, 0.0
+    for c in range(2 if other >= 0 else 1):
+        n = i if c == 0 else other
+        x, y, vx, vy = motion_at(path_of(g, n), t)
+        g.one.place[2 * c], g.one.place[2 * c + 1] = x, y
+        put_rates(g.one.before, c * size, size, vx, vy, g.rows[g.ball[n].at])
+        fastest = max(fastest, max(abs(vx), abs(vy)))
+        extent += abs(x) + abs(y) + g.ball[n].radius
+    return fastest, extent
 
 
 def note_late(g: Any, geometry: Geometry, i: int, other: int, t: float) -> None:

@@ -93,7 +93,7 @@ def may_miss(g: Any, own: Any, velocity: Any, normal: Any, curvature: float) -> 
     speed = math.sqrt(vx * vx + vy * vy)
     within = (1.0 - abs(nx * vy - ny * vx) / speed) / curvature
     _, across = sizes_of(own[:2], (vx / speed, vy / speed))
-    return across >= within
+    return bool(across >= within)
 
 
 def with_gap(g: Any, geometry: Geometry, i: int, other: int, t: float) -> Geometry:

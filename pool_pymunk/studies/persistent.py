@@ -415,20 +415,15 @@ class GroupChanges:
     def hit_later(self, i: int, other: int, t: float) -> tuple[Array, float, float]:
         """Return how much later (s) a hit comes, how fast (m/s) it closes, and the balls' speed."""
         g, wide = self.g, np.zeros(len(self.g.late))
-        x, y, vx, vy = motion_at(columns.path_of(g, i), t)
-        if other < 0:
-            (nx, ny), _ = columns.surface_at(g, -1 - other, x, y, g.ball[i].radius)
-            opening, fastest = vx * nx + vy * ny, size_of(vx, vy)
-        else:
-            bx, by, u, v = motion_at(columns.path_of(g, other), t)
-            distance = np.hypot(bx - x, by - y)
-            nx, ny = (bx - x) / distance, (by - y) / distance
-            opening, fastest = (u - vx) * nx + (v - vy) * ny, size_of(vx, vy) + size_of(u, v)
-        for n in (i, other) if other >= 0 else (i,):
+        balls, size, before = (i, other) if other >= 0 else (i,), len(g.change[0]), g.one.before
+        changes.read_motions(g, i, other, t)
+        fastest = sum(size_of(*before[c * size : c * size + 2]) for c in range(len(balls)))
+        (nx, ny), _, closing, _, _ = changes.geometry_at(g, i, other)
+        for n in balls:
             own, sign = g.change[n].copy(), 1.0 if n == other or other < 0 else -1.0
             changes.carry(g, g.rows[g.ball[n].at], own, t)
             wide += sign * (nx * own[0] + ny * own[1]) - g.of_radius[n]
-        return -wide / opening, -float(opening), fastest
+        return wide / closing, closing, fastest
 
     def finish(self) -> None:
         """Follow the changes to the end of the run."""
