@@ -87,15 +87,12 @@ def errs(e: Any) -> bool:
 
 
 def place_met(e: Any, motion: Motion, now: float) -> Motion:
-    """Return the motion of a ball at a contact, now (s).
-
-    A place is the sum of another place and a path, and each of both errs.
-    """
+    """Return the motion of a ball at a contact, now (s)."""
     x, y, vx, vy = motion
     if not errs(e):
         return motion
     late = error(e, now)
-    return x + 2.0 * error(e, x) + vx * late, y + 2.0 * error(e, y) + vy * late, vx, vy
+    return x + error(e, x) + vx * late, y + error(e, y) + vy * late, vx, vy
 
 
 def nearly_closed(e: Any) -> float:

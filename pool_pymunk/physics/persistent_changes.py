@@ -13,7 +13,6 @@ its changes are rows (6 N, P), one column an input.
 from __future__ import annotations
 
 import math
-from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +26,7 @@ from pool_pymunk.physics.pressed import (
     REST,
     ROLL,
     SLIP,
+    Press,
     fill_system,
     find_forces,
     gap_of,
@@ -92,7 +92,8 @@ def in_columns(g: Any, changes: Numbers, plain: int = 0) -> Any:
         column[plain:] += 1j * TINY_STEP * change
         return column
 
-    found = copy(g)
+    found = Press()
+    vars(found).update(vars(g))
     for name in WRITTEN:
         kind, shape = FORM[name]
         setattr(found, name, rows_of(kind, lengths(shape, *g.room)))

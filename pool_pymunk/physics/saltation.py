@@ -20,7 +20,6 @@ normal that is turned (rad), and of the numbers that the law is asked with.
 from __future__ import annotations
 
 import math
-from operator import mul
 from typing import Any, NamedTuple
 
 from pool_pymunk.physics.contact import Vector
@@ -96,7 +95,7 @@ def saltation_matrix(g: Any, geometry: Geometry, balls: int, roll: Vector) -> li
         slow_roll(g, m, geometry, roll)
     for row, after in zip(m, g.one.after, strict=False):
         turn = row[rows + TURN] * curvature
-        kept = sum(map(mul, row[:rows], g.one.before))
+        kept = sum([a * b for a, b in zip(row[:rows], g.one.before, strict=False)])
         late = (kept + turn * slip - after) / closing  # G f_before is -closing.
         x, y = late * nx - turn * ny, late * ny + turn * nx
         row[rows + GAP] = late
