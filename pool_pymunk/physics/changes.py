@@ -20,7 +20,6 @@ from pool_pymunk.physics.columns import (
     copy,
     greater,
     has_parted,
-    is_any_unknown,
     is_beyond,
     is_changed,
     is_idle,
@@ -333,9 +332,8 @@ def fall(g: Any, i: int, hole: int, t: float) -> int:
         return AT_RIM
     for p in columns(g):
         g.late[p] = (nx * own[0, p] + ny * own[1, p]) / closing
-        bad = unknown_if(is_any_unknown(own, p))
         for k in range(len(own)):
-            own[k, p] = bad
+            own[k, p] *= 0.0
     come_to(g, i, t)
     g.ball[i].gone = 1
     return FOLLOWED

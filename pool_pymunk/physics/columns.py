@@ -63,14 +63,6 @@ def is_changed(own: Any, p: Any) -> Any:
     return found
 
 
-def is_any_unknown(own: Any, p: Any) -> Any:
-    """Tell whether a part of a ball's change is nan."""
-    found = own[0, p] != own[0, p]
-    for k in range(1, len(own)):
-        found = found | (own[k, p] != own[k, p])
-    return found
-
-
 def is_of_errors(g: Any) -> bool:
     """Tell whether the columns are rounding errors."""
     return g.python.signs is not None

@@ -92,7 +92,7 @@ def in_columns(g: Any, changes: Numbers, plain: int = 0) -> Any:
         column[plain:] += 1j * TINY_STEP * change
         return column
 
-    found = Press()
+    found: Any = Press()
     vars(found).update(vars(g))
     for name in WRITTEN:
         kind, shape = FORM[name]

@@ -118,7 +118,9 @@ def nudged(scene: Scene, start: State, number: int) -> State:
     )
 
 
-def _closing(velocities: Sequence[Vector], open_: Rows, turns: NDArray[Any]) -> NDArray[Any]:
+def _closing(
+    velocities: Sequence[Vector], open_: NDArray[Any], turns: NDArray[Any]
+) -> NDArray[Any]:
     """Return the factors by which moving balls close what they touch, and ``turns`` of others."""
     moves, apart = (
         np.array(rows) @ (1.0, 1.0j) for rows in (velocities, open_.sum(1).reshape(-1, 2))
