@@ -127,8 +127,8 @@ def _closing(
     )
     meets = (moves != 0.0) & (apart != 0.0)
     moves, apart = np.where(meets, (moves, apart), 1.0)
-    way = apart / np.abs(apart) * np.abs(moves) / moves
-    return np.where(meets, 1.0 - TURN * way, turns)
+    apart = apart / np.abs(apart) * np.abs(moves) / moves
+    return np.where(meets, 1.0 - TURN * apart, turns)
 
 
 def _order(start: State) -> list[int]:
