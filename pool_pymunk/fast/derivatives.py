@@ -178,7 +178,14 @@ def _surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
 
 
 def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
-    rows.advance(by_state, own, by_pull, of_pull, g.out)
+    for p in range(len(of_pull)):
+        place = own[0, p], own[1, p]
+        u, v, w, z, of = own[2, p], own[3, p], own[4, p], own[5, p], of_pull[p]
+        for k in range(6):
+            row = by_state[k]
+            own[k, p] = row[2] * u + row[3] * v + row[4] * w + row[5] * z + by_pull[k] * of
+        own[0, p] += place[0]
+        own[1, p] += place[1]
 
 
 def _advance_slowing(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:

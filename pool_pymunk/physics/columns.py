@@ -27,12 +27,12 @@ MOST_SIDES = 4  # of a kink of a law
 # inputs change numbers of the scene, masses and radii by `of_numbers` (7, P), `of_mass` and
 # `of_radius` (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P);
 # `ever` (N, P) tells which inputs have changed it. `late` (P) tells how late the last event is.
-# `one` has the numbers of one contact, and `z`, `parts`, `bad` and `out` its changes. What only
+# `one` has the numbers of one contact, and `z`, `parts` and `bad` its changes. What only
 # Python needs is in `python`: paths, signs of errors, reasons that were found, and kept changes.
 Follow = namedtuple(
     "Follow",
     "rows following events walls cushions own cue law discs faces corners ball "
-    "of_numbers of_mass of_radius change ever late one z parts bad out python",
+    "of_numbers of_mass of_radius change ever late one z parts bad python",
 )
 
 # The numbers of one contact: places of balls, rates of change before and after it, what the law
@@ -49,9 +49,7 @@ ONE = {
 
 def room(size: int, count: int) -> dict[str, Any]:
     """Return room for the changes of one contact, of states of K numbers by P inputs."""
-    width = 2 * size
-    shapes = {"z": (width + MORE, count), "parts": (5, count), "bad": (count,),
-              "out": (size,)}  # fmt: skip
+    shapes = {"z": (2 * size + MORE, count), "parts": (5, count), "bad": (count,)}
     return {name: np.zeros(shape) for name, shape in shapes.items()}
 
 

@@ -43,7 +43,6 @@ from pool_pymunk.physics.persistent_changes import (
 )
 from pool_pymunk.physics.pressed import FADED, REST, SLIP, SLOW, find_forces, size_of
 from pool_pymunk.physics.pressed import ROLL as ROLLS
-from pool_pymunk.physics.surface import roll_rate
 from pool_pymunk.results.run import Run
 
 # Rates that differ by less than this share of the strongest one do not jump.
@@ -465,10 +464,10 @@ def turns(old: ModeChanges, live: ModeChanges) -> bool:
 
 def free_rate(row: Any, motion: Any, g: Any) -> Array:
     """Return the rate (6,) of a ball on the path of a breakpoint."""
-    if row[4] == 0.0 and row[5] == 0.0 and row[6] == 0.0 and row[7] == 0.0:
-        return np.zeros(6)
-    turns = roll_rate(row) if g.change.shape[1] > 4 else (0.0, 0.0)
-    return np.array([motion[2], motion[3], row[6], row[7], *turns])
+    found = np.zeros(6)
+    if any(row[4:8]):
+        changes.put_rates(found, 0, g.change.shape[1], motion[2], motion[3], row)
+    return found
 
 
 def follow_all(g: Any, run: Run) -> None:
