@@ -13,20 +13,23 @@ import math
 import random
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
 import reference
+from hard_kinds import random_hard_scene
 from hard_random import TooLongError, time_limit
+from hard_reference import hard_run
 from mpmath import mpf
 from shots import KINDS, ROLLING, some_scene
 from test_rounding import CLASSES, error, rolling
 
-from pool_pymunk import Run, Scene, simulate
+from pool_pymunk import Restitution, Run, Scene, simulate
 
 LEAST = 1e-16  # m
 ABSURD, SMALL = 0.1, 1e-9  # m; a run that says more than the one, and errs by less than the other
@@ -71,6 +74,15 @@ def of_shots(kind: str, name: str) -> Scene:
     return some_scene(kind, int(name.rpartition(" ")[2]))
 
 
+def of_collapse(kind: str, name: str) -> Scene:
+    """Return a hard scene whose sides hardly bounce, so that its hits may collapse."""
+    rng = random.Random(name)
+    scene = random_hard_scene(kind, rng)
+    e, other = (rng.choice((0.0, round(rng.uniform(0.0, 0.3), 3))) for _ in range(2))
+    return replace(scene, restitution=Restitution(e, cushion=rng.choice((e, other))))
+
+
+COLLAPSES = {f"collapse: {kind}": kind for kind in ("squeeze", "row", "corner")}
 DRAWS: dict[str, Draw] = {
     **{kind: partial(of_class, kind) for kind in CLASSES},
     **{f"{kind}, rolling": partial(that_rolls, kind)
@@ -80,25 +92,34 @@ DRAWS: dict[str, Draw] = {
     "any arcs and posts": partial(of_reference, reference.random_round_scene),
     "any rolls": partial(of_reference, reference.random_rolling_scene),
     **{kind: partial(of_shots, kind) for kind in (*KINDS[:6], *ROLLING[:6])},
+    **{name: partial(of_collapse, kind) for name, kind in COLLAPSES.items()},
 }  # fmt: skip
 
 
-def answered(scene: Scene) -> tuple[Run, float] | None:
+def true_ends(kind: str, scene: Scene) -> list[tuple[Any, Any]]:
+    """Return the ends of a scene by the reference for its class."""
+    if kind in COLLAPSES:
+        return [(place.real, place.imag) for place in hard_run(scene).final]
+    return list(reference.reference_run(scene).final)
+
+
+def answered(kind: str, name: str) -> tuple[Run, float] | None:
     """Play a scene; return the run and its true error (m), or None if the reference refuses it."""
+    scene = DRAWS[kind](name)
     try:
         with time_limit(ENOUGH):
-            answer = reference.reference_run(scene)
+            ends = true_ends(kind, scene)
     except (reference.Refused, TooLongError):
         return None
     run = simulate(scene, solver="event-driven")
-    return run, error(run, answer.final)
+    return run, error(run, ends)
 
 
 def count(kind: str, runs: int) -> Counts:
     """Play this many runs of a class, and count; name those that are not covered, or absurd."""
     ratios, total, above, absurd, unknown = [], 0, 0, 0, 0
     for k in range(runs):
-        found = answered(DRAWS[kind](f"{kind} {k}"))
+        found = answered(kind, f"{kind} {k}")
         if found is None:
             continue
         run, off = found

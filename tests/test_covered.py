@@ -21,3 +21,13 @@ def test_ninety_nine_of_a_hundred_figures_cover_and_none_is_absurd(
     assert found.total > 0
     assert found.above <= 0.01 * RUNS
     assert found.absurd == 0
+
+
+@pytest.mark.parametrize(("kind", "k"), [("row", 4), ("row", 7), ("squeeze", 21)])
+def test_the_figure_of_a_collapse_covers_what_its_end_leaves_out(kind: str, k: int) -> None:
+    """Gaps that count as closed, and the last hits of a collapse, move these ends."""
+    found = covered.answered(f"collapse: {kind}", f"collapse: {kind} {k}")
+    assert found is not None
+    run, off = found
+    assert not run.policies
+    assert off <= run.rounding <= 1e-10

@@ -194,6 +194,33 @@ def wedged(closing: float) -> Scene:
     )
 
 
+def random_wedge(seed: int, closing: float) -> Scene:
+    """Return such a scene with other numbers."""
+    rng = random.Random(seed)
+    turn, slide, slip = (rng.uniform(*of) for of in ((0.3, 2.8), (-1.0, 1.0), (-0.3, 0.3)))
+    mass, other = (10.0 ** rng.uniform(-0.5, 0.7) for _ in "ab")
+    e, mu, strong = rng.uniform(0.1, 0.9), rng.uniform(0.3, 1.0), 10.0 ** rng.uniform(-0.5, 1.0)
+    (nx, ny), along = (math.cos(turn), math.sin(turn)), slide * math.cos(turn) - closing
+    velocity = (along * nx - slip * ny, along * ny + slip * nx)
+    balls = (
+        Ball("a", (1.0, R), R, mass, velocity=(slide, 0.0)),
+        Ball("b", (1.0 + 2 * R * nx, R + 2 * R * ny), R, other, velocity=velocity),
+    )
+    return Scene(
+        balls, Table.rectangle(2.0, 1.0), Restitution(e, None, e), Friction(0.1, mu, strong)
+    )
+
+
+@pytest.mark.parametrize("seed", [49, 99, 201, 274])
+def test_moving_balls_that_close_what_they_touch_are_tried(seed: int) -> None:
+    """Velocities that are turned at random seldom close both contacts."""
+    faster, hidden = (
+        simulate(random_wedge(seed, closing), solver="event-driven") for closing in (1e-11, 0.0)
+    )
+    far = max(map(math.dist, faster.end.position, hidden.end.position))
+    assert 1e-3 < far <= hidden.policy_shift
+
+
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 def test_a_closing_speed_that_rounding_hides_and_friction_makes_grow_is_said(solver: str) -> None:
     faster = simulate(wedged(1e-11), solver=solver, dt=1 / 60)

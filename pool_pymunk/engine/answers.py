@@ -33,6 +33,7 @@ from pool_pymunk.engine.asked import (
     settle_group,
     slip_of,
 )
+from pool_pymunk.engine.policies import left_out
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.contact import NO_BALL, closing_speed, first_of, join
 from pool_pymunk.physics.impulses import pushes_of
@@ -256,7 +257,7 @@ def play_out(w: Any) -> None:
     for k in range(at.contacts):
         at.turn[k], at.kind[k] = k, COLLAPSED
     begin_round(w)
-    collapse.begin(c, at.contact, at.contacts, at.gap, decisions.CONVERGED)
+    collapse.begin(c, at.contact, at.contacts, at.gap, left_out(w.errors))
     while collapse.next_hits(c, at.contact, at.velocity) > 0:
         hits = 0
         for k in range(at.contacts):

@@ -24,7 +24,7 @@ from pool_pymunk.engine.answers import Instant
 from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
 from pool_pymunk.engine.near import Near
-from pool_pymunk.engine.policies import Errors, Variant, begin_errors
+from pool_pymunk.engine.policies import Errors, Variant, begin_errors, nearly_closed
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import NO_FRICTION, Law
@@ -436,7 +436,7 @@ class ContactEngine:
                 for k in hit.balls:
                     if k not in motions:
                         motions[k] = motion_at(self.paths[k], self.now)
-                if self.is_closed(hit, motions, decisions.NEARLY_CLOSED):
+                if self.is_closed(hit, motions, nearly_closed(self.errors)):
                     found[hit] = None
                     balls += [k for k in hit.balls if k not in balls]
         return sorted(found)

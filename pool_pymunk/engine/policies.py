@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from pool_pymunk.engine.decisions import CONVERGED, NEARLY_CLOSED
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.errors import SURE
 from pool_pymunk.physics.laws import Slip
@@ -80,13 +81,31 @@ def error(e: Any, number: float) -> float:
     return float(0.5 * e.share * number * draw(e))
 
 
+def errs(e: Any) -> bool:
+    """Tell whether places and velocities have the errors of rounding."""
+    return bool(e.share > 0.0 and e.of_places)
+
+
 def place_met(e: Any, motion: Motion, now: float) -> Motion:
     """Return the motion of a ball at a contact, now (s)."""
     x, y, vx, vy = motion
-    if e.share == 0.0 or not e.of_places:
+    if not errs(e):
         return motion
     late = error(e, now)
     return x + error(e, x) + vx * late, y + error(e, y) + vy * late, vx, vy
+
+
+def nearly_closed(e: Any) -> float:
+    """Return how many times as wide as a closed one a gap may be that closes in a moment.
+
+    In a variant the sides of such a gap go on until they meet.
+    """
+    return 1.0 if errs(e) else NEARLY_CLOSED
+
+
+def left_out(e: Any) -> float:
+    """Return how much is left out of a collapse; a variant leaves out as much again as the run."""
+    return 2.0 * CONVERGED if errs(e) else CONVERGED
 
 
 def velocity_after(e: Any, velocity: Vector, noise: float) -> Vector:

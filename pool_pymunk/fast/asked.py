@@ -45,7 +45,9 @@ from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_of
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
 from pool_pymunk.physics.pressed import BALL, decide
 from pool_pymunk.physics.pressed import is_own as asks_own
+from pool_pymunk.physics.pressed import kept_steady as keeps_steady
 from pool_pymunk.physics.pressed import own_pull as asks_pull
+from pool_pymunk.physics.pressed import root_of as finds_root
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
 from pool_pymunk.physics.together import Room, begin_orders, next_in_order, push_at_once
@@ -497,6 +499,14 @@ def own_pull(g: Any, s: Any, p: int) -> Vector:
     return NO_ROLL
 
 
+def kept_steady(g: Any, i: int, slip: Vector) -> Vector:
+    return slip
+
+
+def root_of(square: float) -> float:
+    return math.sqrt(square)
+
+
 # Each of these functions is the twin of the one of the same name.
 TWINS: dict[Any, Any] = {
     getattr(asked, name): value
@@ -506,7 +516,8 @@ TWINS: dict[Any, Any] = {
 TWINS |= {
     asked.predict: due.predict, asked.find_cluster: instant.find_cluster,
     asked.find_touching: cluster_around, contact.pair_of: pair_of, asks_own: is_own,
-    asks_pull: own_pull, laws.balls_after: kinds.ball_ball, laws.cushion_after: kinds.cushion,
+    asks_pull: own_pull, keeps_steady: kept_steady, finds_root: root_of,
+    laws.balls_after: kinds.ball_ball, laws.cushion_after: kinds.cushion,
     laws.jumps_at: kinds.jumps,
 }  # fmt: skip
 for _function, _twin in TWINS.items():

@@ -25,7 +25,7 @@ from pool_pymunk.physics import changes, columns, errors, kinks
 from pool_pymunk.physics.columns import ONE, Follow
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, from_breakpoint
-from pool_pymunk.physics.saltation import LAW, NUMBERS, Geometry, taken_off
+from pool_pymunk.physics.saltation import LAW, Geometry, taken_off
 from pool_pymunk.results.run import Run
 
 BALL = np.dtype([("at", I), ("met", I), ("gone", I), ("mass", F), ("radius", F)])
@@ -150,6 +150,10 @@ def _columns(g: Any) -> Any:
     return range(len(g.late))
 
 
+def _is_idle(g: Any, p: int) -> bool:
+    return not rows.is_changed(g.z, p)
+
+
 def _any_of(flag: Any) -> Any:
     return flag
 
@@ -174,16 +178,33 @@ def _surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
 
 
 def _advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
-    rows.advance(by_state, own, by_pull, of_pull, g.out)
+    for p in range(len(of_pull)):
+        place = own[0, p], own[1, p]
+        u, v, w, z, of = own[2, p], own[3, p], own[4, p], own[5, p], of_pull[p]
+        for k in range(6):
+            row = by_state[k]
+            own[k, p] = row[2] * u + row[3] * v + row[4] * w + row[5] * z + by_pull[k] * of
+        own[0, p] += place[0]
+        own[1, p] += place[1]
+
+
+def _advance_slowing(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
+    x, y, u, v = by_state
+    for p in range(len(of_pull)):
+        by_u, by_v, of = own[2, p], own[3, p], of_pull[p]
+        own[0, p] += x[2] * by_u + x[3] * by_v + by_pull[0] * of
+        own[1, p] += y[2] * by_u + y[3] * by_v + by_pull[1] * of
+        own[2, p] = u[2] * by_u + u[3] * by_v + by_pull[2] * of
+        own[3, p] = v[2] * by_u + v[3] * by_v + by_pull[3] * of
 
 
 def _saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
     """Do what the saltation matrix does, with the parts that are known already."""
-    (nx, ny), (wx, wy), size, of = geometry.normal, roll, len(g.change[0]), g.one.answer
+    (nx, ny), (wx, wy), size, of = geometry.normal, roll, len(g.change[0]), g.one.slopes[0]
     z, before, after, law, count = g.z, g.one.before, g.one.after, balls * size + LAW, 2 * balls
     taken, of_roll, of_push, of_mu = taken_off(g, geometry, roll)
     for p in range(len(g.late)):
-        if not rows.is_changed(z[: law + NUMBERS], p):
+        if _is_idle(g, p):
             continue
         late, turn = g.late[p], g.parts[4, p]
         for c in range(balls):
@@ -204,15 +225,6 @@ def _saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
                 z[k + j, p] -= after[k + j] * late
 
 
-def _take_mean(g: Any, sides: int, balls: int) -> None:
-    for m in range(2 * balls):
-        for k in range(4 * balls):
-            total = 0.0
-            for side in range(sides):
-                total += g.one.slopes[side, m, k]
-            g.one.answer[m, k] = total / sides
-
-
 def _nothing(*_: Any) -> None:
     return
 
@@ -226,12 +238,14 @@ def _with_gap(g: Any, geometry: Any, i: int, other: int, t: float) -> Any:
 
 
 TWINS: dict[Any, Any] = {
-    columns.columns: _columns, columns.any_of: _any_of, columns.greater: _greater,
+    columns.columns: _columns, columns.is_idle: _is_idle, columns.any_of: _any_of,
+    columns.greater: _greater,
     columns.unknown_if: _unknown_if, columns.is_unknown: rows.is_unknown,
     columns.is_changed: rows.is_changed, columns.is_beyond: rows.is_beyond,
     columns.warn: _nothing, columns.keep: _nothing, columns.path_of: _path_of,
     columns.copy: rows.copy, columns.surface_at: _surface_at, columns.saltate: _saltate,
-    columns.has_parted: _no, columns.advance: _advance, columns.take_mean: _take_mean,
+    columns.has_parted: _no, columns.advance: _advance,
+    columns.advance_slowing: _advance_slowing,
     columns.is_of_errors: _no, errors.begin: _nothing, errors.misplace: _nothing,
     errors.delay: _nothing, errors.may_miss: _no, errors.with_gap: _with_gap,
     errors.make: _nothing, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,

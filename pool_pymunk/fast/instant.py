@@ -6,6 +6,7 @@ import math
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.instants import has_met
+from pool_pymunk.engine.policies import nearly_closed
 from pool_pymunk.fast.due import path_of
 from pool_pymunk.fast.kinds import gap, time_of_contact
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Sides, Work
@@ -114,7 +115,7 @@ def touches_ball(w: Work, i: int, j: int) -> bool:
     """Tell whether two balls are on the table, and touch now, or nearly so."""
     one, other = w.ball[i].box, w.ball[j].box
     is_apart = other[0] > one[2] or other[2] < one[0] or other[1] > one[3] or other[3] < one[1]
-    return not is_apart and touch(w, i, j, decisions.NEARLY_CLOSED)
+    return not is_apart and touch(w, i, j, nearly_closed(w.errors))
 
 
 def find_cluster(w: Work, sides: Sides) -> None:
@@ -137,7 +138,7 @@ def find_cluster(w: Work, sides: Sides) -> None:
     for i in range(balls):
         for n in range(len(sides)):
             if at.is_near[i] and sides[n].first == n and sides[n].pocket == NOTHING:
-                touches = touches_wall(w, sides, i, n, decisions.NEARLY_CLOSED)
+                touches = touches_wall(w, sides, i, n, nearly_closed(w.errors))
                 if touches or has_met(at, i, -1 - n):
                     note_due(w, i, -1 - n)
 
@@ -157,7 +158,7 @@ def cluster_around(w: Work, sides: Sides, i: int) -> None:
         for n in range(len(sides)):
             is_cushion = sides[n].first == n and sides[n].pocket == NOTHING
             is_asked = is_cushion and at.is_near[k] != 0
-            if is_asked and touches_wall(w, sides, k, n, decisions.NEARLY_CLOSED):
+            if is_asked and touches_wall(w, sides, k, n, nearly_closed(w.errors)):
                 note_touching(w, k, -1 - n)
 
 

@@ -7,19 +7,6 @@ from typing import Any
 from pool_pymunk.physics.saltation import MOST
 
 
-def advance(by_state: Any, own: Any, by_pull: Any, of_pull: Any, out: Any) -> None:
-    """Multiply a change by the derivatives of a motion."""
-    size = len(by_pull)
-    for p in range(len(of_pull)):
-        if of_pull[p] != 0.0 or is_changed(own, p):
-            for k in range(size):
-                out[k] = by_pull[k] * of_pull[p]
-                for j in range(size):
-                    out[k] += by_state[k][j] * own[j, p]
-            for k in range(size):
-                own[k, p] = out[k]
-
-
 def copy(own: Any, there: Any) -> None:
     """Copy the rows of a change."""
     for k in range(own.shape[0]):

@@ -14,21 +14,21 @@ from pool_pymunk.physics import errors
 from pool_pymunk.physics.columns import (
     MOST_SIDES,
     advance,
+    advance_slowing,
     any_of,
     columns,
     copy,
     greater,
     has_parted,
-    is_any_unknown,
     is_beyond,
     is_changed,
+    is_idle,
     is_of_errors,
     is_unknown,
     keep,
     path_of,
     saltate,
     surface_at,
-    take_mean,
     unknown_if,
     warn,
 )
@@ -43,7 +43,6 @@ from pool_pymunk.physics.saltation import (
     GAP,
     GRAZE,
     LAW,
-    MORE,
     MOST,
     Geometry,
     is_now,
@@ -298,12 +297,12 @@ def end_of(g: Any, row: Any) -> float:
 def stop(g: Any, i: int, t: float) -> int:
     """Let a ball come to rest: changes of its place stay."""
     own = g.change[i]
-    for p in columns(g):
-        g.late[p] = later(g, g.rows[g.ball[i].at], own, p)
+    if not is_of_errors(g):
+        note_end(g, i)
     move(g, i, t)
     for p in columns(g):
         for k in range(2, len(own)):
-            own[k, p] = unknown_if(own[k, p] != own[k, p])
+            own[k, p] *= 0.0  # What is unknown stays so.
     come_to(g, i, t)
     return FOLLOWED
 
@@ -311,8 +310,7 @@ def stop(g: Any, i: int, t: float) -> int:
 def begin_to_roll(g: Any, i: int, t: float) -> int:
     """Let a ball begin to roll: its acceleration changes, and its slip is gone."""
     before, own = g.rows[g.ball[i].at], g.change[i]
-    for p in columns(g):
-        g.late[p] = later(g, before, own, p)
+    note_end(g, i)
     move(g, i, t)
     errors.delay(g, before, t)
     come_to(g, i, t)
@@ -335,9 +333,8 @@ def fall(g: Any, i: int, hole: int, t: float) -> int:
         return AT_RIM
     for p in columns(g):
         g.late[p] = (nx * own[0, p] + ny * own[1, p]) / closing
-        bad = unknown_if(is_any_unknown(own, p))
         for k in range(len(own)):
-            own[k, p] = bad
+            own[k, p] *= 0.0
     come_to(g, i, t)
     g.ball[i].gone = 1
     return FOLLOWED
@@ -348,19 +345,12 @@ def fall(g: Any, i: int, hole: int, t: float) -> int:
 
 def meet(g: Any, i: int, other: int, t: float) -> int:
     """Follow the changes through a hit of two balls, or of a ball on a wall."""
-    size, balls, fastest, extent = len(g.change[0]), 2 if other >= 0 else 1, 0.0, 0.0
-    for c in range(balls):
-        n = i if c == 0 else other
-        row, after = g.rows[g.ball[n].at], g.rows[g.following[g.ball[n].at]]
-        x, y, vx, vy = motion_at(path_of(g, n), t)
-        g.one.place[2 * c], g.one.place[2 * c + 1] = x, y
-        put_rates(g.one.before, c * size, size, vx, vy, row)
-        put_rates(g.one.after, c * size, size, after[4], after[5], after)
-        fastest, extent = (
-            max(fastest, max(abs(vx), abs(vy))),
-            extent + abs(x) + abs(y) + g.ball[n].radius,
-        )
+    size, balls = len(g.change[0]), 2 if other >= 0 else 1
+    fastest, extent = read_motions(g, i, other, t)
     geometry = geometry_at(g, i, other)
+    for c in range(balls):
+        after = g.rows[g.following[g.ball[i if c == 0 else other].at]]
+        put_rates(g.one.after, c * size, size, after[4], after[5], after)
     if not is_of_errors(g):
         if other < 0 and is_at_corner(g.corners, g.one.place[0], g.one.place[1], g.ball[i].radius):
             return AT_CORNER
@@ -384,6 +374,22 @@ def meet(g: Any, i: int, other: int, t: float) -> int:
             lose_where(g, n)
         g.ball[n].at, g.ball[n].met = g.following[g.ball[n].at], i if c == 1 else other
     return FOLLOWED
+
+
+def read_motions(g: Any, i: int, other: int, t: float) -> tuple[float, float]:
+    """Read how the balls of a contact move at a time (s).
+
+    Return the largest part of a velocity (m/s), and how large (m) their places are.
+    """
+    size, fastest, extent = len(g.change[0]), 0.0, 0.0
+    for c in range(2 if other >= 0 else 1):
+        n = i if c == 0 else other
+        x, y, vx, vy = motion_at(path_of(g, n), t)
+        g.one.place[2 * c], g.one.place[2 * c + 1] = x, y
+        put_rates(g.one.before, c * size, size, vx, vy, g.rows[g.ball[n].at])
+        fastest = max(fastest, max(abs(vx), abs(vy)))
+        extent += abs(x) + abs(y) + g.ball[n].radius
+    return fastest, extent
 
 
 def note_late(g: Any, geometry: Geometry, i: int, other: int, t: float) -> None:
@@ -444,7 +450,7 @@ def gather(g: Any, i: int, other: int, t: float) -> None:
         n = i if c == 0 else other
         move(g, n, t)
         copy(g.change[n], g.z[c * size : (c + 1) * size])
-    g.z[rows : rows + MORE] = 0.0
+    g.z[rows:] = 0.0
     if not is_of_errors(g):
         gather_numbers(g, i, other, rows)
 
@@ -475,6 +481,10 @@ def put_parts(g: Any, geometry: Geometry, balls: int, p: Any) -> Any:
     Return how late (s) it comes.
     """
     z, size, (nx, ny) = g.z, len(g.change[0]), geometry.normal
+    if is_idle(g, p):
+        for k in range(len(g.parts)):
+            g.parts[k, p] = 0.0
+        return 0.0
     rows, x, y = balls * size, g.z[0, p], g.z[1, p]
     if balls == 2:
         x, y = z[size, p] - x, z[size + 1, p] - y
@@ -521,6 +531,16 @@ def answer(g: Any, geometry: Geometry, i: int, other: int, fastest: float, t: fl
                 warn(g, BENT, t)
     take_mean(g, sides, balls)
     return FOLLOWED
+
+
+def take_mean(g: Any, sides: int, balls: int) -> None:
+    """Write the mean of the law's derivatives on some sides in place of those on the first."""
+    for m in range(2 * balls if sides > 1 else 0):
+        for k in range(4 * balls):
+            total = 0.0
+            for side in range(sides):
+                total += g.one.slopes[side][m][k]
+            g.one.slopes[0][m][k] = total / sides
 
 
 def is_moved(g: Any, ball: int) -> bool:
@@ -669,7 +689,7 @@ def carry(g: Any, row: Any, own: Any, t: float) -> None:
     vx, vy, time, pull, drag = row[4], row[5], t - row[1], g.one.numbers[3], g.one.numbers[6]
     if len(own) == 4:
         by_state, by_pull = slowing(vx, vy, time, pull)
-        advance(g, own, by_state, by_pull, g.of_numbers[3])
+        advance_slowing(g, own, by_state, by_pull, g.of_numbers[3])
     elif is_sliding(row, len(own)):
         by_state, by_pull = slipping((vx - row[8], vy - row[9]), time, pull)
         advance(g, own, by_state, by_pull, g.of_numbers[3])
@@ -678,15 +698,19 @@ def carry(g: Any, row: Any, own: Any, t: float) -> None:
         advance(g, own, by_state, by_pull, g.of_numbers[6])
 
 
-def later(g: Any, row: Any, own: Any, p: Any) -> Any:
-    """Return how much later (s) the path of a breakpoint ends, by the change there."""
+def note_end(g: Any, i: int) -> None:
+    """Note how much later (s) the path of a ball ends, by the change at its beginning."""
+    row, own, of_numbers = g.rows[g.ball[i].at], g.change[i], g.of_numbers
     vx, vy, pull, drag = row[4], row[5], g.one.numbers[3], g.one.numbers[6]
-    if len(own) == 4:
-        return stops_later(vx, vy, pull, own[2, p], own[3, p], g.of_numbers[3, p])
-    if not is_sliding(row, len(own)):
-        return stops_later(vx, vy, drag, own[2, p], own[3, p], g.of_numbers[6, p])
-    u, v = own[2, p] - own[4, p], own[3, p] - own[5, p]
-    return longer(vx - row[8], vy - row[9], pull, u, v, g.of_numbers[3, p])
+    for p in columns(g):
+        u, v = own[2, p], own[3, p]
+        if len(own) == 4:
+            g.late[p] = stops_later(vx, vy, pull, u, v, of_numbers[3, p])
+        elif not is_sliding(row, len(own)):
+            g.late[p] = stops_later(vx, vy, drag, u, v, of_numbers[6, p])
+        else:
+            u, v = u - own[4, p], v - own[5, p]
+            g.late[p] = longer(vx - row[8], vy - row[9], pull, u, v, of_numbers[3, p])
 
 
 def come_to(g: Any, i: int, t: float) -> None:

@@ -27,12 +27,12 @@ MOST_SIDES = 4  # of a kink of a law
 # inputs change numbers of the scene, masses and radii by `of_numbers` (7, P), `of_mass` and
 # `of_radius` (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P);
 # `ever` (N, P) tells which inputs have changed it. `late` (P) tells how late the last event is.
-# `one` has the numbers of one contact, and `z`, `parts`, `bad` and `out` its changes. What only
+# `one` has the numbers of one contact, and `z`, `parts` and `bad` its changes. What only
 # Python needs is in `python`: paths, signs of errors, reasons that were found, and kept changes.
 Follow = namedtuple(
     "Follow",
     "rows following events walls cushions own cue law discs faces corners ball "
-    "of_numbers of_mass of_radius change ever late one z parts bad out python",
+    "of_numbers of_mass of_radius change ever late one z parts bad python",
 )
 
 # The numbers of one contact: places of balls, rates of change before and after it, what the law
@@ -41,17 +41,15 @@ Follow = namedtuple(
 # The `numbers` are the scene's: restitutions of balls, of the cue ball and of cushions, pull of
 # the surface, frictions of cushions and of balls, drag of the surface.
 ONE = {
-    "place": (4,), "before": (12,), "after": (12,), "answer": (4, 8),
-    "asked": (8,), "beside": (8,), "answers": (MOST_SIDES + 1, 4), "slopes": (MOST_SIDES, 4, 8),
+    "place": (4,), "before": (12,), "after": (12,), "asked": (8,), "beside": (8,),
+    "answers": (MOST_SIDES + 1, 4), "slopes": (MOST_SIDES, 4, 8),
     "ends": (4,), "numbers": (7,),
 }  # fmt: skip
 
 
 def room(size: int, count: int) -> dict[str, Any]:
     """Return room for the changes of one contact, of states of K numbers by P inputs."""
-    width = 2 * size
-    shapes = {"z": (width + MORE, count), "parts": (5, count), "bad": (count,),
-              "out": (size,)}  # fmt: skip
+    shapes = {"z": (2 * size + MORE, count), "parts": (5, count), "bad": (count,)}
     return {name: np.zeros(shape) for name, shape in shapes.items()}
 
 
@@ -63,22 +61,19 @@ def is_changed(own: Any, p: Any) -> Any:
     return found
 
 
-def is_any_unknown(own: Any, p: Any) -> Any:
-    """Tell whether a part of a ball's change is nan."""
-    found = own[0, p] != own[0, p]
-    for k in range(1, len(own)):
-        found = found | (own[k, p] != own[k, p])
-    return found
-
-
 def is_of_errors(g: Any) -> bool:
     """Tell whether the columns are rounding errors."""
-    return len(g.python.signs) > 0
+    return g.python.signs is not None
 
 
 def columns(g: Any) -> Any:
     """Return what to go through to reach all inputs."""
     return (slice(None),)
+
+
+def is_idle(g: Any, p: Any) -> bool:
+    """Tell whether an input surely changes nothing at a contact; numba then leaves it out."""
+    return False
 
 
 def any_of(flag: Any) -> bool:
@@ -148,13 +143,12 @@ def advance(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None
         own += np.multiply.outer(by_pull, of_pull)
 
 
+def advance_slowing(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any) -> None:
+    """Multiply a change of place and velocity, of which a place depends on no other place."""
+    advance(g, own, by_state, by_pull, of_pull)
+
+
 def saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
     """Multiply ``z`` by the saltation matrix of a contact."""
     m = saltation_matrix(g, geometry, balls, roll)
     g.z[: len(m)] = np.array(m) @ g.z[: len(m[0])]
-
-
-def take_mean(g: Any, sides: int, balls: int) -> None:
-    """Write the mean of the law's derivatives on some sides into ``answer``."""
-    mean = g.one.slopes[0] if sides == 1 else g.one.slopes[:sides].mean(axis=0)
-    g.one.answer[:] = mean.tolist()

@@ -176,25 +176,27 @@ def coulomb_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
         most, each = sign * mu, sign * mu * of_closing
         j_t, by_t = most * j_n, (each, 0.0, -each, 0.0, 0.0, 0.0, most * closing, sign * j_n)
     for k in range(8):
-        rows[0, k], rows[1, k] = -share_a * by_n[k], -share_a * by_t[k]
-        rows[2, k], rows[3, k] = share_b * by_n[k], share_b * by_t[k]
+        rows[0][k], rows[1][k] = -share_a * by_n[k], -share_a * by_t[k]
+        rows[2][k], rows[3][k] = share_b * by_n[k], share_b * by_t[k]
     for m in range(4):
         j = j_t if m % 2 else j_n
-        rows[m, m] += 1.0
-        rows[m, 4] += j * share_a / both
-        rows[m, 5] -= j * share_b / both
+        rows[m][m] += 1.0
+        rows[m][4] += j * share_a / both
+        rows[m][5] -= j * share_b / both
 
 
 def published_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
     """Write the derivatives of :func:`~pool_pymunk.physics.laws.published` into ``rows``."""
     m_a, m_b, e, mu = pair
     both, closing, after = m_a + m_b, a.n - b.n, published(a, b, pair)
-    rows[:, :] = 0.0
-    rows[0, 0], rows[0, 2] = (m_a - m_b * e) / both, m_b * (1.0 + e) / both
-    rows[2, 0], rows[2, 2] = m_a * (1.0 + e) / both, (m_b - m_a * e) / both
-    rows[0, 4], rows[0, 5] = (a.n - after[0].n) / both, (b.n - e * closing - after[0].n) / both
-    rows[2, 4], rows[2, 5] = (a.n + e * closing - after[1].n) / both, (b.n - after[1].n) / both
-    rows[0, 6], rows[2, 6] = -m_b * closing / both, m_a * closing / both
+    for m in range(4):
+        for k in range(8):
+            rows[m][k] = 0.0
+    rows[0][0], rows[0][2] = (m_a - m_b * e) / both, m_b * (1.0 + e) / both
+    rows[2][0], rows[2][2] = m_a * (1.0 + e) / both, (m_b - m_a * e) / both
+    rows[0][4], rows[0][5] = (a.n - after[0].n) / both, (b.n - e * closing - after[0].n) / both
+    rows[2][4], rows[2][5] = (a.n + e * closing - after[1].n) / both, (b.n - after[1].n) / both
+    rows[0][6], rows[2][6] = -m_b * closing / both, m_a * closing / both
     slip = a.t - b.t
     sign = 1.0 if slip > 0.0 else -1.0 if slip < 0.0 else 0.0
     for m in (1, 3):
@@ -203,10 +205,10 @@ def published_slopes(a: NT, b: NT, pair: Pair, rows: Any) -> None:
             continue  # It is held at zero.
         each = sign if m == 1 else -sign
         for k in range(8):
-            rows[m, k] = each * mu * rows[m - 1, k]
-        rows[m, m - 1] -= each * mu
-        rows[m, m] += 1.0
-        rows[m, 7] -= each * (before.n - new.n)
+            rows[m][k] = each * mu * rows[m - 1][k]
+        rows[m][m - 1] -= each * mu
+        rows[m][m] += 1.0
+        rows[m][7] -= each * (before.n - new.n)
 
 
 def cushion_slopes(v: NT, restitution: float, friction: float, rows: Any) -> None:
@@ -214,12 +216,12 @@ def cushion_slopes(v: NT, restitution: float, friction: float, rows: Any) -> Non
     after = cushion(v, restitution, friction)
     push, toward = after.n - v.n, 1.0 if after.n >= v.n else -1.0
     sign = 1.0 if v.t > 0.0 else -1.0 if v.t < 0.0 else 0.0
-    rows[:, :] = 0.0
-    rows[0, 0], rows[0, 2] = -restitution, -v.n
+    rows[0][0], rows[0][1], rows[0][2], rows[0][3] = -restitution, 0.0, -v.n, 0.0
+    rows[1][0] = rows[1][1] = rows[1][2] = rows[1][3] = 0.0
     if after.t != 0.0 or v.t == 0.0:
         each = sign * friction * toward
-        rows[1, 0], rows[1, 1] = each * (1.0 + restitution), 1.0
-        rows[1, 2], rows[1, 3] = each * v.n, -sign * abs(push)
+        rows[1][0], rows[1][1] = each * (1.0 + restitution), 1.0
+        rows[1][2], rows[1][3] = each * v.n, -sign * abs(push)
 
 
 SLOPES = {Law.ball_ball: coulomb_slopes, Published.ball_ball: published_slopes,

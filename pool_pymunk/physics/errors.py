@@ -15,7 +15,7 @@ import numpy as np
 
 from pool_pymunk.physics.columns import MOST_SIDES, is_of_errors
 from pool_pymunk.physics.contact import split
-from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.physics.motion import EPSILON, Vector
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.saltation import GAP, TURN, Geometry
 from pool_pymunk.physics.surface import roll_rate
@@ -92,7 +92,8 @@ def may_miss(g: Any, own: Any, velocity: Any, normal: Any, curvature: float) -> 
     (vx, vy), (nx, ny) = velocity, normal
     speed = math.sqrt(vx * vx + vy * vy)
     within = (1.0 - abs(nx * vy - ny * vx) / speed) / curvature
-    return bool(size_of(g, own, own, (-vy / speed, vx / speed)) >= within)
+    _, across = sizes_of(own[:2], (vx / speed, vy / speed))
+    return bool(across >= within)
 
 
 def with_gap(g: Any, geometry: Geometry, i: int, other: int, t: float) -> Geometry:
@@ -113,23 +114,19 @@ def with_gap(g: Any, geometry: Geometry, i: int, other: int, t: float) -> Geomet
     add(g, g.z[rows + GAP : rows + TURN + 1], sizes, TIMES)
     if curvature <= 0.0:
         return geometry
-    closing = max(closing, abs(slip) * math.sqrt(curvature * gap / 2.0))
-    far = size_of(g, g.z, g.z[size:] if balls == 2 else g.z, (nx, ny))
-    closing = max(closing, abs(slip) * math.sqrt(curvature * far / 2.0))
-    along = size_of(g, g.z, g.z[size:] if balls == 2 else g.z, (-ny, nx))
+    far, along = sizes_of(g.z[size : size + 2] - g.z[:2] if balls == 2 else g.z[:2], (nx, ny))
+    closing = max(closing, abs(slip) * math.sqrt(curvature * max(gap, far) / 2.0))
     turned = curvature * (along + abs(slip) * far / closing)
     closing = closing if turned <= TURNED else math.inf
     return Geometry((nx, ny), curvature, closing, slip, depth)
 
 
-def size_of(g: Any, own: Any, its: Any, direction: Any) -> float:
-    """Return how large (m) the error of a place is along a direction, or that of an offset."""
-    nx, ny = direction
-    if own is its:
-        error = nx * own[0] + ny * own[1]
-    else:
-        error = nx * (its[0] - own[0]) + ny * (its[1] - own[1])
-    return SURE * math.sqrt(float(error @ error) / len(error))
+def sizes_of(place: Any, normal: Vector) -> tuple[float, float]:
+    """Return how large (m) the error of a ``place`` (2, P) is along a normal, and across it."""
+    nx, ny = normal
+    along, across = np.array([[nx, ny], [-ny, nx]]) @ place
+    square = SURE * SURE / len(along)
+    return math.sqrt(square * float(along @ along)), math.sqrt(square * float(across @ across))
 
 
 def gap_error(g: Any, geometry: Geometry, i: int, other: int, t: float) -> float:
@@ -219,7 +216,9 @@ def drawn(g: Any, count: int, source: int) -> Any:
 
 def add(g: Any, own: Any, sizes: Any, source: int) -> None:
     """Add errors of these sizes to the rows of a change."""
-    own += np.array(sizes)[:, np.newaxis] * drawn(g, len(sizes), source)
+    signs = drawn(g, len(sizes), source)
+    if any(sizes):
+        own += np.array(sizes)[:, np.newaxis] * signs
 
 
 @cache

@@ -21,16 +21,25 @@ from pool_pymunk.physics import pieces
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.pressed import (
     ALONG,
-    BALL,
-    FLAT,
+    FORM,
     NORMAL,
     REST,
     ROLL,
     SLIP,
+    Press,
+    fill_system,
     find_forces,
+    gap_of,
+    lengths,
+    look,
     number_unknowns,
+    opening,
+    roll_into,
+    room,
+    rows_of,
+    take_forces,
 )
-from pool_pymunk.physics.surface import GYRATION, SHARE
+from pool_pymunk.physics.surface import SHARE
 
 TINY_STEP = 1e-30  # the imaginary part of what is differentiated
 # The method's nodes, as shares of a step, and its weights.
@@ -49,202 +58,100 @@ ORDER = 5
 WRONG = 1e-7
 MOST = 4  # A step within a piece is halved so often.
 LEAST = 1e-6  # Changes (SI) that are less need not be as right as others.
+BESIDE = 1e-3  # radii; so far beside a place the distance to the end of a side is linear
+WRITTEN = ("push", "rate", "force", "normal", "bend", "slip", "matrix")  # by those of a press
 REDUNDANT = 1e-10  # A force is redundant if less than this share of its response is independent.
 
 Spell = tuple[float, float]  # from when to when (s) after the beginning of a piece
 
 
 class Numbers(NamedTuple):
-    """These numbers of a press change: masses (N, P), frictions of contacts (M, P), pull, drag (P).
+    """The inputs change masses (N, P), frictions of contacts (M, P), pull and drag (P) so much.
 
-    Or they are these numbers themselves, with changes as imaginary parts. The slip of a ball that
-    is ``steady`` has no changes.
+    The slip of a ball that is ``steady`` has no changes.
     """
 
-    mass: Any
-    mu: Any
-    pull: Any
-    drag: Any
+    mass: Array
+    mu: Array
+    pull: Array
+    drag: Array
     steady: tuple[int, ...] = ()
-
-
-class System(NamedTuple):
-    """A system for Q unknown forces, at the states of C columns.
-
-    ``gives`` (Q, N, 4, C) are the pushes of each on balls and on their rolls (m/s^2), and ``asks``
-    (Q, N, 6, C) what each must bring to ``rest`` (Q, C), of the balls' rates and of what the
-    surface holds. The ``rates`` (N, 6, C) are those without forces.
-    """
-
-    gives: Any
-    asks: Any
-    rest: Any
-    rates: Any
 
 
 # -- rates -------------------------------------------------------------------------------------
 
 
-def geometry_of(g: Any, s: Any) -> tuple[Any, Any]:
-    """Return the normals (M, 2, C) and the bends (M, C) of the contacts."""
-    shape = (len(g.one), s.shape[-1])
-    normals, bends = np.zeros((shape[0], 2, shape[1]), complex), np.zeros(shape, complex)
-    for k, (i, what, numbers) in enumerate(zip(g.one, g.what, g.edge, strict=True)):
-        if what == FLAT:
-            normals[k] = np.array(numbers[:2])[:, np.newaxis]
-            continue
-        facing = 1.0 if what == BALL else numbers[2]
-        center = s[i, :2] if what == BALL else np.array(numbers[:2])[:, np.newaxis]
-        apart = (s[g.other[k], :2] if what == BALL else s[i, :2]) - center
-        distance = np.sqrt(apart[0] ** 2 + apart[1] ** 2)
-        normals[k], bends[k] = facing * apart / distance, facing / distance
-    return normals, bends
+def in_columns(g: Any, changes: Numbers, plain: int = 0) -> Any:
+    """Return a press whose numbers are columns, after ``plain`` ones with changes by the inputs.
 
-
-def signs_of(g: Any) -> Array:
-    """Return the signs (M, N) with which the contacts push balls along their normals."""
-    signs = np.zeros((len(g.one), len(g.mass)))
-    for k, (i, j) in enumerate(zip(g.one, g.other, strict=True)):
-        signs[k, i] = 1.0 if j < 0 else -1.0
-        if j >= 0:
-            signs[k, j] = 1.0
-    return signs
-
-
-def across(normals: Any) -> Any:
-    """Return the tangents of normals (M, 2, C)."""
-    return np.stack((-normals[:, 1], normals[:, 0]), axis=1)
-
-
-def replies_of(g: Any) -> Array:
-    """Return how balls reply (N, 6, 4) to pushes on them and on their rolls, by their phases.
-
-    The last two numbers are what the surface must hold of a ball that rolls.
+    Its lists are those of ``g``, except for what the functions of a press write.
     """
-    found, one = np.zeros((len(g.mass), 6, 4)), np.eye(2)
-    for reply, phase in zip(found, g.phase, strict=True):
-        if phase == SLIP:
-            reply[:2, :2] = one
-            reply[2:4, 2:] = one * g.rolls
-        elif phase == ROLL:
-            for first in (0, 2):
-                reply[first : first + 2] = np.hstack(((1.0 - SHARE) * one, SHARE * one))
-            reply[4:] = np.hstack((-one, one))
+
+    def varied(number: float, change: Array) -> Any:
+        column = np.full(plain + len(change), number, complex)
+        column[plain:] += 1j * TINY_STEP * change
+        return column
+
+    found: Any = Press()
+    vars(found).update(vars(g))
+    for name in WRITTEN:
+        kind, shape = FORM[name]
+        setattr(found, name, rows_of(kind, lengths(shape, *g.room)))
+    found.mass = [varied(*both) for both in zip(g.mass, changes.mass, strict=False)]
+    found.mu = [varied(*both) for both in zip(g.mu, changes.mu, strict=False)]
+    found.pull, found.drag = varied(g.pull, changes.pull), varied(g.drag, changes.drag)
+    found.steady = changes.steady
     return found
 
 
-def free_rates(g: Any, s: Any, by: Numbers) -> Any:
-    """Return the rates (N, 6, C) of balls that no contact pushes."""
-    rates = np.zeros_like(s)
-    for i, phase in enumerate(g.phase):
-        if phase == REST:
-            continue
-        v, rate = s[i, 2:4], rates[i]
-        rate[:2] = v
-        u = v - s[i, 4:] if phase == SLIP else v
-        u = u.real if i in by.steady else u
-        most = by.pull if phase == SLIP else by.drag
-        rate[2:4] = -most / np.sqrt(u[0] ** 2 + u[1] ** 2) * u
-        if phase == ROLL:
-            rate[4:] = rate[2:4]
-        elif g.rolls:
-            rate[4:] = -rate[2:4] / GYRATION
-    return rates
+def as_columns(s: Any, changes: Array) -> Any:
+    """Return a state (6 N) with changes of it (6 N, C) as columns."""
+    return np.array(s, complex)[:, np.newaxis] + 1j * TINY_STEP * np.nan_to_num(changes)
 
 
-def system_of(g: Any, s: Any, by: Numbers) -> System:
-    """Return the system for the forces of a mode, as :mod:`pool_pymunk.physics.pressed` has it."""
-    unknown = [tuple(g.unknown[q]) for q in range(number_unknowns(g))]
-    (normals, bends), signs, rates = geometry_of(g, s), signs_of(g), free_rates(g, s, by)
-    tangents, (balls, _, columns) = across(normals), s.shape
-    gives = np.zeros((len(unknown), balls, 4, columns), complex)
-    asks, rest = (
-        np.zeros((len(unknown), balls, 6, columns), complex),
-        np.zeros((len(unknown), columns), complex),
-    )
-    for q, (k, kind) in enumerate(unknown):
-        i, n, t, sign = g.one[k], normals[k], tangents[k], signs[k][:, np.newaxis, np.newaxis]
-        slip = np.einsum("n,nxc,xc->c", signs[k], s[:, 2:4], t)
-        unit, mu = g.unit[k] / by.mass[:, np.newaxis], by.mu[k]
-        if kind == NORMAL:
-            gives[q, :, :2] = sign * unit * (n - g.slides[k] * mu * t)
-            gives[q, i, 2:] = -g.into[k] * unit[i] * mu / GYRATION * n
-            asks[q, :, :2], rest[q] = sign * n, bends[k] * slip**2
-        elif kind == ALONG:
-            gives[q, :, :2] = sign * unit * t
-            asks[q, :, :2] = sign * t
-        else:
-            gives[q, i, 2:] = unit[i] * n
-            first = 4 if g.phase[i] == ROLL else 2
-            asks[q, i, first : first + 2] = n
-            if g.phase[i] != ROLL:
-                rest[q] = bends[k] * slip * np.einsum("xc,xc->c", s[i, 4:], t)
-    return System(gives, asks, rest, rates)
-
-
-def solved(matrix: Any, wanted: Any) -> Any:
-    """Solve systems (Q, Q, C) for (Q, C), without redundant forces; their real parts are equal."""
+def solved(found: Any, count: int, size: int) -> Any:
+    """Solve the system of a press in columns, without redundant forces; real parts are equal."""
+    both = np.array([[m + np.zeros(size, complex) for m in row[: count + 1]]
+                     for row in found.matrix[:count]])  # fmt: skip
+    matrix, wanted = both[:, :count], both[:, count]
     left, sizes, right = np.linalg.svd(matrix[:, :, 0].real)
     rank = int((sizes > REDUNDANT * sizes[0]).sum())
     left, right = left[:, :rank], right[:rank].T
     inner = np.einsum("pr,pqc,qs->crs", left, matrix, right)
-    found = np.linalg.solve(inner, np.einsum("pr,pc->cr", left, wanted)[..., np.newaxis])
-    return np.einsum("qs,cs->qc", right, found[..., 0])
+    reduced = np.linalg.solve(inner, np.einsum("pr,pc->cr", left, wanted)[..., np.newaxis])
+    return np.einsum("qs,cs->qc", right, reduced[..., 0])
 
 
-def rates(g: Any, s: Any, by: Numbers) -> Any:
-    """Return the rates (N, 6, C) of states (N, 6, C) in the mode of a press."""
-    gives, asks, rest, free = system_of(g, s, by)
-    if not len(gives):
-        return free
-    replies = np.einsum("nab,qnbc->qnac", replies_of(g), gives)
-    matrix = np.einsum("pnac,qnac->pqc", asks, replies)
-    wrong = np.einsum("pnac,nac->pc", asks[:, :, :4], free[:, 2:]) + rest
-    forces = solved(matrix, -wrong)
-    free[:, 2:] += np.einsum("qnac,qc->nac", replies[:, :, :4], forces)
-    return free
-
-
-def numbers_of(g: Any, changes: Numbers, plain: int = 0) -> Numbers:
-    """Return the numbers of a press with changes as imaginary parts, after ``plain`` columns."""
-
-    def with_changes(number: Any, change: Any) -> Any:
-        some = np.zeros((*change.shape[:-1], plain + change.shape[-1]), complex)
-        some[...] = np.asarray(number)[..., np.newaxis]
-        some[..., plain:] += 1j * TINY_STEP * change
-        return some
-
-    mass, mu = with_changes(g.mass, changes.mass), with_changes(g.mu, changes.mu)
-    pull, drag = with_changes(g.pull, changes.pull), with_changes(g.drag, changes.drag)
-    return Numbers(mass, mu, pull, drag, changes.steady)
-
-
-def as_columns(s: Any, count: int) -> Any:
-    """Return a state as so many columns (N, 6, C)."""
-    rows = np.array(s, complex).reshape(-1, 6, 1)
-    return np.repeat(rows, count, axis=2)
-
-
-def rate_of(g: Any, s: Any) -> Array:
-    """Return the rate (6 N) of a state."""
-    found = rates(g, as_columns(s, 1), numbers_of(g, unchanged(g, 1)))
-    return np.asarray(found.real.reshape(-1))
+def solve_columns(found: Any, s: Any, count: int) -> Any:
+    """Solve the system for the forces of a press in columns, and return the rates by them."""
+    if count:
+        for row, force in zip(found.matrix, solved(found, count, s.shape[1]), strict=False):
+            row[count] = force
+    take_forces(found, s, count)
+    return np.array([rate + np.zeros(s.shape[1]) for rate in found.rate[: len(s)]])
 
 
 def unchanged(g: Any, count: int) -> Numbers:
     """Return that so many inputs do not change the numbers of a press."""
-    balls, contacts = np.zeros((len(g.mass), count)), np.zeros((len(g.one), count))
+    balls, contacts = np.zeros((g.balls, count)), np.zeros((g.contacts, count))
     return Numbers(balls, contacts, np.zeros(count), np.zeros(count))
 
 
-def slopes(g: Any, s: Any, changes: Numbers) -> tuple[Array, Array]:
-    """Return the derivatives of the rates by the state (6 N, 6 N) and by the inputs (6 N, P)."""
-    size = len(s)
-    state = as_columns(s, size + len(changes.pull))
-    flat = state.reshape(size, -1)
-    flat[:, :size] += 1j * TINY_STEP * np.eye(size)
-    found = rates(g, state, numbers_of(g, changes, size)).imag.reshape(size, -1) / TINY_STEP
-    return found[:, :size], found[:, size:]
+def rate_of(g: Any, s: Any) -> Array:
+    """Return the rate (6 N) of a state."""
+    find_forces(g, s)
+    return np.array(g.rate[: len(s)], float)
+
+
+def slopes(found: Any, s: Any, count: int) -> tuple[Array, Array]:
+    """Return the derivatives of the rates by the state (6 N, 6 N) and by the inputs (6 N, P).
+
+    The press is in columns, the first of which are for the state, and has so many unknown forces.
+    """
+    size, state = len(s), as_columns(s, np.eye(len(s), len(found.pull)))
+    fill_system(found, state, count)
+    rates = solve_columns(found, state, count).imag / TINY_STEP
+    return rates[:, :size], rates[:, size:]
 
 
 # -- motion ------------------------------------------------------------------------------------
@@ -312,9 +219,9 @@ class Course:
 
 def implicit_step(course: Course, z: Array, spell: Spell, changes: Numbers) -> Array:
     """Return changes after one step of the implicit method."""
-    (since, until), size = spell, len(z)
-    h = until - since
-    found = [slopes(course.g, course.at(since + h * node), changes) for node in NODES]
+    (since, until), size, count = spell, len(z), number_unknowns(course.g)
+    h, press = until - since, in_columns(course.g, changes, len(z))
+    found = [slopes(press, course.at(since + h * node), count) for node in NODES]
     matrix, given = np.eye(3 * size), np.concatenate([z] * 3)
     for p, row in enumerate(WEIGHTS):
         here = slice(p * size, (p + 1) * size)
@@ -340,10 +247,12 @@ def settled(phases: Any, z: Array) -> Array:
 
 def gaps(g: Any, s: Any, z: Array, of_radius: Array) -> Array:
     """Return the changes (M, P) of the gaps, where radii (N, P) change."""
-    normals, _ = geometry_of(g, as_columns(s, 1))
-    signs, places = signs_of(g), z.reshape(len(g.mass), 6, -1)[:, :2]
-    wide = np.einsum("kn,kx,nxp->kp", signs, normals[:, :, 0].real, places)
-    return np.asarray(wide - np.abs(signs) @ of_radius)
+    state, found = as_columns(s, z), np.zeros((g.contacts, z.shape[1]))
+    for k, wide in enumerate(found):
+        wide[:] = gap_of(g, state, k).imag / TINY_STEP
+        for i in (g.one[k], g.other[k]):
+            wide -= of_radius[i] if i >= 0 else 0.0
+    return found
 
 
 def joined(g: Any, s: Any, z: Array) -> Array:
@@ -351,19 +260,27 @@ def joined(g: Any, s: Any, z: Array) -> Array:
 
     Small hits do this, or somewhat more or less pressing: impulses of the same kinds as the forces.
     """
-    count = z.shape[1]
-    state = as_columns(s, count)
-    state += 1j * TINY_STEP * np.nan_to_num(z).reshape(state.shape)
-    gives, asks, _, _ = system_of(g, state, numbers_of(g, unchanged(g, count)))
-    if not len(gives):
+    count, state = number_unknowns(g), as_columns(s, z)
+    if not count:
         return z
-    replies = np.einsum("nab,qnbc->qnac", replies_of(g), gives).real
-    matrix = np.einsum("pnac,qnac->pqc", asks.real, replies)
-    parting = np.einsum("pnac,nac->pc", asks[:, :, :4], state[:, 2:]).imag / TINY_STEP
-    pushes = solved(matrix, -parting)
-    found = z.copy().reshape(state.shape)
-    found[:, 2:] += np.einsum("qnac,qc->nac", replies[:, :, :4], pushes)
-    return found.reshape(z.shape)
+    found = in_columns(g, unchanged(g, z.shape[1]))
+    found.pull = found.drag = 0.0
+    fill_system(found, state, count)
+    for row, (k, kind) in zip(found.matrix, g.unknown[:count], strict=False):
+        row[count] = -part_of(found, state, k, kind).imag / TINY_STEP
+        row[:count] = [part.real for part in row[:count]]
+    after = z.copy().reshape(-1, 6, z.shape[1])
+    after[:, 2:] += solve_columns(found, state, count).real.reshape(after.shape)[:, 2:]
+    return after.reshape(z.shape)
+
+
+def part_of(g: Any, s: Any, k: int, kind: int) -> Any:
+    """Return the speed (m/s) in a contact that a kind of force brings to 0."""
+    if kind == NORMAL:
+        return opening(g, s, k)
+    if kind == ALONG:
+        return g.slip[k]
+    return roll_into(g, s, k) if g.phase[g.one[k]] != ROLL else 0.0 * g.slip[k]
 
 
 def slip_of(g: Any, s: Any, i: int) -> Array:
@@ -391,25 +308,16 @@ def falls_later(g: Any, s: Any, rate: Array, z: Array, fell: int) -> Array | Non
     if kind == 3:
         slope = end_slope(g, s, k) @ both
     else:
-        state = as_columns(s, both.shape[1])
-        state += 1j * TINY_STEP * np.nan_to_num(both).reshape(state.shape)
-        normals, _ = geometry_of(g, state)
-        if kind == 1:
-            moves, sides = state[:, 2:4], signs_of(g)[k]
-            slope = np.einsum("n,nxc,xc->c", sides, moves, across(normals)[k]).imag
-        else:
-            slope = np.einsum("xc,xc->c", state[g.one[k], 4:], normals[k]).imag
+        state, found = as_columns(s, both), in_columns(g, unchanged(g, 0))
+        look(found, state)
+        slope = (found.slip[k] if kind == 1 else roll_into(found, state, k)).imag
     return np.asarray(-slope[1:] / slope[0])
 
 
 def end_slope(g: Any, s: Any, k: int) -> Array:
-    """Return the direction (6 N) in which a ball comes nearer to the end of a side, or away."""
-    i, shape, found = 6 * g.one[k], g.edge[k], np.zeros(len(s))
-    if g.what[k] == FLAT:
-        found[i], found[i + 1] = -shape[1], shape[0]
-        return found
-    x, y = s[i] - shape[0], s[i + 1] - shape[1]
-    ends = ((shape[4], shape[5]), (shape[6], shape[7]))
-    ex, ey = min(ends, key=lambda end: math.hypot(end[0] - x / shape[3], end[1] - y / shape[3]))
-    found[i], found[i + 1] = -ey, ex
+    """Return how fast the distance to the end of a side grows with the state (6 N)."""
+    found, i, h = np.zeros(len(s)), 6 * g.one[k], BESIDE * g.radius[g.one[k]]
+    for p, dx, dy in ((i, h, 0.0), (i + 1, 0.0, h)):
+        there, back = (room(g, k, s[i] + sign * dx, s[i + 1] + sign * dy) for sign in (1.0, -1.0))
+        found[p] = (there - back) / (2.0 * h)  # It is linear in the place.
     return found

@@ -22,6 +22,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.surface import GYRATION, SHARE
 
@@ -88,6 +90,7 @@ class Press:
     """A press is a group with the room for its forces and its next piece, in lists."""
 
     own: Any = None  # a surface of a user's, which accelerates balls without contacts
+    steady: tuple[int, ...] = ()  # balls whose slip has no changes (physics/persistent_changes.py)
     is_fixed = False  # Its room is.
 
     def __init__(self) -> None:
@@ -154,17 +157,17 @@ def find_units(g: Any) -> None:
 # -- geometry ----------------------------------------------------------------------------------
 
 
-def gap_of(g: Any, s: Any, k: int) -> float:
+def gap_of(g: Any, s: Any, k: int) -> Any:
     """Return the gap (m) of a contact."""
     i, shape = 6 * g.one[k], g.edge[k]
     if g.what[k] == FLAT:
-        return float(s[i] * shape[0] + s[i + 1] * shape[1] - shape[2])
+        return s[i] * shape[0] + s[i + 1] * shape[1] - shape[2]
     if g.what[k] == BALL:
         j = 6 * g.other[k]
         dx, dy = s[j] - s[i], s[j + 1] - s[i + 1]
-        return math.sqrt(dx * dx + dy * dy) - float(shape[0])
+        return size_of(dx, dy) - shape[0]
     dx, dy = s[i] - shape[0], s[i + 1] - shape[1]
-    return float(shape[2]) * (math.sqrt(dx * dx + dy * dy) - float(shape[3]))
+    return shape[2] * (size_of(dx, dy) - shape[3])
 
 
 def look(g: Any, s: Any) -> None:
@@ -182,25 +185,25 @@ def look(g: Any, s: Any) -> None:
             u, v = s[j + 2] - u, s[j + 3] - v
         else:
             x, y, facing = s[i] - shape[0], s[i + 1] - shape[1], shape[2]
-        distance = math.sqrt(x * x + y * y)
+        distance = size_of(x, y)
         n[0], n[1], g.bend[k] = facing * x / distance, facing * y / distance, facing / distance
         g.slip[k] = v * n[0] - u * n[1]
 
 
-def opening(g: Any, s: Any, k: int) -> float:
+def opening(g: Any, s: Any, k: int) -> Any:
     """Return the speed (m/s) at which the two sides part."""
     i, n = 6 * g.one[k], g.normal[k]
-    along = float(s[i + 2] * n[0] + s[i + 3] * n[1])
+    along = s[i + 2] * n[0] + s[i + 3] * n[1]
     if g.other[k] < 0:
         return along
     j = 6 * g.other[k]
-    return float(s[j + 2] * n[0] + s[j + 3] * n[1]) - along
+    return s[j + 2] * n[0] + s[j + 3] * n[1] - along
 
 
-def roll_into(g: Any, s: Any, k: int) -> float:
+def roll_into(g: Any, s: Any, k: int) -> Any:
     """Return the part of the roll (m/s) along the normal of a wall."""
     i, n = 6 * g.one[k], g.normal[k]
-    return float(s[i + 4] * n[0] + s[i + 5] * n[1])
+    return s[i + 4] * n[0] + s[i + 5] * n[1]
 
 
 def wrings(g: Any, k: int) -> bool:
@@ -213,29 +216,38 @@ def wrings(g: Any, k: int) -> bool:
 
 def find_forces(g: Any, s: Any) -> float:
     """Find the forces and the rates of a state; return how badly (m/s^2) they fit."""
+    count, misfit = number_unknowns(g), 0.0
+    fill_system(g, s, count)
+    if count:
+        misfit = solve(g, count)
+        take_forces(g, s, count)
+    return misfit
+
+
+def fill_system(g: Any, s: Any, count: int) -> None:
+    """Fill in the linear system for so many unknown forces, which are the last column."""
     look(g, s)
-    count = number_unknowns(g)
     for k in range(g.contacts):
         g.force[k][0] = g.force[k][1] = g.force[k][2] = 0.0
     find_rates(g, s)
-    misfit = 0.0
-    if count:
-        for p in range(count):
-            g.matrix[p][count] = -residual(g, s, p)
-        for q in range(count):
-            fill_column(g, q, count)
-        misfit = solve(g, count)
-        for q in range(count):
-            k, kind = g.unknown[q]
-            g.force[k][kind] = g.matrix[q][count] * g.unit[k]
-        for k in range(g.contacts):
-            if g.on[k]:
-                if g.slides[k]:
-                    g.force[k][1] = -g.slides[k] * g.mu[k] * g.force[k][0]
-                if g.into[k]:
-                    g.force[k][2] = -g.into[k] * g.mu[k] * g.force[k][0] / GYRATION
-        find_rates(g, s)
-    return misfit
+    for p in range(count):
+        g.matrix[p][count] = -residual(g, s, p)
+    for q in range(count):
+        fill_column(g, q, count)
+
+
+def take_forces(g: Any, s: Any, count: int) -> None:
+    """Take the forces from the last column of the system, and find the rates by them."""
+    for q in range(count):
+        k, kind = g.unknown[q]
+        g.force[k][kind] = g.matrix[q][count] * g.unit[k]
+    for k in range(g.contacts):
+        if g.on[k]:
+            if g.slides[k]:
+                g.force[k][1] = -g.slides[k] * g.mu[k] * g.force[k][0]
+            if g.into[k]:
+                g.force[k][2] = -g.into[k] * g.mu[k] * g.force[k][0] / GYRATION
+    find_rates(g, s)
 
 
 def number_unknowns(g: Any) -> int:
@@ -298,7 +310,7 @@ def find_rate(g: Any, s: Any, i: int) -> None:
         d[p + 4], d[p + 5] = cx, cy
         return
     if g.phase[i] == SLIP:
-        ux, uy = vx - s[p + 4], vy - s[p + 5]
+        ux, uy = kept_steady(g, i, (vx - s[p + 4], vy - s[p + 5]))
         share = holding(g.pull, ux, uy)
         d[p + 2], d[p + 3] = fx - share * ux, fy - share * uy
         spun = share / GYRATION if g.rolls else 0.0
@@ -320,29 +332,34 @@ def own_pull(g: Any, s: Any, p: int) -> Vector:
     return path.ax, path.ay
 
 
-def holding(most: float, x: float, y: float) -> float:
-    """Return what share (1/s) of a velocity friction of this size (m/s^2) takes off; 0 of none."""
-    speed = math.sqrt(x * x + y * y)
-    return most / speed if speed > 0.0 else 0.0
+def kept_steady(g: Any, i: int, slip: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Return the slip (m/s) of ball ``i``; that of a ball that is ``steady`` has no changes."""
+    return (slip[0].real, slip[1].real) if i in g.steady else slip
 
 
-def opening_rate(g: Any, k: int) -> float:
+def holding(most: Any, x: Any, y: Any) -> Any:
+    """Return what share (1/s) of a velocity friction of this size (m/s^2) takes off, if any."""
+    speed = size_of(x, y)
+    return most / (speed + (speed == 0.0))
+
+
+def opening_rate(g: Any, k: int) -> Any:
     """Return the acceleration (m/s^2) at which a gap opens."""
-    turns = float(g.bend[k] * g.slip[k] * g.slip[k])
+    turns = g.bend[k] * g.slip[k] * g.slip[k]
     return rate_along(g, k, g.normal[k][0], g.normal[k][1]) + turns
 
 
-def rate_along(g: Any, k: int, x: float, y: float) -> float:
+def rate_along(g: Any, k: int, x: Any, y: Any) -> Any:
     """Return the relative acceleration (m/s^2) of two sides along a direction."""
     i, d = 6 * g.one[k], g.rate
-    along = float(d[i + 2] * x + d[i + 3] * y)
+    along = d[i + 2] * x + d[i + 3] * y
     if g.other[k] < 0:
         return along
     j = 6 * g.other[k]
-    return float(d[j + 2] * x + d[j + 3] * y) - along
+    return d[j + 2] * x + d[j + 3] * y - along
 
 
-def residual(g: Any, s: Any, p: int) -> float:
+def residual(g: Any, s: Any, p: int) -> Any:
     """Return what an unknown force must bring to 0 (m/s^2), at the present rates."""
     k, kind = g.unknown[p]
     nx, ny = g.normal[k][0], g.normal[k][1]
@@ -354,10 +371,10 @@ def residual(g: Any, s: Any, p: int) -> float:
     if g.phase[i] == ROLL:
         f = g.push[i]
         fx, fy, cx, cy = f[0], f[1], f[2], f[3]
-        return float((cx - fx) * nx + (cy - fy) * ny)
+        return (cx - fx) * nx + (cy - fy) * ny
     b = 6 * i
     turning = g.bend[k] * g.slip[k] * (s[b + 5] * nx - s[b + 4] * ny)
-    return float(g.rate[b + 4] * nx + g.rate[b + 5] * ny + turning)
+    return g.rate[b + 4] * nx + g.rate[b + 5] * ny + turning
 
 
 def fill_column(g: Any, q: int, count: int) -> None:
@@ -385,7 +402,7 @@ def fill_column(g: Any, q: int, count: int) -> None:
             g.matrix[p][q] += reply(g, p, j, sign, (x / m_j, y / m_j, 0.0, 0.0))
 
 
-def reply(g: Any, p: int, i: int, sign: float, push: Any) -> float:
+def reply(g: Any, p: int, i: int, sign: float, push: Any) -> Any:
     """Return what a push on ball i adds to a residual, in which the ball has this sign."""
     fx, fy, cx, cy = push
     k, kind = g.unknown[p]
@@ -395,13 +412,13 @@ def reply(g: Any, p: int, i: int, sign: float, push: Any) -> float:
         return 0.0
     if kind == INTO:
         if phase == ROLL:
-            return float((cx - fx) * nx + (cy - fy) * ny)
-        return float(cx * nx + cy * ny)
+            return (cx - fx) * nx + (cy - fy) * ny
+        return cx * nx + cy * ny
     if phase == ROLL:
         fx, fy = (1.0 - SHARE) * fx + SHARE * cx, (1.0 - SHARE) * fy + SHARE * cy
     if kind == ALONG:
-        return float(sign * (fy * nx - fx * ny))
-    return float(sign * (fx * nx + fy * ny))
+        return sign * (fy * nx - fx * ny)
+    return sign * (fx * nx + fy * ny)
 
 
 def solve(g: Any, count: int) -> float:
@@ -560,9 +577,14 @@ def freshen(g: Any, s: Any, k: int) -> None:
     g.into[k] = sign(roll_into(g, s, k), g.small[0]) if wrings(g, k) else 0
 
 
-def size_of(x: float, y: float) -> float:
+def size_of(x: Any, y: Any) -> Any:
     """Return the length of a vector; a square root has the same bits on every machine."""
-    return math.sqrt(x * x + y * y)
+    return root_of(x * x + y * y)
+
+
+def root_of(square: Any) -> Any:
+    """Return the square root of a number, or those of an array."""
+    return math.sqrt(square) if isinstance(square, float) else np.sqrt(square)
 
 
 def sign(x: float, least: float) -> int:

@@ -93,29 +93,26 @@ def saltation_matrix(g: Any, geometry: Geometry, balls: int, roll: Vector) -> li
     respond(g, m, geometry, balls)
     if size > 4 and balls == 1:
         slow_roll(g, m, geometry, roll)
-    for k in range(rows):
-        delay, turned = -g.one.after[k], m[k][rows + TURN]
-        if k % size < 2:  # R leaves places alone.
-            delay += g.one.before[k]
-        else:
-            for j in range(2, rows):
-                delay += m[k][j] * g.one.before[j]
-        delay += turned * curvature * slip  # G f_before is -closing.
-        for c in range(balls):
-            sign = 1.0 if c == balls - 1 else -1.0
-            late, turn = sign * delay / closing, sign * curvature * turned
-            m[k][c * size] += late * nx - turn * ny
-            m[k][c * size + 1] += late * ny + turn * nx
-        m[k][rows + GAP] = delay / closing
+    for row, after in zip(m, g.one.after, strict=False):
+        turn = row[rows + TURN] * curvature
+        kept = sum([a * b for a, b in zip(row[:rows], g.one.before, strict=False)])
+        late = (kept + turn * slip - after) / closing  # G f_before is -closing.
+        x, y = late * nx - turn * ny, late * ny + turn * nx
+        row[rows + GAP] = late
+        row[rows - size] += x
+        row[rows - size + 1] += y
+        if balls == 2:
+            row[0] -= x
+            row[1] -= y
     return m
 
 
 def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
     """Write the Jacobian R of what a contact does to the states into a matrix of zeros.
 
-    ``g.one.answer`` (2 C, 2 C + 4) are the derivatives of the law's answer.
+    ``g.one.slopes[0]`` (2 C, 2 C + 4) are the derivatives of the law's answer.
     """
-    rows, size, law, (nx, ny) = len(m), len(m) // balls, g.one.answer, geometry.normal
+    rows, size, law, (nx, ny) = len(m), len(m) // balls, g.one.slopes[0], geometry.normal
     for k in range(rows):
         if k % size < 2 or k % size >= 4:
             m[k][k] = 1.0
@@ -143,7 +140,7 @@ def respond(g: Any, m: Any, geometry: Geometry, balls: int) -> None:
 
 def slow_roll(g: Any, m: Any, geometry: Geometry, roll: Vector) -> None:
     """Write into R how a cushion slows down a roll."""
-    rows, law, (nx, ny), (wx, wy) = len(m), g.one.answer, geometry.normal, roll
+    rows, law, (nx, ny), (wx, wy) = len(m), g.one.slopes[0], geometry.normal, roll
     taken, of_roll, of_push, of_mu = taken_off(g, geometry, roll)
     by_n, by_t, (vx, vy) = of_push * (law[0][0] - 1.0), of_push * law[0][1], g.one.before[:2]
     put_slower(m, geometry, rows - 2, of_roll * nx, of_roll * ny)

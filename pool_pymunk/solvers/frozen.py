@@ -92,7 +92,7 @@ def nudged(scene: Scene, start: State, number: int) -> State:
     Mostly one gap opens alone, because then its contact is sure to come after the others: a narrow
     gap for an even number, a wide one for an odd one. Every fourth even number opens none, and
     every fourth odd one all. Balls that touch nothing move by ``NARROW`` at most, and velocities
-    and rolls change by ``TURN``.
+    and rolls change by ``TURN``; with number 0 moving balls close what they touch.
     """
     (turn, k), is_wide = divmod(number // 2, 4), number % 2
     rng, rows = np.random.default_rng(number), touching(scene, start)
@@ -109,11 +109,26 @@ def nudged(scene: Scene, start: State, number: int) -> State:
     moves = np.where(rows.any(axis=0), moves, NARROW * draws[:, :2].ravel())
     places = np.array(start.position) + moves.reshape(-1, 2)
     turns = 1.0 + TURN * (draws[:, 2:] @ (1.0, 1.0j))
+    if number == 0:
+        turns = _closing(start.velocity, open_, turns)
     return start._replace(
         position=tuple(map(tuple, places.tolist())),
         velocity=_turned(start.velocity, turns),
         roll=None if start.roll is None else _turned(start.roll, turns),
     )
+
+
+def _closing(
+    velocities: Sequence[Vector], open_: NDArray[Any], turns: NDArray[Any]
+) -> NDArray[Any]:
+    """Return the factors by which moving balls close what they touch, and ``turns`` of others."""
+    moves, apart = (
+        np.array(rows) @ (1.0, 1.0j) for rows in (velocities, open_.sum(1).reshape(-1, 2))
+    )
+    meets = (moves != 0.0) & (apart != 0.0)
+    moves, apart = np.where(meets, (moves, apart), 1.0)
+    apart = apart / np.abs(apart) * np.abs(moves) / moves
+    return np.where(meets, 1.0 - TURN * apart, turns)
 
 
 def _order(start: State) -> list[int]:

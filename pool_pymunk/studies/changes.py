@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.model import Scene
+from pool_pymunk.fast.tables import coefficients_of, cue_of, own_of_walls
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.model.problems import setting_error
@@ -21,7 +21,7 @@ from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import NOISE, from_breakpoint
 from pool_pymunk.physics.saltation import AGREE
-from pool_pymunk.physics.sides import Wall, pocket
+from pool_pymunk.physics.sides import pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies.persistent import follow_all
@@ -139,16 +139,16 @@ def follow_of(
     of_numbers, of_mass, of_radius = numbers
     one = room_for_one()
     one.ends = [run.duration, is_cut, run.status == "max_events", 0.0]
-    one.numbers = numbers_of(scene)
+    one.numbers = coefficients_of(scene).tolist()
     python = SimpleNamespace(
         paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors,
         spells=[[] for _ in starts], parted=set(),
         kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
-        **(signs or {"signs": ()}),
+        **(signs or {"signs": None}),
     )  # fmt: skip
     g: Any = Follow(
-        rows, following, events_of(run), walls, len(scene.cushions), own_numbers(scene, walls),
-        next((i for i, ball in enumerate(scene.balls) if ball.cue), -1), law_of(run), discs, faces,
+        rows, following, events_of(run), walls, len(scene.cushions), own_of_walls(scene),
+        cue_of(scene), law_of(run), discs, faces,
         corners, [SimpleNamespace(at=0, met=STOP, gone=ball.id in run.off, mass=ball.mass,
                                   radius=ball.radius) for ball in scene.balls],
         of_numbers, of_mass, of_radius, starts.copy(), np.zeros((count, inputs), bool),
@@ -161,7 +161,7 @@ def follow_of(
 def room_for_one() -> SimpleNamespace:
     """Return room for the numbers of one contact: lists, which Python reads fast."""
     found = {name: np.zeros(shape) for name, shape in columns.ONE.items()}
-    return SimpleNamespace(**{k: v if k == "slopes" else v.tolist() for k, v in found.items()})
+    return SimpleNamespace(**{k: v.tolist() for k, v in found.items()})
 
 
 def rows_of(run: Run) -> tuple[list[list[float]], list[int]]:
@@ -190,22 +190,6 @@ def events_of(run: Run) -> list[tuple[float, int, int]]:
         met = {"stop": STOP, "roll": ROLL}.get(event.kind, -1 - (wall or 0))
         found.append((event.t, i, others[0] if others else met))
     return found
-
-
-def numbers_of(scene: Scene) -> list[float]:
-    """Return the numbers of a scene that inputs may change."""
-    r, f, surface = scene.restitution, scene.friction, scene.surface
-    cue_ball = r.ball_ball if r.cue_ball is None else r.cue_ball
-    own = r.ball_ball or 0.0, cue_ball or 0.0, r.cushion or 0.0
-    return [*own, surface.pull, f.cushion, f.ball_ball, surface.drag]
-
-
-def own_numbers(scene: Scene, walls: Sequence[Wall]) -> list[tuple[float, float]]:
-    """Return the restitution and friction that each wall has of its own, or -1."""
-    posts = [(post.restitution, post.friction) for post in scene.posts]
-    own = [(-1.0 if e is None else e, -1.0 if mu is None else mu) for e, mu in posts]
-    found = [(-1.0, -1.0)] * scene.first_post + own
-    return found + [(-1.0, -1.0)] * (len(walls) - len(found))
 
 
 def law_of(run: Run) -> Law:

@@ -43,7 +43,6 @@ from pool_pymunk.physics.persistent_changes import (
 )
 from pool_pymunk.physics.pressed import FADED, REST, SLIP, SLOW, find_forces, size_of
 from pool_pymunk.physics.pressed import ROLL as ROLLS
-from pool_pymunk.physics.surface import roll_rate
 from pool_pymunk.results.run import Run
 
 # Rates that differ by less than this share of the strongest one do not jump.
@@ -422,20 +421,15 @@ class GroupChanges:
     def hit_later(self, i: int, other: int, t: float) -> tuple[Array, float, float]:
         """Return how much later (s) a hit comes, how fast (m/s) it closes, and the balls' speed."""
         g, wide = self.g, np.zeros(len(self.g.late))
-        x, y, vx, vy = motion_at(columns.path_of(g, i), t)
-        if other < 0:
-            (nx, ny), _ = columns.surface_at(g, -1 - other, x, y, g.ball[i].radius)
-            opening, fastest = vx * nx + vy * ny, size_of(vx, vy)
-        else:
-            bx, by, u, v = motion_at(columns.path_of(g, other), t)
-            distance = np.hypot(bx - x, by - y)
-            nx, ny = (bx - x) / distance, (by - y) / distance
-            opening, fastest = (u - vx) * nx + (v - vy) * ny, size_of(vx, vy) + size_of(u, v)
-        for n in (i, other) if other >= 0 else (i,):
+        balls, size, before = (i, other) if other >= 0 else (i,), len(g.change[0]), g.one.before
+        changes.read_motions(g, i, other, t)
+        fastest = sum(size_of(*before[c * size : c * size + 2]) for c in range(len(balls)))
+        (nx, ny), _, closing, _, _ = changes.geometry_at(g, i, other)
+        for n in balls:
             own, sign = g.change[n].copy(), 1.0 if n == other or other < 0 else -1.0
             changes.carry(g, g.rows[g.ball[n].at], own, t)
             wide += sign * (nx * own[0] + ny * own[1]) - g.of_radius[n]
-        return -wide / opening, -float(opening), fastest
+        return wide / closing, closing, fastest
 
     def finish(self) -> None:
         """Follow the changes to the end of the run."""
@@ -477,10 +471,10 @@ def turns(old: ModeChanges, live: ModeChanges) -> bool:
 
 def free_rate(row: Any, motion: Any, g: Any) -> Array:
     """Return the rate (6,) of a ball on the path of a breakpoint."""
-    if row[4] == 0.0 and row[5] == 0.0 and row[6] == 0.0 and row[7] == 0.0:
-        return np.zeros(6)
-    turns = roll_rate(row) if g.change.shape[1] > 4 else (0.0, 0.0)
-    return np.array([motion[2], motion[3], row[6], row[7], *turns])
+    found = np.zeros(6)
+    if any(row[4:8]):
+        changes.put_rates(found, 0, g.change.shape[1], motion[2], motion[3], row)
+    return found
 
 
 def follow_all(g: Any, run: Run) -> None:
