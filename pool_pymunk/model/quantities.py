@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Annotated
 
 from pool_pymunk.model.plain import Key, Part, choice, finite
@@ -13,6 +15,20 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254},
     "mass": {"kg": 1.0, "g": 0.001},
     "speed": {"m/s": 1.0, "in/s": 0.0254},
+}
+
+# Angles and times have no units of their own in scenarios: they are in the first of these.
+QUANTITIES = {
+    **UNITS,
+    "angle": {"deg": 1.0, "°": 1.0, "mrad": math.degrees(1e-3), "rad": math.degrees(1.0)},
+    "time": {"s": 1.0, "ms": 0.001},
+}
+EXAMPLES = {
+    "length": "a length, such as 1 cm",
+    "mass": "a mass, such as 1 kg",
+    "speed": "a speed, such as 1 in/s",
+    "angle": "an angle, such as 5 deg",
+    "time": "a time, such as 1/240 s",
 }
 
 
@@ -29,35 +45,44 @@ class Units(Part):
     speed: Annotated[str, Key(choice(UNITS["speed"]))] = "m/s"
 
     def to_si(self, value: float, kind: str) -> float:
-        """Return a ``value`` in the unit of ``kind`` (length, mass or speed), in SI."""
-        return value * UNITS[kind][getattr(self, kind)]
+        """Return a ``value`` in the unit of ``kind`` in SI, an angle in degrees.
+
+        A kind is a length, mass or speed, or an angle or time, whose units are always the same.
+        """
+        return value * self._factor(kind)
 
     def from_si(self, value: float, kind: str) -> float:
         """Return an SI ``value`` in the unit of ``kind``."""
-        return value / UNITS[kind][getattr(self, kind)]
+        return value / self._factor(kind)
+
+    def _factor(self, kind: str) -> float:
+        return UNITS[kind][getattr(self, kind)] if kind in UNITS else 1.0
 
 
 def quantity(key: str, text: str, kind: str, units: Units) -> float:
-    """Return a length, mass or speed (``kind``) as typed, in SI; a bare number is in ``units``.
+    """Return a length, mass, speed, angle or time (``kind``) as typed, in SI, angles in degrees.
 
-    Raises :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else.
+    It is a number or a fraction; without a unit it is in ``units``. Raises
+    :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else.
 
     >>> quantity("--tolerance", "0.01in", "length", Units()), quantity("m", "160", "mass", Units())
     (0.000254, 160.0)
+    >>> quantity("--dt", "1/8", "time", Units()), quantity("--angle", "0.1 deg", "angle", Units())
+    (0.125, 0.1)
     >>> quantity("radius", "big", "length", Units())
     Traceback (most recent call last):
         ...
     pool_pymunk.SceneError: radius = "big": must be a length, such as 1 cm (m, cm, mm, in)
     """
-    known = UNITS[kind]
-    longest_first = sorted(known, key=len, reverse=True)
-    unit = next((one for one in longest_first if text.strip().endswith(one)), "")
+    known, typed = QUANTITIES[kind], text.strip()
+    unit = next((one for one in sorted(known, key=len, reverse=True) if typed.endswith(one)), "")
+    number = typed.removesuffix(unit)
     try:
-        number = finite(float(text.strip().removesuffix(unit)))
-    except ValueError:
-        message = f"must be a {kind}, such as 1 {longest_first[0]} ({', '.join(known)})"
+        value = finite(float(Fraction(number.replace(" ", "")) if "/" in number else number))
+    except (ValueError, ArithmeticError):
+        message = f"must be {EXAMPLES[kind]} ({', '.join(known)})"
         raise SceneError([Problem(key, text, message)]) from None
-    return number * known[unit] if unit else units.to_si(number, kind)
+    return value * known[unit] if unit else units.to_si(value, kind)
 
 
 def positive(key: str, text: str, kind: str, units: Units) -> float:
