@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Annotated
 
-from pool_pymunk.model.plain import Key, Part, choice, finite
-from pool_pymunk.model.problems import Point, Problem, SceneError
+from pool_pymunk.model.plain import Key, Part, between, choice, finite, problems_of
+from pool_pymunk.model.problems import SMALLEST, Point, Problem, SceneError, raise_any
 
 UNITS: Mapping[str, Mapping[str, float]] = {
     "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254},
@@ -59,11 +59,11 @@ class Units(Part):
         return UNITS[kind][getattr(self, kind)] if kind in UNITS else 1.0
 
 
-def quantity(key: str, text: str, kind: str, units: Units) -> float:
+def quantity(key: str, text: str, kind: str, units: Units, low: float = -math.inf) -> float:
     """Return a length, mass, speed, angle or time (``kind``) as typed, in SI, angles in degrees.
 
     It is a number or a fraction; without a unit it is in ``units``. Raises
-    :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else.
+    :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else, and below ``low``.
 
     >>> quantity("--tolerance", "0.01in", "length", Units()), quantity("m", "160", "mass", Units())
     (0.000254, 160.0)
@@ -78,19 +78,18 @@ def quantity(key: str, text: str, kind: str, units: Units) -> float:
     unit = next((one for one in sorted(known, key=len, reverse=True) if typed.endswith(one)), "")
     number = typed.removesuffix(unit)
     try:
-        value = finite(float(Fraction(number.replace(" ", "")) if "/" in number else number))
+        found = finite(float(Fraction(number.replace(" ", "")) if "/" in number else number))
     except (ValueError, ArithmeticError):
         message = f"must be {EXAMPLES[kind]} ({', '.join(known)})"
         raise SceneError([Problem(key, text, message)]) from None
-    return value * known[unit] if unit else units.to_si(value, kind)
+    value = found * known[unit] if unit else units.to_si(found, kind)
+    raise_any(replace(one, value=text) for one in problems_of(value, between(low), key))
+    return value
 
 
 def positive(key: str, text: str, kind: str, units: Units) -> float:
     """Return a :func:`quantity` that must be greater than 0."""
-    value = quantity(key, text, kind, units)
-    if value <= 0.0:
-        raise SceneError([Problem(key, text, "must be greater than 0")])
-    return value
+    return quantity(key, text, kind, units, SMALLEST)
 
 
 def vector(key: str, texts: Sequence[str], kind: str, units: Units) -> Point:
