@@ -23,13 +23,7 @@ QUANTITIES = {
     "angle": {"deg": 1.0, "°": 1.0, "mrad": math.degrees(1e-3), "rad": math.degrees(1.0)},
     "time": {"s": 1.0, "ms": 0.001},
 }
-EXAMPLES = {
-    "length": "a length, such as 1 cm",
-    "mass": "a mass, such as 1 kg",
-    "speed": "a speed, such as 1 in/s",
-    "angle": "an angle, such as 5 deg",
-    "time": "a time, such as 1/240 s",
-}
+EXAMPLES = {"angle": "an angle, such as 5 deg", "time": "a time, such as 1/240 s"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +69,14 @@ def quantity(key: str, text: str, kind: str, units: Units, low: float = -math.in
     pool_pymunk.SceneError: radius = "big": must be a length, such as 1 cm (m, cm, mm, in)
     """
     known, typed = QUANTITIES[kind], text.strip()
-    unit = next((one for one in sorted(known, key=len, reverse=True) if typed.endswith(one)), "")
+    longest_first = sorted(known, key=len, reverse=True)
+    unit = next((one for one in longest_first if typed.endswith(one)), "")
     number = typed.removesuffix(unit)
     try:
         found = finite(float(Fraction(number.replace(" ", "")) if "/" in number else number))
     except (ValueError, ArithmeticError):
-        message = f"must be {EXAMPLES[kind]} ({', '.join(known)})"
+        what = EXAMPLES.get(kind, f"a {kind}, such as 1 {longest_first[0]}")
+        message = f"must be {what} ({', '.join(known)})"
         raise SceneError([Problem(key, text, message)]) from None
     value = found * known[unit] if unit else units.to_si(found, kind)
     raise_any(replace(one, value=text) for one in problems_of(value, between(low), key))
