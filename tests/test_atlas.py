@@ -168,7 +168,7 @@ def test_a_map_is_drawn_in_little_memory(show: str, tmp_path: Path) -> None:
     ("line", "said"),
     [
         ("--angle 5:5", "--angle = 5:5: LOW must be less than HIGH"),
-        ("--angle five:6", "--angle = five: must be an angle"),
+        ("--angle five:6", '--angle = "five": must be an angle'),
         ("--speed 1:2:3", "--speed = 1:2:3: must be LOW:HIGH"),
         ("--speed 1kg:2", '--speed = "1kg": must be a speed'),
         ("--size 1200", "--size = 1200: must be WIDTHxHEIGHT"),

@@ -41,7 +41,8 @@ from pool_pymunk import (
 from pool_pymunk.cli import COMMANDS, app, read, terminal
 from pool_pymunk.cli import opt as choices
 from pool_pymunk.cli.terminal import Share, TextTable, progress
-from pool_pymunk.model import UNITS
+from pool_pymunk.model import UNITS, Units
+from pool_pymunk.model.quantities import quantity
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.results.trace import Trace
@@ -109,11 +110,11 @@ def test_the_picture_of_a_collision_calls_the_offset_by_its_name(tmp_path: Path)
         (("render", "report", "--overlay", ""), "--overlay = : there is no such solver"),
         (("page", "report", "--overlay", "pool"), "--overlay = pool: there is no such solver"),
         (("page", "report", "--overlay", "no.toml"), "--overlay = no.toml: there is no such file"),
-        (("page", "report", "--overlay", "pymunk:-1"), "--overlay = -1: must be greater than 0"),
+        (("page", "report", "--overlay", "pymunk:-1"), '--overlay = "-1": must be greater than 0'),
         (("run", "report", "--units", "scene,mm"), "--units = scene,mm: scene must stand alone"),
-        (("sensitivity", "report", "--angle-error", "-1deg"), "--angle-error = -1deg: must be 0"),
-        (("sensitivity", "report", "--position-error", "-1mm"), "--position-error = -1mm: must"),
-        (("sensitivity", "report", "--speed-error", "-1"), "--speed-error = -1: must be 0 or more"),
+        (("sensitivity", "report", "--angle-error", "-1deg"), '--angle-error = "-1deg": must be'),
+        (("sensitivity", "report", "--position-error", "-1mm"), '--position-error = "-1mm": must'),
+        (("sensitivity", "report", "--speed-error", "-1"), '--speed-error = "-1": must be 0'),
         (("run", ""), 'scenario = "": must be the path of a file'),
         (("compare", "report", "--solvers", "pymunk:1/240:published"), "may have :DT behind it"),
         (("sweep", "report", "--out", "x"), "--shot: is missing; there are 1 (Simulation 1)"),
@@ -241,11 +242,11 @@ def test_a_solver_without_steps_takes_no_step(
         ),
         (
             ("compare", "two-balls", "--max-time", "0"),
-            "--max-time = 0: must be greater than 0 and finite",
+            '--max-time = "0": must be greater than 0',
         ),
         (
             ("tradeoff", "two-balls", "--max-time", "soon"),
-            "--max-time = soon: must be a number or a fraction, e.g. 1/240",
+            '--max-time = "soon": must be a time, such as 1/240 s (s, ms)',
         ),
         (("run", "two-balls", "--show", "power"), "--show = power: must be energy"),
     ],
@@ -354,12 +355,13 @@ def test_the_example_of_a_command_can_be_read(command: str) -> None:
     ("typed", "line"),
     [
         ("sensitivity report --samples abc", "--samples = abc: must be a whole number"),
-        ("sensitivity report --angle-error 0.1in", "--angle-error = 0.1in: must be an angle"),
+        ("sensitivity report --angle-error 0.1in",
+         '--angle-error = "0.1in": must be an angle, such as 5 deg (deg, °, mrad, rad)'),
         ("render report --fps abc", "--fps = abc: must be a number"),
         ("play report --port abc", "--port = abc: must be a whole number"),
         ("collide --restitution x --mass-a 1 --mass-b 1 --radius 1 --velocity-a 1 0",
          "--restitution = x: must be a number"),
-        ("atlas report --angle=-5:5parsec", "--angle = 5parsec: must be an angle"),
+        ("atlas report --angle=-5:5parsec", '--angle = "5parsec": must be an angle'),
     ],
 )  # fmt: skip
 def test_a_wrong_number_is_named(typed: str, line: str, capsys: Capture) -> None:
@@ -368,8 +370,15 @@ def test_a_wrong_number_is_named(typed: str, line: str, capsys: Capture) -> None
 
 
 def test_angles_have_units() -> None:
-    said = {text: read.degrees("--angle", text) for text in ("5", "5 deg", "5°", "1rad", "1 mrad")}
-    assert list(said.values()) == pytest.approx([5, 5, 5, 57.29577951, 0.05729577951])
+    typed = ("5", "5 deg", "5°", "1rad", "1 mrad")
+    said = [quantity("--angle", text, "angle", Units()) for text in typed]
+    assert said == pytest.approx([5, 5, 5, 57.29577951, 0.05729577951])
+
+
+def test_times_have_units() -> None:
+    typed = ("1/240", "1 / 240 s", "0.001", "1ms", "1e-3 s")
+    said = [read.seconds("--dt", text) for text in typed]
+    assert said == [1 / 240, 1 / 240, 0.001, 0.001, 0.001]
 
 
 def test_a_collision_says_what_was_read(capsys: Capture) -> None:

@@ -324,7 +324,7 @@ def test_the_energy_that_is_lost_or_gained(
         (["--offset", "5in"], '--offset = "5in": the balls miss'),
         (["--offset", "far"], '--offset = "far": must be a length'),
         (["--velocity-b", "2", "0"], "the balls never meet"),
-        (["--angle", "180"], "--angle = 180.0: the balls recede"),
+        (["--angle", "180"], '--angle = "180": the balls recede'),
         (["--angle", "10", "--offset", "1"], "--angle: give either --angle or --offset"),
         (["--radius-b", "-1"], '--radius-b = "-1": must be greater than 0'),
         (["--restitution", "2"], "--restitution = 2.0: must be between 0 and 1"),

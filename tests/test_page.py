@@ -191,7 +191,7 @@ def test_the_command_shows_one_shot_by_a_solver(tmp_path: Path) -> None:
     [
         (("--out", "a.txt"), "error: --out = a.txt: must end in .html"),
         (("--overlay", "event-driven:1/60"), "event-driven has no time step"),
-        (("--overlay", "pymunk:x"), "must be a number or a fraction"),
+        (("--overlay", "pymunk:x"), "must be a time, such as 1/240 s"),
         (("--shot", "9"), "there is no such shot"),
     ],
 )

@@ -1082,7 +1082,7 @@ def test_command_compares(tmp_path: Path) -> None:
         (("--side-by-side",), "--side-by-side: say with --overlay"),
         (("--overlay", "none"), "--overlay = none: there is no such solver"),
         (("--overlay", "pymunk:1/60:1/240"), "--overlay = pymunk:1/60:1/240: must be a solver"),
-        (("--overlay", "pymunk:fast"), "--overlay = fast: must be a number"),
+        (("--overlay", "pymunk:fast"), '--overlay = "fast": must be a time'),
         (("--slow", "0"), "slow = 0: must be greater than 0"),
         (("--from", "2", "--to", "1"), "--from = 2: must be 0 or more, and before the end"),
         (("--dpi", "1e9"), "--dpi = 1e+09: must be between"),

@@ -342,7 +342,7 @@ def test_a_full_disk_keeps_what_was_finished(
     [
         ("report --samples 5", "--shot: is missing; there are 1 (Simulation 1)"),
         ("report --shot 1 --vary angle --samples 5", "--vary = angle: must be KEY=LOW:HIGH"),
-        ("report --shot 1 --vary angle=a:b --samples 5", "--vary angle = a: must be an angle"),
+        ("report --shot 1 --vary angle=a:b --samples 5", '--vary angle = "a": must be an angle'),
         ("report --shot 1 --vary speed=1kg:2kg --samples 5", "--vary speed = "),
         ("report --shot 1 --grid angle=1:2 --samples 5", "--grid angle = 1:2: must be LOW:HIGH"),
         ("report --shot 1 --vary angle=1:2 --vary angle=1:3 --samples 5", "stands there twice"),

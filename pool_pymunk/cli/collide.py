@@ -47,8 +47,7 @@ def collide(
     typed = {
         "a.mass": mass_a, "b.mass": mass_b, "a.radius": radius, "b.radius": radius_b or radius,
         "a.velocity": velocity_a, "b.velocity": velocity_b, "offset": offset,
-        "angle": None if angle is None else read.degrees("--angle", angle),
-        "restitution": restitution, "friction": friction, "law": law,
+        "angle": angle, "restitution": restitution, "friction": friction, "law": law,
     }  # fmt: skip
     read.names("--units", units)
     read.ending("--picture", picture, read.PICTURES, f"one of {', '.join(read.PICTURES)}")
@@ -93,7 +92,8 @@ def _collision(typed: Mapping[str, Any], units: str) -> tuple[lib.collide.Collis
         return lib.collide.collide(a, b, offset, material), unit
     if offset != 0.0:
         raise read.InputError("--angle: give either --angle or --offset")
-    return lib.collide.collide_at(a, b, math.radians(typed["angle"]), material), unit
+    angle = math.radians(quantity("angle", typed["angle"], "angle", unit))
+    return lib.collide.collide_at(a, b, angle, material), unit
 
 
 def _print(hit: lib.collide.Collision, units: lib.Units) -> None:

@@ -190,10 +190,7 @@ def position_errors(scenario: str, scene: lib.Scene, typed: str | None) -> tuple
     """Return half the widths (m) of starts, as typed or by last digits, and whence they are."""
     key = "--position-error"
     if typed is not None:
-        width = lib.quantities.quantity(key, typed, "length", scene.units)
-        if width < 0.0:
-            raise read.InputError(f"{key} = {typed}: must be 0 or more")
-        return width, ""
+        return lib.quantities.quantity(key, typed, "length", scene.units, 0.0), ""
     widths = lib.uncertainty.written_uncertainty(scenario).position
     if not isinstance(widths, Mapping) or widths.keys() != scene.index.keys():
         raise read.InputError(f"{key}: is missing; the scenario cannot be read twice")

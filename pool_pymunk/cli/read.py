@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Sequence
-from fractions import Fraction
 from pathlib import Path
 
 from pool_pymunk.cli import lib, opt
 
 KINDS = {"start": "length", "noise.speed": "speed"}  # of a sweep's own keys
 PICTURES = tuple(f".{form}" for form in opt.PICTURES)
-ANGLES = {"deg": 1.0, "°": 1.0, "mrad": math.degrees(1e-3), "rad": math.degrees(1.0)}
 
 
 class InputError(ValueError):
@@ -19,36 +16,14 @@ class InputError(ValueError):
 
 
 def seconds(key: str, text: str | None) -> float | None:
-    """Return a time (s) as typed: a number or a fraction.
+    """Return a time (s) as typed, which must be greater than 0; None if none is typed.
 
-    >>> seconds("--dt", "1/240") == 1 / 240, seconds("--dt", "1e-4"), seconds("--dt", None)
+    >>> seconds("--dt", "1/240") == 1 / 240, seconds("--dt", "0.1 ms"), seconds("--dt", None)
     (True, 0.0001, None)
     """
-    if text is None:
-        return None
-    try:
-        value = float(Fraction(text.replace(" ", ""))) if "/" in text else float(text)
-    except (ValueError, ZeroDivisionError, OverflowError):
-        raise InputError(f"{key} = {text}: must be a number or a fraction, e.g. 1/240") from None
-    if not (value > 0.0 and math.isfinite(value)):
-        raise InputError(f"{key} = {text}: must be greater than 0 and finite")
-    return value
-
-
-def degrees(key: str, text: str) -> float:
-    """Return an angle (degrees) as typed: in degrees, or with deg, rad or mrad behind it.
-
-    >>> degrees("--angle", "0.1deg"), round(degrees("--angle", "1 mrad"), 6)
-    (0.1, 0.057296)
-    """
-    unit = next((one for one in ANGLES if text.strip().endswith(one)), "deg")
-    try:
-        value = float(text.strip().removesuffix(unit)) * ANGLES[unit]
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{key} = {text}: must be an angle, such as 5 deg ({', '.join(ANGLES)})")
-    return value
+    return (
+        None if text is None else lib.quantities.positive(key, text, "time", lib.quantities.Units())
+    )
 
 
 def shots(scene: lib.Scene, name: str | None) -> list[lib.Shot | None]:
@@ -98,8 +73,6 @@ def size(text: str, said: str, smallest: int = 0) -> tuple[int, int]:
 def numbers(key: str, text: str, units: lib.Units, kind: str = "") -> tuple[float, ...]:
     """Return numbers with colons between them; those of a ``kind`` in SI, angles in degrees."""
     parts = text.split(":")
-    if kind == "angle":
-        return tuple(degrees(key, part) for part in parts)
     if kind != "":
         return tuple(lib.quantities.quantity(key, part, kind, units) for part in parts)
     try:

@@ -93,12 +93,9 @@ def _uncertainty(
     scene: lib.Scene, position: Widths, speed: str, angle: str
 ) -> lib.uncertainty.Uncertainty:
     """Return the errors of positions (m), and those of speed and angle as typed."""
-    faster = lib.quantities.quantity("--speed-error", speed, "speed", scene.units)
-    turned = math.radians(read.degrees("--angle-error", angle))
-    typed = {"--speed-error": (speed, faster), "--angle-error": (angle, turned)}
-    for key, (text, value) in typed.items():
-        if value < 0.0:
-            raise read.InputError(f"{key} = {text}: must be 0 or more")
+    quantity, units = lib.quantities.quantity, scene.units
+    faster = quantity("--speed-error", speed, "speed", units, 0.0)
+    turned = math.radians(quantity("--angle-error", angle, "angle", units, 0.0))
     return lib.uncertainty.Uncertainty(position, faster, turned)
 
 

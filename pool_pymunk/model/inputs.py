@@ -402,7 +402,7 @@ def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
 def in_units(units: Units, name: str, value: float) -> float:
     """Return an input's value (SI) in these units."""
     quantity = TABLE[parts(name)[0]].quantity
-    return value if quantity in ("", "angle") else units.from_si(value, quantity)
+    return units.from_si(value, quantity)
 
 
 def unit_of(units: Units, name: str) -> str:

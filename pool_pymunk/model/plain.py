@@ -225,7 +225,7 @@ def made(kind: type[Any], in_row: bool = False) -> Reader[Any]:
 
 
 class Key(NamedTuple):
-    """A key says how a value is read, and of which kind its unit is (length, mass, speed)."""
+    """A key says how a value is read, and of which kind its unit is."""
 
     read: Reader[Any]
     unit: str = ""
@@ -244,9 +244,9 @@ Colors = Annotated[str | Sequence[str], Key(colors)]  # one for all balls, or on
 Length = Annotated[float, Key(size, "length")]  # m, greater than 0
 Gap = Annotated[float, Key(between(0.0), "length")]  # m
 Mass = Annotated[float, Key(size, "mass")]  # kg
-Time = Annotated[float, Key(size)]  # s
+Time = Annotated[float, Key(size, "time")]  # s
 Speed = Annotated[float, Key(between(0.0), "speed")]  # m/s
-Angle = Annotated[float, Key(finite)]  # degrees
+Angle = Annotated[float, Key(finite, "angle")]  # degrees
 Factor = Annotated[float, Key(finite)]  # any finite number
 Share = Annotated[float, Key(between(0.0, 1.0))]
 Number = Annotated[float, Key(between(0.0))]  # from 0 on

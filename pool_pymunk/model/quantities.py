@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Annotated
 
-from pool_pymunk.model.plain import Key, Part, choice, finite
-from pool_pymunk.model.problems import Point, Problem, SceneError
+from pool_pymunk.model.plain import Key, Part, between, choice, finite, problems_of
+from pool_pymunk.model.problems import SMALLEST, Point, Problem, SceneError, raise_any
 
 UNITS: Mapping[str, Mapping[str, float]] = {
     "length": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254},
     "mass": {"kg": 1.0, "g": 0.001},
     "speed": {"m/s": 1.0, "in/s": 0.0254},
 }
+
+# Angles and times have no units of their own in scenarios: they are in the first of these.
+QUANTITIES = {
+    **UNITS,
+    "angle": {"deg": 1.0, "°": 1.0, "mrad": math.degrees(1e-3), "rad": math.degrees(1.0)},
+    "time": {"s": 1.0, "ms": 0.001},
+}
+EXAMPLES = {"angle": "an angle, such as 5 deg", "time": "a time, such as 1/240 s"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,43 +39,53 @@ class Units(Part):
     speed: Annotated[str, Key(choice(UNITS["speed"]))] = "m/s"
 
     def to_si(self, value: float, kind: str) -> float:
-        """Return a ``value`` in the unit of ``kind`` (length, mass or speed), in SI."""
-        return value * UNITS[kind][getattr(self, kind)]
+        """Return a ``value`` in the unit of ``kind`` in SI, an angle in degrees.
+
+        A kind is a length, mass or speed, or an angle or time, whose units are always the same.
+        """
+        return value * self._factor(kind)
 
     def from_si(self, value: float, kind: str) -> float:
         """Return an SI ``value`` in the unit of ``kind``."""
-        return value / UNITS[kind][getattr(self, kind)]
+        return value / self._factor(kind)
+
+    def _factor(self, kind: str) -> float:
+        return UNITS[kind][getattr(self, kind)] if kind in UNITS else 1.0
 
 
-def quantity(key: str, text: str, kind: str, units: Units) -> float:
-    """Return a length, mass or speed (``kind``) as typed, in SI; a bare number is in ``units``.
+def quantity(key: str, text: str, kind: str, units: Units, low: float = -math.inf) -> float:
+    """Return a length, mass, speed, angle or time (``kind``) as typed, in SI, angles in degrees.
 
-    Raises :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else.
+    It is a number or a fraction; without a unit it is in ``units``. Raises
+    :class:`~pool_pymunk.SceneError`, which names ``key``, for anything else, and below ``low``.
 
     >>> quantity("--tolerance", "0.01in", "length", Units()), quantity("m", "160", "mass", Units())
     (0.000254, 160.0)
+    >>> quantity("--dt", "1/8", "time", Units()), quantity("--angle", "0.1 deg", "angle", Units())
+    (0.125, 0.1)
     >>> quantity("radius", "big", "length", Units())
     Traceback (most recent call last):
         ...
     pool_pymunk.SceneError: radius = "big": must be a length, such as 1 cm (m, cm, mm, in)
     """
-    known = UNITS[kind]
+    known, typed = QUANTITIES[kind], text.strip()
     longest_first = sorted(known, key=len, reverse=True)
-    unit = next((one for one in longest_first if text.strip().endswith(one)), "")
+    unit = next((one for one in longest_first if typed.endswith(one)), "")
+    number = typed.removesuffix(unit)
     try:
-        number = finite(float(text.strip().removesuffix(unit)))
-    except ValueError:
-        message = f"must be a {kind}, such as 1 {longest_first[0]} ({', '.join(known)})"
+        found = finite(float(Fraction(number.replace(" ", "")) if "/" in number else number))
+    except (ValueError, ArithmeticError):
+        what = EXAMPLES.get(kind, f"a {kind}, such as 1 {longest_first[0]}")
+        message = f"must be {what} ({', '.join(known)})"
         raise SceneError([Problem(key, text, message)]) from None
-    return number * known[unit] if unit else units.to_si(number, kind)
+    value = found * known[unit] if unit else units.to_si(found, kind)
+    raise_any(replace(one, value=text) for one in problems_of(value, between(low), key))
+    return value
 
 
 def positive(key: str, text: str, kind: str, units: Units) -> float:
     """Return a :func:`quantity` that must be greater than 0."""
-    value = quantity(key, text, kind, units)
-    if value <= 0.0:
-        raise SceneError([Problem(key, text, "must be greater than 0")])
-    return value
+    return quantity(key, text, kind, units, SMALLEST)
 
 
 def vector(key: str, texts: Sequence[str], kind: str, units: Units) -> Point:
