@@ -159,7 +159,9 @@ class ContactEngine:
 
     def predict(self, balls: Collection[int]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
-        if self.is_taken_over():
+        if self.has_loop:
+            for i in (*balls, *self.loose()):
+                self.near.begin(i, self.paths[i], self.radii[i], self.now, math.inf)
             return
         push, leader = self.push, self.groups.leader
         if self.groups.loosened:
@@ -188,9 +190,10 @@ class ContactEngine:
         if self.loop is not None:
             self.loop.leave()
 
-    def is_taken_over(self) -> bool:
-        """Tell whether the loop, which plays again, will predict what is due."""
-        return self.loop is not None and self.loop.is_taken
+    @property
+    def has_loop(self) -> bool:
+        """Tell whether a loop has predicted what is due, or will do so when it plays again."""
+        return self.loop is not None and self.loop.predicts
 
     def loose(self) -> list[int]:
         """Return the balls whose groups were taken apart, and which are not predicted yet."""

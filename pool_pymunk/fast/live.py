@@ -64,7 +64,7 @@ class Loop:
 
     def __init__(self, loaded: dict[Form, Any], engine: ContactEngine, table: Steps) -> None:
         self.loaded, self.engine, self.table = loaded, engine, table
-        self.state, self.next_t = OFF, math.inf
+        self.state, self.next_t, self.given_up = OFF, math.inf, -math.inf
         self.form: Form = False, False
         self.array: Any = None
         self.walls: tuple[Any, ...] = ()
@@ -76,9 +76,9 @@ class Loop:
         return self.state == ON
 
     @property
-    def is_taken(self) -> bool:
-        """Tell whether the engine has taken over, and predicts nothing until the next step."""
-        return self.state == TAKEN
+    def predicts(self) -> bool:
+        """Tell whether the record has what is due, or will have it before anything is played."""
+        return self.state != OFF
 
     def upcoming(self) -> float:
         """Return the time (s) at which something is due next; -infinite if that is unknown."""
@@ -90,8 +90,10 @@ class Loop:
         """Play what is due up to a time (s), or to what somebody hears of; return False if not."""
         if self.state == ON and not self._is_as_before():
             self.leave()
+        if self.state == OFF and until <= self.given_up:
+            return False  # The engine plays this step to its end.
         if self.state != ON and not (self._may_play() and self._enter()):
-            self._hand_back()
+            self._hand_back(until)
             return False
         if self.next_t > until:
             return True
@@ -105,10 +107,15 @@ class Loop:
             for part, old in zip(self.parts, kept, strict=True):
                 part[:] = old
             self.leave()
-            self._hand_back()
+            self._hand_back(until)
             return False
         self._tell()
         return True
+
+    def resume(self, until: float) -> None:
+        """Play again after the engine has taken over; else let the engine play up to a time (s)."""
+        if self.state == TAKEN and not (self._may_play() and self._enter()):
+            self._hand_back(until)
 
     def _is_as_before(self) -> bool:
         """Tell whether walls and balls are as they were when the record began."""
@@ -125,12 +132,17 @@ class Loop:
             engine.compiled and self.form in self.loaded and not is_bounded
             and type(engine.surface) in (Sliding, Rolling) and knows(engine.walls)
             and len(engine.paths) <= MOST_BALLS and engine.is_finite
-            and max(engine.groups.used, engine.groups.waits, engine.groups.hits) <= MOST_TOGETHER
+            and self._has_room(engine.groups)
             and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
             and engine.recorder is self.table.callbacks
             and all(ball.is_as_it_came() for ball in self.table.on_table())
             and pairs_of(self.table.pair_as_said, engine.masses) is not None
         )  # fmt: skip
+
+    def _has_room(self, own: Any) -> bool:
+        """Tell whether the record has room for an engine's groups, and for what met just now."""
+        many = own.used, own.waits, own.hits, self.engine.instant.mets, len(own.persisted)
+        return bool(max(many) <= MOST_TOGETHER)
 
     def ask(self, what: int, until: float = 0.0) -> None:
         """Ask the compiled loop to enter, or to go on until a time (s)."""
@@ -152,6 +164,7 @@ class Loop:
         self._write_groups()
         self.ask(ENTER)
         self._write_dues()
+        self._write_instant()
         engine.queue.clear()
         engine.queue.presses.clear()
         engine.upcoming = self.upcoming
@@ -166,9 +179,12 @@ class Loop:
             self.work, self.scene = self.array[0], self.array["scene"][0]
             self.ball, self.due = self.array["ball"][0], self.array["due"][0]
             self.groups, self.track = self.array["groups"][0], self.array["track"][0]
+            self.instant = self.array["instant"][0]
             raw, fields = self.array.view(np.uint8), self.array.dtype.fields
-            first, last = fields["track"][1], fields["groups"][1]
-            self.parts = raw[:first], raw[last:]
+            track, instant, press, groups = (
+                fields[name][1] for name in ("track", "instant", "press", "groups")
+            )
+            self.parts = raw[:track], raw[instant:press], raw[groups:]
         self.walls, self.balls = tuple(engine.walls), len(engine.paths)
         differ = self.form[1]
         owned = [(wall.restitution, wall.friction) for wall in engine.walls] if differ else ()
@@ -256,6 +272,24 @@ class Loop:
             next_t[i] = min(next_t[i], t)
             self.next_t = min(self.next_t, t)
 
+    def _write_instant(self) -> None:
+        """Let an instant go on that the engine has begun."""
+        at = self.engine.instant
+        self.instant["began"], self.instant["rounds"] = at.began, at.rounds
+        self.instant["mets"] = at.mets
+        for k in range(at.mets):
+            i, other = at.met[k]
+            self.instant["met"][k] = i, other if other >= 0 else self._side_of(-1 - other)
+
+    def _read_instant(self) -> None:
+        """Let an instant go on that the loop has begun."""
+        at = self.engine.instant
+        at.began, at.rounds = self.instant["began"].item(), self.instant["rounds"].item()
+        at.mets = int(self.instant["mets"])
+        for k, (i, other) in enumerate(self.instant["met"][: at.mets].tolist()):
+            wall = other if other >= 0 else -1 - int(self.arrays.sides.wall[-1 - other])
+            at.met[k] = i, wall
+
     # -- the record ends ---------------------------------------------------------------------------
 
     def leave(self) -> None:
@@ -272,6 +306,7 @@ class Loop:
                 engine.rested[i] = engine.now
         engine.collapses = int(self.array["collapses"][0])
         self._read_groups()
+        self._read_instant()
         for i in range(self.balls):
             for kind in ("piece", "press"):
                 if (t := float(self.due[i][f"{kind}_t"])) < math.inf:
@@ -287,12 +322,15 @@ class Loop:
             getattr(own, name)[:many] = self.groups[name][:many].tolist()
         self._read_held()
 
-    def _hand_back(self) -> None:
-        """Let the engine play alone, until the next time."""
-        engine = self.engine
+    def _hand_back(self, until: float) -> None:
+        """Let the engine play alone up to a time (s)."""
+        engine, self.given_up = self.engine, until
         if self.state == TAKEN:
             self.state, engine.upcoming = OFF, engine.queue.upcoming
+            changed = dict(self.table.near.changed)
             engine.predict(sorted(self._there()))
+            self.table.near.changed.clear()
+            self.table.near.changed.update(changed)
 
     def _there(self) -> set[int]:
         """Return the numbers of the balls that are on the table."""

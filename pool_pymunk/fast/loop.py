@@ -116,7 +116,10 @@ def answer_table(w: Work, sides: Sides) -> None:
     if is_there:
         clear_dues(w)
         for i in range(w.scene.balls):
-            w.anew[i] = not w.ball[i].is_off
+            ball = w.ball[i]
+            w.anew[i] = ball.moves
+            if not ball.is_off:
+                put_box(ball, box(path_of(ball), ball.radius, w.now, math.inf))
         predict_anew(w, sides)
     found[0] = PAUSED if is_there else play(w, sides)
     found[0] = HARD if w.is_hard else found[0]

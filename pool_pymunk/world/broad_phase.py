@@ -43,8 +43,7 @@ class BroadPhase:
 
     def foresee(self) -> None:
         """Predict the contacts of the pairs whose sensors have begun to touch."""
-        loop = self.engine.loop
-        for i, j in () if loop is not None and (loop.is_on or loop.is_taken) else self.pairs:
+        for i, j in () if self.engine.has_loop else self.pairs:
             if j < 0:
                 self.engine.meet_wall(i, -1 - j)
             else:

@@ -254,6 +254,9 @@ class Steps(WatchedState):
     def answer(self, began: float) -> None:
         """Answer the contacts and stops of the step that ``began`` at this time (s)."""
         engine, near = self.engine, self.near
+        if engine.has_loop:
+            engine.now = began
+            engine.loop.resume(self.time)
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             engine.now, near.until = began, self.time
             if engine.loop is None and contacts.LOOPS:

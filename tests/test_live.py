@@ -1,0 +1,177 @@
+"""Steps of a table by the compiled loop are those of Python: every bit, and all that is told."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from press_scenes import AT_A_CUSHION
+from scenes import seeds
+from shots import KINDS, ROLLING, needs_numba, some_scene
+
+from pool_pymunk import Billiards, Law, Restitution, Scene, Table, load, rack
+from pool_pymunk.engine import contacts
+from pool_pymunk.fast import ahead
+from pool_pymunk.fast.live import Loop
+from pool_pymunk.solvers.pymunk_space import set_up
+from pool_pymunk.solvers.record import Settings
+from pool_pymunk.world import ContactEvent, TableBall
+
+pytestmark = needs_numba
+DT = 1 / 60
+Meddle = Callable[[Billiards, int], object]
+
+
+@pytest.fixture
+def played(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[bool]]:
+    """Count the calls in which the loop plays, and those that it leaves to the engine."""
+    count, play = Counter[bool](), Loop.play
+
+    def counted(loop: Loop, until: float) -> bool:
+        done = play(loop, until)
+        count[done] += 1
+        return done
+
+    monkeypatch.setattr(Loop, "play", counted)
+    yield count
+
+
+def struck(scene: Scene) -> Scene:
+    """Return a scene whose first shot begins at once."""
+    start = scene.start(scene.shots[0])
+    balls = [
+        replace(ball, position=place, velocity=velocity)
+        for ball, place, velocity in zip(scene.balls, start.position, start.velocity, strict=True)
+    ]
+    return replace(scene, balls=tuple(balls), shots=())
+
+
+def story(scene: Scene, steps: int, meddle: Meddle, hears: bool, law: Any = None) -> list[Any]:
+    """Return what a table shows after each step, and what it tells its callbacks."""
+    table, told = set_up(scene, scene.start(None), Settings(DT, law=law), "joint"), list[Any]()
+    if hears:
+        table.on_contact = lambda event: told.append(said(event))
+        table.on_stop = lambda ball, t: told.append((ball.number, t))
+        table.on_pocket = lambda ball, k, t: told.append((ball.number, k, t))
+    for k in range(steps):
+        meddle(table, k)
+        table.step(DT)
+        told.append([(*b.body.position, *b.body.velocity) for b in table.on_table()])
+    state = table.save_state()
+    return [*told, state.motions, state.rolls, table.time]
+
+
+def said(event: ContactEvent) -> Any:
+    """Return what an event tells, with the paths before it."""
+    paths = [(ball.number, ball.path) for ball in event.balls]
+    return (*event[:1], *event[2:], paths)
+
+
+def check_same(
+    scene: Scene, steps: int, meddle: Meddle = lambda *_: None, hears: bool = True, law: Any = None
+) -> None:
+    """Check that a table has the same story with the loop and without."""
+    ahead.compile(replace(scene, balls=scene.balls[:1], shots=()))
+    assert contacts.LOOPS
+    mine = story(scene, steps, meddle, hears, law)
+    kept, contacts.LOOPS[:] = contacts.LOOPS[:], []
+    its = story(scene, steps, meddle, hears, law)
+    contacts.LOOPS[:] = kept
+    for k, (one, other) in enumerate(zip(mine, its, strict=True)):
+        assert one == other, k
+
+
+def hit_now_and_then(table: Billiards, step: int) -> None:
+    """Strike a ball, put one elsewhere, save and restore, and take one off."""
+    rnd = random.Random(step)
+    balls = table.on_table()
+    if step % 20 == 7:
+        table.strike(rnd.choice(balls), (rnd.uniform(-1, 1), rnd.uniform(-1, 1)))
+    if step % 50 == 31:
+        table.restore_state(table.save_state())
+    if step == 90 and len(balls) > 2:
+        table.remove_ball(balls[1])
+    if step % 40 == 13:
+        ball = rnd.choice(balls)
+        ball.body.velocity = (0.3, 0.1)
+
+
+@pytest.mark.parametrize("hears", [True, False])
+@pytest.mark.parametrize("kind", ["rectangle", "pockets", "rack", "frozen", "crowd"])
+def test_steps_are_those_of_python(kind: str, hears: bool, played: Counter[bool]) -> None:
+    for seed in seeds(3):
+        check_same(some_scene(kind, seed), 120, hears=hears)
+    assert played[True] > 9 * played[False]
+
+
+@pytest.mark.slow
+@pytest.mark.seeded
+@pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
+def test_steps_of_all_kinds_are_those_of_python(kind: str, played: Counter[bool]) -> None:
+    for seed in seeds(6):
+        scene = some_scene(kind, seed)
+        check_same(scene, 200, hears=seed % 2 == 0)
+        check_same(scene, 200, hit_now_and_then)
+    assert played[True] > 0
+
+
+@pytest.mark.slow
+def test_a_break_of_balls_that_roll_is_that_of_python(played: Counter[bool]) -> None:
+    scene = struck(load("eight-ball"))
+    check_same(scene, 500)
+    check_same(scene, 300, hit_now_and_then)
+    assert set(played) == {True}
+
+
+def test_changes_between_steps_are_followed(played: Counter[bool]) -> None:
+    scene = replace(some_scene("rectangle", 1), restitution=Restitution(0.8, cushion=0.7))
+    check_same(scene, 240, hit_now_and_then)
+    assert played[True] > played[False]
+
+
+def test_contacts_that_persist_are_told_of_when_they_are_over(played: Counter[bool]) -> None:
+    scene = Scene(
+        AT_A_CUSHION.balls, AT_A_CUSHION.table, Restitution(0.3, cushion=0.2),
+        replace(AT_A_CUSHION.friction, rolling=None),
+    )  # fmt: skip
+    check_same(scene, 120)
+    assert played[True] > 0
+
+
+def test_a_callback_may_change_what_follows(played: Counter[bool]) -> None:
+    scene = struck(load("report"))
+
+    def turn(table: Billiards, step: int) -> None:
+        def push(event: ContactEvent) -> None:
+            ball: TableBall = event.balls[0]
+            table.strike(ball, (0.5, -0.25))
+
+        if step == 0:
+            table.on_contact = push
+
+    check_same(scene, 120, turn, hears=False)
+    assert played[True] > 0
+
+
+def test_what_the_loop_has_no_room_for_is_played_by_the_engine(played: Counter[bool]) -> None:
+    cue = load("report").balls[0]
+    balls = rack((0.6, 0.5), radius=0.02, mass=0.2, rows=9)
+    scene = Scene(
+        (replace(cue, position=(0.2, 0.5), radius=0.02, velocity=(3.0, 0.0)), *balls),
+        Table.rectangle(1.5, 1.0), Restitution(0.9, cushion=0.7), load("report").friction,
+    )  # fmt: skip
+    check_same(scene, 30)
+    assert played[False] > 0 < played[True]
+
+
+def test_laws_of_ones_own_are_played_by_the_engine(played: Counter[bool]) -> None:
+    class Own(Law):
+        def cushion(self, v: Any, restitution: float, friction: float) -> Any:
+            return v._replace(n=-restitution * v.n)
+
+    check_same(struck(load("report")), 60, law=Own())
+    assert set(played) == {False}
