@@ -62,7 +62,7 @@ played:
 
 test-slow: export POOL_SEED ?= $(shell date +%s)
 test-slow: PROFILE ?= random
-test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.1,1)
+test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.07,1)
 # `make test` has played the fixed examples of hypothesis.
 test-slow: AGAIN := $(if $(filter fixed,$(PROFILE)),seeded,seeded or hypothesis)
 test-slow: $(VENV)/installed

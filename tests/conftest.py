@@ -64,7 +64,7 @@ NEEDING = {
 
 # These tests play compiled shots, which `make test` compiles beside the first tests.
 COMPILED = (
-    "atlas", "docs", "env", "fast", "figures", "find", "inputs", "linear", "many",
+    "atlas", "docs", "env", "fast", "figures", "find", "inputs", "linear", "live", "many",
     "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
     "shapes", "single", "sweep", "weakening",
 )  # fmt: skip

@@ -344,15 +344,15 @@ class ContactEngine:
 
     def state_of(self, i: int) -> list[float]:
         """Return x, y (m), vx, vy, wx, wy (m/s) of a ball now."""
-        if self.groups.members:
+        leader = self.groups.leader[i]
+        if leader >= 0:
             self.take_over()
-        leader, press = self.groups.leader[i], self.press
         if leader < 0:
             path = self.paths[i]
             return [*motion_at(path, self.now), *self.surface.roll(path, self.now)]
         groups.find_state(self, leader, self.now)
         p = 6 * self.groups.local[i]
-        return list(press.end[p : p + 6])
+        return list(self.press.end[p : p + 6])
 
     def presses(self, hit: Hit) -> bool:
         """Tell whether a contact has a force now."""

@@ -96,7 +96,7 @@ STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do
 # one lets GROWTH times as much go unseen, for MOST hits at most.
 GROWTH, FEW, MOST, AGO = 1.3, 30, 50, 0.05
 WEAR = tuple(accumulate([GROWTH] * MOST, mul, initial=1.0))
-SHORTLY = 1e-3  # of the time to a hit; a piece is cut so much before it
+SHORTLY = 1e-3  # of the time from its beginning to a hit; a piece is cut so much before it
 NONE = -1  # stands for no ball, no contact
 
 # What groups have by ball N and by contact C. A ball's `leader` is the first ball of its group, or
@@ -341,8 +341,11 @@ def cuts(w: Any, i: int, other: int, t: float) -> bool:
 
 def is_cut_for(w: Any, i: int, t: float) -> bool:
     """Cut the piece of a ball shortly before ``t`` (s), unless it is too near."""
-    r, wait = w.groups, t - w.now
-    if r.leader[i] == NONE or not wait > 2.0 * SHORTLY * r.span[r.leader[i]]:
+    r, leader = w.groups, w.groups.leader[i]
+    if leader == NONE:
+        return False
+    wait = t - r.began[leader]  # It is the same whenever the hit is predicted.
+    if t - SHORTLY * wait <= w.now or not wait > 2.0 * SHORTLY * r.span[leader]:
         return False
     push_piece(w, i, t - SHORTLY * wait)
     return True

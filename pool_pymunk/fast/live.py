@@ -318,6 +318,7 @@ class Loop:
         for name in NUMBERS:
             setattr(own, name, self.groups[name].item())
         self._rename(-1 - np.array([*self.arrays.sides.wall, 0]))
+        own.hold(self.balls, max(own.used, own.waits, own.hits))
         for name, many in self._rows():
             getattr(own, name)[:many] = self.groups[name][:many].tolist()
         self._read_held()
@@ -360,11 +361,16 @@ class Loop:
             self._tell_event(t, int(i), int(other), impulse)
         for row in rows[done:]:
             self._follow(row, changed)
+        starts = enumerate(self.ball["t"][: self.balls].tolist())
+        changed |= {i: None for i, began in starts if began != engine.paths[i].t}
         self._read_balls([i for i in changed if i not in self.table.near.gone])
         for past in track["past"][: track["pasts"]].tolist():
             engine.recorder.persistent(self._persisted(past))
         track["rows"] = track["events"] = track["notes"] = track["pasts"] = 0
         self._read_held()
+        own = engine.groups
+        own.members = int(self.groups["members"])
+        own.leader[: self.balls] = self.groups["leader"][: self.balls].tolist()
 
     def _follow(self, row: list[float], changed: dict[int, None]) -> None:
         """Put a ball on the path of a breakpoint."""
@@ -436,7 +442,7 @@ class Loop:
         return bool(holds(self.array["groups"].view(np.recarray)[0], i, other))
 
     def forget(self, hit: Hit) -> None:
-        """Forget a persistent contact that was told of."""
+        """Forget a persistent contact of which somebody has heard."""
         helds = int(self.groups["helds"])
         rows = self.groups["held"]
         for m in range(helds):

@@ -208,11 +208,12 @@ def write_track(w: Work, tracks: Tracks, rows: int, events: int) -> tuple[int, i
 
 def play(w: Work, sides: Sides) -> int:
     """Play a shot to its end, and return how it ended."""
-    track = w.track
+    track, has_played = w.track, False
     while True:
         i, t, other_t = due_next(w)
-        if w.scene.asks and (t > w.scene.time or has_told(w, t)):
+        if w.scene.asks and (t > w.scene.time or (has_played and has_told(w, t))):
             return PAUSED
+        has_played = True
         if t == math.inf or t > w.scene.latest:
             return end(w, t)
         if w.count.events >= w.scene.most:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 
 import pymunk
@@ -78,12 +78,17 @@ class Callbacks(Recorder):
 
     def end_persistent(self) -> None:
         """Tell of the persistent contacts that are over, as they are at their ends."""
+        for hit in self.note_ends():
+            self.state.engine.tell(hit)
+
+    def note_ends(self) -> list[Hit]:
+        """Return the persistent contacts that are over; one that ends now has its place of now."""
         engine, persisted = self.state.engine, self.state.engine.groups.persisted
-        for hit in [hit for hit in persisted if not engine.presses(hit)]:
+        over = [hit for hit in persisted if not engine.presses(hit)]
+        for hit in over:
             if self._is_there(hit, persisted[hit]):
-                contact = engine.contact(hit)
-                persisted[hit] = persisted[hit]._replace(contact=contact)
-            engine.tell(hit)
+                persisted[hit] = persisted[hit]._replace(contact=engine.contact(hit))
+        return over
 
     def _is_there(self, hit: Hit, persisted: Persisted) -> bool:
         """Tell whether a contact is over just now, and both of its sides are still there."""
@@ -157,6 +162,10 @@ class Steps(WatchedState):
 
     def follow(self) -> None:
         self.callbacks.follow()
+
+    def set_out(self, balls: Collection[TableBall]) -> None:
+        self.callbacks.note_ends()
+        super().set_out(balls)
 
     @property
     def pair_as_said(self) -> Callable[[int, int], Pair]:

@@ -1,0 +1,93 @@
+"""Steps of a live table are measured in Python and by the compiled loop, with the same bits.
+
+``python tests/benchmarks/test_live_speed.py`` prints the table of docs/speed.md: the longest step
+(1/60 s) of each of some breaks, of which the median and the longest count.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from pool_pymunk import Billiards, Scene, load
+from pool_pymunk.engine import contacts
+from pool_pymunk.fast import ahead
+from pool_pymunk.solvers.pymunk_space import set_up
+from pool_pymunk.solvers.record import Settings
+
+DT = 1 / 60
+BREAKS, STEPS = 40, 600
+
+
+def broken(seed: int, scene: Scene) -> Billiards:
+    """Return a table whose cue ball is struck at the rack, at 1 to 10 m/s and within 10 degrees."""
+    rnd = random.Random(seed)
+    table = set_up(scene, scene.start(None), Settings(DT), "joint")
+    cue = next(k for k, ball in enumerate(scene.balls) if ball.cue)
+    rack = [ball.position for ball in scene.balls if not ball.cue]
+    x, y = (sum(parts) / len(rack) for parts in zip(*rack, strict=True))
+    own = scene.balls[cue].position
+    speed, aside = rnd.uniform(1.0, 10.0), math.radians(rnd.uniform(-10.0, 10.0))
+    angle = math.atan2(y - own[1], x - own[0]) + aside
+    table.strike(table.balls[cue], (speed * math.cos(angle), speed * math.sin(angle)))
+    return table
+
+
+def steps(table: Billiards) -> list[float]:
+    """Return how long (ms) each step takes."""
+    found = []
+    for _ in range(STEPS):
+        began = time.perf_counter()
+        table.step(DT)
+        found.append(1e3 * (time.perf_counter() - began))
+    return found
+
+
+def cases() -> dict[str, Scene]:
+    """Return the scenes of the table."""
+    eight = load("eight-ball")
+    sliding = replace(eight, friction=replace(eight.friction, rolling=None))
+    return {"eight-ball": eight, "the same balls sliding": sliding}
+
+
+def longest(scene: Scene, hears: Callable[[Any], object] | None) -> list[float]:
+    """Return the longest step (ms) of each break."""
+    found = []
+    for seed in range(BREAKS):
+        table = broken(seed, scene)
+        table.on_contact = hears
+        found.append(max(steps(table)))
+    return found
+
+
+@pytest.mark.parametrize("name", cases())
+def test_compiled_steps_are_faster(benchmark: Any, name: str) -> None:
+    scene = cases()[name]
+    ahead.compile(scene)
+    benchmark(lambda: steps(broken(12, scene)))
+
+
+def main() -> None:
+    print("| a break of | on_contact | in Python, ms | compiled, ms |\n|---|---|---:|---:|")
+    for name, scene in cases().items():
+        ahead.compile(scene)
+        longest(scene, None)  # The record is made once.
+        for hears in (None, lambda _: None):
+            rows = []
+            for is_compiled in (False, True):
+                kept, contacts.LOOPS[:] = contacts.LOOPS[:], contacts.LOOPS[:1] * is_compiled
+                found = longest(scene, hears)
+                contacts.LOOPS[:] = kept
+                rows.append(f"{statistics.median(found):.1f} ({max(found):.0f})")
+            print(f"| {name} | {'yes' if hears else 'no'} | {rows[0]} | {rows[1]} |")
+
+
+if __name__ == "__main__":
+    main()
