@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 
@@ -25,7 +26,9 @@ def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by 
     By default this is done for all four kinds of scenes: balls may roll or only slide, and there
     may be arcs, or posts with coefficients of their own. With a ``scene`` it is done for its kind
     alone. A kind takes up to a minute once on each machine, and some 0.6 s in each process then.
-    From then on ``event-driven`` plays single runs by it in this process, with the same bits.
+    From then on ``event-driven`` plays single runs by it in this process, and ``Billiards`` its
+    steps, with the same bits. What is there then is left out of later garbage collections
+    (``gc.freeze``).
     Raises ModuleNotFoundError if numba is not installed.
 
     >>> from pool_pymunk import compile, load
@@ -44,6 +47,9 @@ def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by 
             simulate_many(plainest(form))
         took = time.perf_counter() - began
         print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
+    # numba leaves so many objects that to look through them takes 50 ms in the midst of a game.
+    gc.collect()
+    gc.freeze()
 
 
 def plainest(form: Form) -> Scene:

@@ -9,6 +9,7 @@ that follows.
 from __future__ import annotations
 
 import math
+import weakref
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.fast.loop import ENTER, GO_ON, HITS, PAUSED, STOPS
 from pool_pymunk.fast.press import Form
 from pool_pymunk.fast.records import (
+    INSTANT,
     MOST_BALLS,
     MOST_TOGETHER,
     NOTHING,
@@ -54,6 +56,7 @@ NUMBERS = (
     "members", "loosened", "waits", "hits", "todos", "begun", "used", "free", "begun_t", "coarser",
 )  # fmt: skip
 UNKNOWN = -math.inf  # What is due next must be asked for.
+FREE: dict[bool, list[Any]] = {}  # records of engines that are gone
 OFF, TAKEN, ON = range(
     3
 )  # The engine plays; it has taken over what the record had; the loop plays.
@@ -65,6 +68,7 @@ class Loop:
     def __init__(self, loaded: dict[Form, Any], engine: ContactEngine, table: Steps) -> None:
         self.loaded, self.engine, self.table = loaded, engine, table
         self.state, self.next_t, self.given_up = OFF, math.inf, -math.inf
+        self.until = -math.inf  # s; the end of the present step
         self.form: Form = False, False
         self.array: Any = None
         self.walls: tuple[Any, ...] = ()
@@ -88,8 +92,9 @@ class Loop:
 
     def play(self, until: float) -> bool:
         """Play what is due up to a time (s), or to what somebody hears of; return False if not."""
-        if self.state == ON and not self._is_as_before():
+        if self.state == ON and until != self.until and not self._is_as_before():
             self.leave()
+        self.until = until
         if self.state == OFF and until <= self.given_up:
             return False  # The engine plays this step to its end.
         if self.state != ON and not (self._may_play() and self._enter()):
@@ -175,16 +180,16 @@ class Loop:
         """Have a record of the right form, and arrays of the walls."""
         engine = self.engine
         if self.array is None or self.array.dtype != WORKS[self.form[0]]:
-            self.array = np.zeros(1, dtype=WORKS[self.form[0]])
+            self.array = record_of(self.engine, self.form[0])
             self.work, self.scene = self.array[0], self.array["scene"][0]
             self.ball, self.due = self.array["ball"][0], self.array["due"][0]
             self.groups, self.track = self.array["groups"][0], self.array["track"][0]
             self.instant = self.array["instant"][0]
             raw, fields = self.array.view(np.uint8), self.array.dtype.fields
-            track, instant, press, groups = (
-                fields[name][1] for name in ("track", "instant", "press", "groups")
-            )
-            self.parts = raw[:track], raw[instant:press], raw[groups:]
+            track, instant, groups = (fields[name][1] for name in ("track", "instant", "groups"))
+            numbers = instant + INSTANT.fields["ball"][1]  # They come first.
+            # what an instant that is handed back must not have changed
+            self.parts = raw[:track], raw[instant:numbers], self.instant["met"], raw[groups:]
         self.walls, self.balls = tuple(engine.walls), len(engine.paths)
         differ = self.form[1]
         owned = [(wall.restitution, wall.friction) for wall in engine.walls] if differ else ()
@@ -450,6 +455,17 @@ class Loop:
                 rows[m : helds - 1] = rows[m + 1 : helds].copy()
                 self.groups["helds"] = helds - 1
                 return
+
+
+def record_of(engine: ContactEngine, rolls: bool) -> Any:
+    """Return a record for an engine; that of an engine that is gone serves again.
+
+    It takes a millisecond or more to make one.
+    """
+    free = FREE.setdefault(rolls, [])
+    record = free.pop() if free else np.zeros(1, dtype=WORKS[rolls])
+    weakref.finalize(engine, free.append, record)
+    return record
 
 
 class Pairs(NamedTuple):
