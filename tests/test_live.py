@@ -1,4 +1,4 @@
-"""Steps of a table by the compiled loop are those of Python: every bit, and all that is told."""
+"""Steps of a table by the compiled loop are those of Python: every bit, and every call."""
 
 from __future__ import annotations
 
@@ -51,18 +51,18 @@ def struck(scene: Scene) -> Scene:
 
 
 def story(scene: Scene, steps: int, meddle: Meddle, hears: bool, law: Any = None) -> list[Any]:
-    """Return what a table shows after each step, and what it tells its callbacks."""
-    table, told = set_up(scene, scene.start(None), Settings(DT, law=law), "joint"), list[Any]()
+    """Return what a table shows after each step, and what its callbacks hear."""
+    table, heard = set_up(scene, scene.start(None), Settings(DT, law=law), "joint"), list[Any]()
     if hears:
-        table.on_contact = lambda event: told.append(said(event))
-        table.on_stop = lambda ball, t: told.append((ball.number, t))
-        table.on_pocket = lambda ball, k, t: told.append((ball.number, k, t))
+        table.on_contact = lambda event: heard.append(said(event))
+        table.on_stop = lambda ball, t: heard.append((ball.number, t))
+        table.on_pocket = lambda ball, k, t: heard.append((ball.number, k, t))
     for k in range(steps):
         meddle(table, k)
         table.step(DT)
-        told.append([(*b.body.position, *b.body.velocity) for b in table.on_table()])
+        heard.append([(*b.body.position, *b.body.velocity) for b in table.on_table()])
     state = table.save_state()
-    return [*told, state.motions, state.rolls, table.time]
+    return [*heard, state.motions, state.rolls, table.time]
 
 
 def said(event: ContactEvent) -> Any:
@@ -133,7 +133,7 @@ def test_changes_between_steps_are_followed(played: Counter[bool]) -> None:
     assert played[True] > played[False]
 
 
-def test_contacts_that_persist_are_told_of_when_they_are_over(played: Counter[bool]) -> None:
+def test_a_persistent_contact_is_heard_when_it_is_over(played: Counter[bool]) -> None:
     scene = Scene(
         AT_A_CUSHION.balls, AT_A_CUSHION.table, Restitution(0.3, cushion=0.2),
         replace(AT_A_CUSHION.friction, rolling=None),

@@ -133,7 +133,12 @@ def test_persistent_contacts_of_the_engine_are_compiled(
     scene = replace(scene, balls=tuple(balls), physics=replace(scene.physics, max_time=0.3))
     asks = Counter[int]()
     ask = RecordPress.ask
-    monkeypatch.setattr(RecordPress, "ask", lambda *args: (asks.update([args[1]]), ask(*args))[1])
+
+    def counted(press: RecordPress, what: int, **arguments: float) -> list[float]:
+        asks[what] += 1
+        return ask(press, what, **arguments)
+
+    monkeypatch.setattr(RecordPress, "ask", counted)
     one = simulate(scene, solver=solver)
     assert asks[PIECE] > 0
     monkeypatch.setattr(asked, "PRESSES", [])

@@ -366,7 +366,7 @@ class ContactEngine:
 
     def tell(self, hit: Hit) -> None:
         """Tell the recorder about a persistent contact that is over."""
-        if self.loop is not None:
+        if self.loop is not None and self.loop.is_on:
             self.loop.forget(hit)
         if hit in self.groups.persisted:
             self.recorder.persistent(self.groups.persisted.pop(hit))

@@ -268,7 +268,8 @@ class Steps(WatchedState):
             engine.loop.resume(self.time)
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             engine.now, near.until = began, self.time
-            if engine.loop is None and contacts.LOOPS:
+            is_ours = engine.recorder is self.callbacks
+            if engine.loop is None and contacts.LOOPS and is_ours:
                 engine.loop = contacts.LOOPS[0](engine, self)
             near.foresee()
             try:
