@@ -188,8 +188,10 @@ def odd(self: None, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
 @pytest.mark.parametrize(("a", "b"), BEFORE)
 def test_numbas_dual_numbers_know_what_those_of_python_know(a: NT, b: NT) -> None:
     import_module(compiled.DUALS)
-    rows, pair = np.empty((4, 8)), Pair(0.2, 0.3, 0.9, 0.1)
-    import_module("numba").njit(hit_by_duals(import_module("numba").njit(odd)))(a, b, pair, rows)
+    rows, pair, njit = np.empty((4, 8)), Pair(0.2, 0.3, 0.9, 0.1), import_module("numba").njit
+    for each in dual, slope:
+        import_module("numba.extending").register_jitable(each)
+    njit(hit_by_duals(njit(odd)))(a, b, pair, rows)
     wanted = by_duals(lambda a, b, pair: odd(None, a, b, pair), (a, b, pair))
     np.testing.assert_array_equal(rows, wanted)
 

@@ -57,9 +57,8 @@ NUMBERS = (
 )  # fmt: skip
 UNKNOWN = -math.inf  # What is due next must be asked for.
 FREE: dict[bool, list[Any]] = {}  # records of engines that are gone
-OFF, TAKEN, ON = range(
-    3
-)  # The engine plays; it has taken over what the record had; the loop plays.
+# The engine plays; the engine has taken over what the record had; the loop plays.
+OFF, TAKEN, ON = range(3)
 
 
 class Loop:
@@ -100,21 +99,19 @@ class Loop:
         if self.state != ON and not (self._may_play() and self._enter()):
             self._hand_back(until)
             return False
-        if self.next_t > until:
-            return True
         hits, stops = self.table.callbacks.hears()
         self.scene["hears"] = HITS * hits + STOPS * stops
-        kept = [part.copy() for part in self.parts]
-        self.ask(GO_ON, until)
-        while self.status == PAUSED and self.next_t <= until and not self.has_told:
-            self.ask(GO_ON, until)
-        if self.status != PAUSED:
-            for part, old in zip(self.parts, kept, strict=True):
-                part[:] = old
-            self.leave()
-            self._hand_back(until)
-            return False
-        self._tell()
+        has_told = False
+        while self.next_t <= until and not has_told:
+            kept = [part.copy() for part in self.parts]
+            status, has_told = self.ask(GO_ON, until)
+            if status != PAUSED:
+                for part, old in zip(self.parts, kept, strict=True):
+                    part[:] = old
+                self.leave()
+                self._hand_back(until)
+                return False
+            self._tell()
         return True
 
     def resume(self, until: float) -> None:
@@ -149,12 +146,15 @@ class Loop:
         many = own.used, own.waits, own.hits, self.engine.instant.mets, len(own.persisted)
         return bool(max(many) <= MOST_TOGETHER)
 
-    def ask(self, what: int, until: float = 0.0) -> None:
-        """Ask the compiled loop to enter, or to go on until a time (s)."""
+    def ask(self, what: int, until: float = 0.0) -> tuple[int, bool]:
+        """Ask the compiled loop to enter, or to go on until a time (s).
+
+        Return how that ended, and whether somebody is to hear of it.
+        """
         self.scene["asks"], self.scene["time"] = what, until
         self.loaded[self.form](self.work, self.arrays, *self.no_shots, 0, 0)
         status, self.next_t, has_told, _ = self.scene["answer"].tolist()
-        self.status, self.has_told = int(status), bool(has_told)
+        return int(status), bool(has_told)
 
     # -- the record begins -------------------------------------------------------------------------
 
@@ -167,14 +167,16 @@ class Loop:
         for i in range(self.balls):
             self._write_ball(i, i in there)
         self._write_groups()
-        self.ask(ENTER)
+        status, _ = self.ask(ENTER)
+        if status != PAUSED:
+            return False
         self._write_dues()
         self._write_instant()
         engine.queue.clear()
         engine.queue.presses.clear()
         engine.upcoming = self.upcoming
         self.state = ON
-        return self.status == PAUSED
+        return True
 
     def _hold(self) -> None:
         """Have a record of the right form, and arrays of the walls."""
@@ -463,7 +465,10 @@ def record_of(engine: ContactEngine, rolls: bool) -> Any:
     It takes a millisecond or more to make one.
     """
     free = FREE.setdefault(rolls, [])
-    record = free.pop() if free else np.zeros(1, dtype=WORKS[rolls])
+    try:  # Another thread may take the last one.
+        record = free.pop()
+    except IndexError:
+        record = np.zeros(1, dtype=WORKS[rolls])
     weakref.finalize(engine, free.append, record)
     return record
 

@@ -351,7 +351,7 @@ def begin_steps(g: Any) -> None:
     for p in range(6 * g.balls):
         g.here[p] = g.state[p]
     for k in range(g.contacts):
-        g.sum[k][0] = g.sum[k][1] = g.sum[k][2] = 0.0
+        g.so_far[k][0] = g.so_far[k][1] = g.so_far[k][2] = 0.0
 
 
 def keep_stop(g: Any, time: float) -> None:
@@ -370,15 +370,15 @@ def take_back(g: Any) -> None:
         g.end[p] = g.here[p]
     for k in range(g.contacts):
         for kind in range(3):
-            g.total[k][kind] = g.sum[k][kind]
+            g.total[k][kind] = g.so_far[k][kind]
 
 
 def add_impulses(g: Any) -> None:
     """Add the impulses of a step to those of its piece; ``total`` becomes those of the piece."""
     for k in range(g.contacts):
         for kind in range(3):
-            g.sum[k][kind] += g.total[k][kind]
-            g.total[k][kind] = g.sum[k][kind]
+            g.so_far[k][kind] += g.total[k][kind]
+            g.total[k][kind] = g.so_far[k][kind]
 
 
 def step_of(g: Any, longest: float) -> Piece:

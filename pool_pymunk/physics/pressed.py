@@ -74,7 +74,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "found": (float, ("3C",)), "free": (float, ("3C", "3C")),
     "state": (float, ("6N",)), "end": (float, ("6N",)), "total": (float, ("C", 3)),
     "rates": (float, (7, "6N")), "forces": (float, (7, "C", 3)),
-    "here": (float, ("6N",)), "sum": (float, ("C", 3)),
+    "here": (float, ("6N",)), "so_far": (float, ("C", 3)),
     "stop": (float, (MOST_STEPS, "6N")), "stop_t": (float, (MOST_STEPS,)),
     "first": (float, ("6N",)), "held": (float, ("C", 3)),
     "before": (float, ("4C+N",)), "after": (float, ("4C+N",)),
