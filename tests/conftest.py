@@ -21,8 +21,8 @@ from shots import with_twins
 from pool_pymunk import Law, Scene
 from pool_pymunk.engine import asked, contacts
 from pool_pymunk.fast import compiled, many, single
-from pool_pymunk.fast.press import Form
-from pool_pymunk.fast.tables import can_compile, walls_differ
+from pool_pymunk.fast.tables import Form, can_compile, walls_differ
+from pool_pymunk.physics import changes
 from pool_pymunk.solvers import event_driven
 
 settings.register_profile(
@@ -108,6 +108,8 @@ def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(event_driven, "FASTER", [])
     monkeypatch.setattr(asked, "PRESSES", [])
     monkeypatch.setattr(contacts, "LOOPS", [])
+    monkeypatch.setattr(changes, "FASTER", [])
+    monkeypatch.setattr(single, "follow_run", lambda *_: None)
 
 
 @pytest.fixture(autouse=True)
@@ -120,6 +122,8 @@ def rolls_and_arcs_are_compiled_in_slow_tests_alone(
     """
     if "slow" not in request.keywords:
         monkeypatch.setattr(compiled, "follow_shots", with_twins)
+        monkeypatch.setattr(compiled, "note_form", lambda *_: None)
+        monkeypatch.setattr(compiled, "has_form", lambda *_: True)
         monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from kinks import BESIDE, KINKS, L_SHAPED
 from scenes import frozen_rack, seeds
-from shots import KINDS, ROLLING, needs_numba, shots_of, some_scene, uncompiled
+from shots import KINDS, ROLLING, SAME, needs_numba, shots_of, some_scene, uncompiled
 from shots import check_derivatives as check
 
 from pool_pymunk import (
@@ -28,7 +28,11 @@ from pool_pymunk import (
 )
 from pool_pymunk import simulate_many as play
 from pool_pymunk.fast import compiled, many
+from pool_pymunk.fast.derivatives import follow_run
 from pool_pymunk.fast.tables import can_compile
+from pool_pymunk.physics import changes
+from pool_pymunk.results.run import Run
+from pool_pymunk.studies.rounding import rounding
 
 
 def compare(kind: str, seed: int, count: int) -> int:
@@ -54,6 +58,45 @@ def compare(kind: str, seed: int, count: int) -> int:
 def test_a_hundred_random_shots_have_the_derivatives_of_their_runs(kind: str) -> None:
     compiled = sum(compare(kind, seed, 2) for seed in range(6))
     assert compiled >= {"frozen": 0, "hard": 0, "crowd": 3}.get(kind, 6)
+
+
+def differences(run: Run) -> Iterator[Any]:
+    """Yield what is known of a run's derivatives and rounding, without and with the fast pass."""
+    times, ball = np.linspace(0.0, run.duration, 5), run.scene.balls[0].id
+    for fast in ([], [follow_run]):
+        changes.FASTER[:] = fast
+        found = run.derivatives("all")
+        yield from (found.final, found.velocity, found.times, found.at(times, ball))
+        yield from (np.array(rounding(run)), np.array(found.warnings))
+
+
+def compare_single(kind: str, count: int) -> None:
+    """Compare what both passes know of a run; numba sums otherwise, and events amplify it."""
+    for seed in seeds(count):
+        scene = some_scene(kind, seed)
+        batch = play(scene, *shots_of(scene, 1, seed), derivatives="mass")  # This compiles.
+        found = list(differences(batch.run(0)))
+        for slow, fast in zip(found[:6], found[6:], strict=True):
+            if slow.dtype.kind == "U":
+                assert slow.tolist() == fast.tolist()
+            else:
+                scale = np.max(np.abs(slow), where=np.isfinite(slow), initial=0.0)
+                np.testing.assert_allclose(fast, slow, rtol=0.0, atol=100.0 * SAME * scale)
+
+
+@needs_numba
+@pytest.mark.heavy
+@pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
+def test_a_single_run_has_the_same_derivatives_and_rounding_by_the_fast_pass(kind: str) -> None:
+    compare_single(kind, 3)
+
+
+@needs_numba
+@pytest.mark.slow
+@pytest.mark.seeded
+@pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
+def test_five_hundred_single_runs_have_the_same_derivatives_by_numba(kind: str) -> None:
+    compare_single(kind, 25)
 
 
 @pytest.fixture

@@ -8,8 +8,7 @@ import time
 
 from pool_pymunk.fast import compiled, single
 from pool_pymunk.fast.many import simulate_many
-from pool_pymunk.fast.press import Form
-from pool_pymunk.fast.tables import walls_differ
+from pool_pymunk.fast.tables import Form, loop_form
 from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
 
 FORMS: dict[Form, str] = {
@@ -20,15 +19,18 @@ FORMS: dict[Form, str] = {
 }
 
 
-def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by its full name.
+def compile(  # noqa: A001  It is called by its full name.
+    scene: Scene | None = None, *, derivatives: bool = False
+) -> None:
     """Compile shots for this machine, or load them, and say so on standard error.
 
     By default this is done for all four kinds of scenes: balls may roll or only slide, and there
     may be arcs, or posts with coefficients of their own. With a ``scene`` it is done for its kind
     alone. A kind takes up to a minute once on each machine, and some 0.6 s in each process then.
     From then on ``event-driven`` plays single runs by it in this process, and ``Billiards`` its
-    steps, with the same bits. What is there then is left out of later garbage collections
-    (``gc.freeze``).
+    steps, with the same bits. With ``derivatives``, the pass for :meth:`Run.derivatives`,
+    ``run.rounding`` and fits is compiled, too; that takes half as long again. What is there then is
+    left out of later garbage collections (``gc.freeze``).
     Raises ModuleNotFoundError if numba is not installed.
 
     >>> from pool_pymunk import compile, load
@@ -38,13 +40,15 @@ def compile(scene: Scene | None = None) -> None:  # noqa: A001  It is called by 
     if not compiled.is_there():
         message = "compile() needs numba: pip install '.[fast]' in a clone"
         raise ModuleNotFoundError(message, name="numba")
-    forms = list(FORMS) if scene is None else [(scene.surface.rolls, walls_differ(scene))]
+    forms = list(FORMS) if scene is None else [loop_form(scene)]
     for form in forms:
         began = time.perf_counter()
         if form in single.loaded:
             single.remember(form, single.loaded[form])
         else:
             simulate_many(plainest(form))
+        if derivatives:
+            simulate_many(plainest(form), derivatives="position")
         took = time.perf_counter() - began
         print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
     # numba leaves so many objects that to look through them takes 50 ms in the midst of a game.

@@ -96,6 +96,21 @@ def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
     return _compiled(follow, _say_that_it_compiles, **UNCOUNTED)
 
 
+def note_form(compiled: Any, form: tuple[bool, bool]) -> None:
+    """Note that this machine has compiled a function for scenes of a form (fast/press.py)."""
+    with suppress(OSError):
+        _note(compiled, form).touch()
+
+
+def has_form(compiled: Any, form: tuple[bool, bool]) -> bool:
+    """Tell whether this machine has compiled a function for scenes of a form."""
+    return _note(compiled, form).exists()
+
+
+def _note(compiled: Any, form: tuple[bool, bool]) -> Path:
+    return Path(compiled.stats.cache_path) / "{:d}{:d}.ready".format(*form)
+
+
 @cache
 def alone(function: Callable[..., int]) -> Callable[..., int]:
     """Return a function; if numba is installed, it is compiled with those that it calls."""

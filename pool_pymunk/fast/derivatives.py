@@ -8,6 +8,7 @@ asks of objects, numba asks of the laws and sides that it knows.
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,22 @@ import numpy as np
 from pool_pymunk.fast import compiled, kinds, rows
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.fast.loop import OUT_OF_TIME
-from pool_pymunk.fast.records import F, I, Out, Tracks
+from pool_pymunk.fast.records import NOTHING, SCENE, F, I, Out, Shots, Tracks
 from pool_pymunk.fast.shots import Floats, Source, is_gone
-from pool_pymunk.fast.tables import own_of_walls, table_of, walls_differ
+from pool_pymunk.fast.tables import (
+    can_compile,
+    cue_of,
+    law_number,
+    loop_form,
+    own_of_walls,
+    table_of,
+    walls_differ,
+)
 from pool_pymunk.fast.walls import nearest
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
-from pool_pymunk.physics import changes, columns, errors, kinks
+from pool_pymunk.physics import changes, columns, kinks
+from pool_pymunk.physics.changes import FOLLOWED
 from pool_pymunk.physics.columns import ONE, Follow
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.path import Path, from_breakpoint
@@ -29,14 +39,30 @@ from pool_pymunk.physics.saltation import LAW, Geometry, taken_off
 from pool_pymunk.results.run import Run
 
 BALL = np.dtype([("at", I), ("met", I), ("gone", I), ("mass", F), ("radius", F)])
+UNKNOWN = -1  # A shot has not been followed.
+FEW = 64  # touches of a run find room besides its events, for each of which there is room for two
 CONTACT = np.dtype([(name, F, shape) for name, shape in ONE.items()])
+
+
+# The pass keeps how late each event is `lates` (E, P), and what it has `found`: when (s) it lost
+# something, and why (F, 2). It keeps when (s) which ball came to which breakpoint `places` (K, 3),
+# with its `changes` there (K, K', P). So many rows of both are `used`. Where there is no room for
+# places, nothing is kept.
+Kept = namedtuple("Kept", "lates found places changes used")
+
+
+def room_for(events: int, places: int, size: int, inputs: int) -> Kept:
+    """Return room for what the pass keeps."""
+    empty = np.empty
+    return Kept(empty((events, inputs)), empty((places, 2)), empty((places, 3)),
+                empty((places, size, inputs)), np.zeros(2, I))  # fmt: skip
 
 
 class Follower:
     """A follower watches shots, and works out the derivatives of their ends by ``names``.
 
-    ``found`` (S, N, 2, P) has them. ``known`` (S,) marks the shots whose derivatives are there, and
-    ``again`` (S,) those among them whose derivatives were worked out in Python.
+    ``found`` (S, N, 2, P) has them. ``why`` (S,) is FOLLOWED for shots whose derivatives are there,
+    and ``again`` (S,) marks those among them whose derivatives were worked out in Python.
     """
 
     replays = True  # A shot that is hard while its track is kept is played without one.
@@ -45,8 +71,8 @@ class Follower:
         self.source, self.names, self.out = source, names, out
         count, balls, _ = source.position.shape
         self.found = np.full((count, balls, 2, len(names)), math.nan)
-        self.known = np.zeros(count, np.bool_)
-        self.again = self.known.copy()
+        self.why = np.full(count, UNKNOWN, np.int8)
+        self.again = np.zeros(count, np.bool_)
 
     def watch(self, part: slice, tracks: Tracks) -> None:
         """Follow the changes through these shots."""
@@ -56,8 +82,9 @@ class Follower:
         starts, work = self._starts(part), self.source.work(keeps=True)
         g = _follow(scene, work.scene, tracks, numbers, starts.shape[2])
         pass_ = compiled.follow_shots(follow_shots)
-        ends = np.column_stack((tracks.ends, duration, is_cut))
-        pass_(g, self.source.shots(part), starts, ends, self.found[part], self.known[part])
+        ends = np.column_stack((tracks.ends, duration, is_cut, np.zeros(len(duration))))
+        pass_(g, self.source.shots(part), starts, ends, self.found[part], self.why[part])
+        compiled.note_form(pass_, loop_form(scene))
 
     def _starts(self, part: slice) -> Floats:
         """Return what the inputs change of the starts of some shots (S, N, K, P)."""
@@ -73,11 +100,11 @@ class Follower:
     def see(self, k: int, run: Run) -> None:
         """Work out the derivatives of shot ``k``, which was not compiled."""
         self.found[k] = run.derivatives(self.names).final
-        self.known[k] = self.again[k] = True
+        self.why[k], self.again[k] = FOLLOWED, True
 
     def complete(self) -> None:
         """Work out the derivatives that are still missing, in Python."""
-        for k in np.flatnonzero(~self.known & (self.out.status != CANNOT_START)).tolist():
+        for k in np.flatnonzero((self.why < 0) & (self.out.status != CANNOT_START)).tolist():
             self.see(k, self.source.run(k, measures_policies=False))
 
 
@@ -94,29 +121,78 @@ def _follow(scene: Any, law: Any, tracks: Tracks, numbers: Any, size: int) -> An
         (sides, np.unique(sides.first)), len(scene.cushions), own, law.cue, law, discs, faces,
         corners, ball, of_numbers, of_mass, of_radius, np.empty((count, size, inputs)),
         np.empty((count, inputs), np.bool_), np.empty(inputs), one[0],
-        **columns.room(size, inputs), python=0,
+        **columns.room(size, inputs), signs=np.empty((0, 0)), alike=np.empty((0, 0, 0, 0)),
+        drawn=np.zeros(2, I), anchors=np.empty((0, 2)), kept=room_for(0, 0, size, inputs),
     )  # fmt: skip
 
 
-def follow_shots(g: Any, shots: Any, starts: Any, ends: Any, found: Any, known: Any) -> int:
-    """Follow changes through some shots; mark the ``known`` ones, and return their number.
+def follow_run(g: Any, run: Run) -> int | None:
+    """Follow the changes through a single run by the compiled pass.
 
-    ``ends`` (S, 4) tell where the breakpoints and the events of a shot end, how long (s) it takes,
-    and whether it was cut there.
+    Return why errors cannot be followed, or None where the pass cannot be asked: this machine has
+    not compiled it yet, contacts persist, or the law or a side is somebody's own.
+    """
+    scene, law, pass_ = run.scene, g.law, compiled.follow_shots(follow_shots)
+    is_known = run.known_groups == () and law_number(law) != NOTHING and can_compile(scene, law)
+    if not is_known or not compiled.has_form(pass_, loop_form(scene)):
+        return None
+    record = np.zeros(1, SCENE).view(np.recarray)[0]
+    record.kind, record.cue = law_number(law), cue_of(scene)
+    (balls, size, inputs), events = g.change.shape, len(g.events)
+    is_of_errors = len(g.signs) > 0
+    kept = room_for(events, 0 if is_of_errors else balls + 4 * events + FEW, size, inputs)
+    numbers = g.of_numbers, g.of_mass, g.of_radius
+    h = _follow(scene, record, Tracks(g.rows, g.events, None), numbers, size)._replace(
+        signs=g.signs, alike=g.alike, anchors=np.array(g.anchors, float).reshape(-1, 2), kept=kept
+    )
+    ends = np.array([[len(g.rows), events, *g.one.ends[:3]]])
+    why, places = np.full(1, UNKNOWN, np.int8), np.zeros((1, balls, size, inputs))
+    pass_(h, _shot_of(g), g.change[np.newaxis], ends, places, why)
+    if kept.used[0] > len(kept.places) or kept.used[1] > len(kept.found):
+        return None
+    g.change[:] = h.change
+    take(g, kept)
+    return int(why[0])
+
+
+def _shot_of(g: Any) -> Shots:
+    """Return the only shot of a run as the pass asks for it."""
+    none = np.empty((1, 0, 2))
+    return Shots(
+        none, none, none, np.array([[ball.gone for ball in g.ball]], I).reshape(1, -1),
+        np.array([[ball.mass for ball in g.ball]]), np.array([ball.radius for ball in g.ball]),
+        g.one.numbers[np.newaxis],
+    )  # fmt: skip
+
+
+def take(g: Any, kept: Kept) -> None:
+    """Take over what the pass has kept."""
+    for k, (t, i, at) in enumerate(kept.places[: kept.used[0]].tolist()):
+        g.kept.changes[int(i)].append((t, int(at), kept.changes[k]))
+    g.kept.found += [(t, int(why)) for t, why in kept.found[: kept.used[1]].tolist()]
+    g.kept.lates += list(kept.lates)
+
+
+def follow_shots(g: Any, shots: Any, starts: Any, ends: Any, found: Any, why: Any) -> int:
+    """Follow changes through some shots; write ``why`` some cannot be followed, or FOLLOWED.
+
+    ``ends`` (S, 5) tell where the breakpoints and the events of a shot end, how long (s) it takes,
+    and whether it was cut there, or by the number of its events. Return the number of shots.
     """
     count = row = event = 0
-    for s in range(len(known)):
+    for s in range(len(why)):
         last, last_event = int(ends[s, 0]), int(ends[s, 1])
         if last > row:
             read(g, shots, starts[s], s)
-            g.one.ends[0], g.one.ends[1] = ends[s, 2], ends[s, 3]
+            for k in range(3):
+                g.one.ends[k] = ends[s, 2 + k]
             note_following(g, row, last)
             changes.start(g, row)
-            changes.follow(g, event, last_event)
-            changes.finish(g)
+            why[s] = changes.follow(g, event, last_event)
+            if why[s] == FOLLOWED:
+                why[s] = changes.finish(g)
             for i in range(len(g.ball)):
                 rows.copy(g.change[i, :2], found[s, i])
-            known[s] = True
             count += 1
         row, event = last, last_event
     return count
@@ -199,7 +275,10 @@ def _advance_slowing(g: Any, own: Any, by_state: Any, by_pull: Any, of_pull: Any
 
 
 def _saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
-    """Do what the saltation matrix does, with the parts that are known already."""
+    """Do what the saltation matrix does; the parts are known already, except for errors."""
+    if columns.is_of_errors(g):
+        for p in range(len(g.late)):
+            g.late[p] = changes.put_parts(g, geometry, balls, p)
     (nx, ny), (wx, wy), size, of = geometry.normal, roll, len(g.change[0]), g.one.slopes[0]
     z, before, after, law, count = g.z, g.one.before, g.one.after, balls * size + LAW, 2 * balls
     taken, of_roll, of_push, of_mu = taken_off(g, geometry, roll)
@@ -225,16 +304,53 @@ def _saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
                 z[k + j, p] -= after[k + j] * late
 
 
-def _nothing(*_: Any) -> None:
-    return
-
-
 def _no(*_: Any) -> bool:
     return False
 
 
-def _with_gap(g: Any, geometry: Any, i: int, other: int, t: float) -> Any:
-    return geometry
+def _warn(g: Any, why: int, t: float) -> None:
+    found, used = g.kept.found, g.kept.used
+    is_told = used[1] > 0 and found[used[1] - 1, 0] == t and found[used[1] - 1, 1] == why
+    if used[1] < len(found) and not is_told:
+        found[used[1], 0], found[used[1], 1] = t, why
+        used[1] += 1
+
+
+def _keep(g: Any, k: int, i: int, j: int, t: float) -> None:
+    kept = g.kept
+    if len(kept.places) == 0:
+        return
+    if k >= 0:
+        for p in range(len(g.late)):
+            kept.lates[k, p] = g.late[p]
+    for c in range(1 if j == i else 2):
+        n, row = i if c == 0 else j, kept.used[0]
+        if row < len(kept.places):
+            kept.places[row, 0], kept.places[row, 1], kept.places[row, 2] = t, n, g.ball[n].at
+            rows.copy(g.change[n], kept.changes[row])
+        kept.used[0] += 1
+
+
+def _squared(number: float) -> float:
+    return number * number
+
+
+def _sign(g: Any, row: int, k: int, p: int, source: int) -> float:
+    return float(g.signs[row + k, p] + g.alike[source, g.drawn[1], k, p])
+
+
+def _add_sized(g: Any, own: Any, sizes: Any, first: int, source: int) -> None:
+    for k in range(len(sizes)):
+        if sizes[k] != 0.0:
+            for p in range(len(g.late)):
+                own[k, p] += sizes[k] * _sign(g, first, k, p, source)
+
+
+def _add_mixed(g: Any, own: Any, mixed: Any, first: int, source: int) -> None:
+    for k in range(len(mixed)):
+        for p in range(len(g.late)):
+            for n in range(len(mixed[k])):
+                own[k, p] += mixed[k][n] * _sign(g, first, n, p, source)
 
 
 TWINS: dict[Any, Any] = {
@@ -242,13 +358,12 @@ TWINS: dict[Any, Any] = {
     columns.greater: _greater,
     columns.unknown_if: _unknown_if, columns.is_unknown: rows.is_unknown,
     columns.is_changed: rows.is_changed, columns.is_beyond: rows.is_beyond,
-    columns.warn: _nothing, columns.keep: _nothing, columns.path_of: _path_of,
+    columns.warn: _warn, columns.keep: _keep, columns.path_of: _path_of,
     columns.copy: rows.copy, columns.surface_at: _surface_at, columns.saltate: _saltate,
     columns.has_parted: _no, columns.advance: _advance,
     columns.advance_slowing: _advance_slowing,
-    columns.is_of_errors: _no, errors.begin: _nothing, errors.misplace: _nothing,
-    errors.delay: _nothing, errors.may_miss: _no, errors.with_gap: _with_gap,
-    errors.make: _nothing, kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
+    columns.squared: _squared, columns.add_sized: _add_sized, columns.add_mixed: _add_mixed,
+    kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
     kinks.jumps: kinds.jumps, kinks.hit_slopes: kinds.hit_slopes,
     kinks.bounce_slopes: kinds.cushion_slopes,
 }  # fmt: skip

@@ -21,7 +21,6 @@ from pool_pymunk.engine.groups import FORM, holds
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.fast.loop import ENTER, GO_ON, HITS, PAUSED, STOPS
-from pool_pymunk.fast.press import Form
 from pool_pymunk.fast.records import (
     INSTANT,
     MOST_BALLS,
@@ -33,6 +32,7 @@ from pool_pymunk.fast.records import (
 )
 from pool_pymunk.fast.tables import (
     IN_ORDERS,
+    Form,
     arrays_of,
     coefficients_of,
     cue_of,

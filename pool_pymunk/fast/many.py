@@ -18,7 +18,7 @@ from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Fl
 from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source, refuse_given
-from pool_pymunk.fast.tables import can_compile, table_of, walls_differ
+from pool_pymunk.fast.tables import can_compile, loop_form, table_of
 from pool_pymunk.model import Scene, SceneError, Shot, inputs
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
@@ -171,9 +171,9 @@ def _threads(asked: int | None) -> int:
 
 def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: Any) -> None:
     """Play all ordinary shots, chunk by chunk on some threads; hard ones keep their mark."""
-    rolls, differ = source.scene.surface.rolls, walls_differ(source.scene)
-    play, count = compiled.play_shots(rolls, differ), len(out.status)
-    table = table_of(source.scene, differ)
+    form = loop_form(source.scene)
+    play, count = compiled.play_shots(*form), len(out.status)
+    table = table_of(source.scene, form[1])
 
     def work(part: slice) -> int:
         play_chunk(play, source, table, out, part, watcher)
@@ -182,7 +182,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
     if not play.signatures:
         with compiled.turn(play):
             work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
-    single.remember((rolls, differ), play)
+    single.remember(form, play)
     if watcher is not None:
         watcher.watch(slice(0, 0), tracks(0, 0))
     done(0)

@@ -14,10 +14,10 @@ import numpy as np
 
 from pool_pymunk.fast.loop import DECIDE, END, PIECE
 from pool_pymunk.fast.records import MOST_BALLS, MOST_TOGETHER, WORKS, nothing
+from pool_pymunk.fast.tables import Form
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import FORM, Press
 
-Form = tuple[bool, bool]  # whether balls roll, and whether walls differ
 NUMBERS = ("balls", "contacts", "steps", "pull", "drag", "rolls")  # of a press, besides its rows
 
 

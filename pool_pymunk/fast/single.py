@@ -14,9 +14,10 @@ from pool_pymunk.engine import asked, contacts
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.policies import Errors, begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
+from pool_pymunk.fast.derivatives import follow_run
 from pool_pymunk.fast.live import Loop
 from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
-from pool_pymunk.fast.press import Form, Presses
+from pool_pymunk.fast.press import Presses
 from pool_pymunk.fast.records import (
     IN_COLLAPSE,
     IS_OVER,
@@ -30,15 +31,17 @@ from pool_pymunk.fast.records import (
     tracks,
 )
 from pool_pymunk.fast.tables import (
+    Form,
     can_compile,
     coefficients_of,
     cue_of,
     law_number,
+    loop_form,
     table_of,
     together_number,
-    walls_differ,
 )
 from pool_pymunk.model import Scene, State
+from pool_pymunk.physics import changes
 from pool_pymunk.physics.changes import ROLL, STOP
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair
@@ -60,9 +63,12 @@ own = local()  # Each thread has its records.
 def remember(form: Form, play: Any) -> None:
     """Let single runs of scenes of this form use a compiled loop from now on.
 
-    Tables play their steps by it, and engines persistent contacts in whatever they play.
+    Tables play their steps by it, and engines persistent contacts in whatever they play. Small
+    changes go through runs by the compiled pass, where this machine has compiled that.
     """
     loaded[form] = play
+    if not changes.FASTER:
+        changes.FASTER.append(follow_run)
     if not asked.PRESSES:
         asked.PRESSES.append(Presses(form, play))
     if not contacts.LOOPS:
@@ -87,7 +93,7 @@ def arrays_of(scene: Scene) -> SceneArrays:
     """Return what all runs of a scene have in common; the scene keeps it."""
     found: SceneArrays | None = scene.found.get(SceneArrays)
     if found is None:
-        form = scene.surface.rolls, walls_differ(scene)
+        form = loop_form(scene)
         balls, knows = scene.balls, can_compile(scene, Law())
         found = scene.found[SceneArrays] = SceneArrays(
             form, knows, table_of(scene, form[1]) if knows else TableArrays(None, None, None, None),

@@ -24,6 +24,9 @@ TOGETHER = Coulomb.together, Published.together, Law.together
 AT_ONCE, AS_LISTED, IN_ORDERS = range(len(TOGETHER))
 
 
+Form = tuple[bool, bool]  # whether balls roll, and whether walls differ
+
+
 def law_number(law: Law) -> int:
     """Return the number of the compiled law with the same single hits, -1 if there is none.
 
@@ -42,6 +45,11 @@ def together_number(law: Law) -> int:
     """Return the number of the compiled answer to contacts of one instant, -1 if there is none."""
     own = getattr(law.together, "__func__", None)
     return TOGETHER.index(own) if own in TOGETHER else NOTHING
+
+
+def loop_form(scene: Scene) -> Form:
+    """Return the form of the compiled loop that plays a scene."""
+    return scene.surface.rolls, walls_differ(scene)
 
 
 def walls_differ(scene: Scene) -> bool:

@@ -8,6 +8,7 @@ arrays and one input after the other. What the two must do differently is in phy
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from pool_pymunk.physics import errors
@@ -44,6 +45,7 @@ from pool_pymunk.physics.saltation import (
     GRAZE,
     LAW,
     MOST,
+    TURN,
     Geometry,
     is_now,
     meeting,
@@ -105,6 +107,11 @@ REASONS = (
     IS_GRAZE, JUMPS, BY_POLICY, AT_RIM, GROWN, TOUCHES, TOUCH_FIRST, BENT, STOPPED, GOES_ON,
     RESTS_LAST, CHAOS, OPENS, TWICE, TURNS,
 ) = range(len(REASONS))  # fmt: skip
+
+
+# What follows changes through a run by compiled code has a place here, where it is loaded. It
+# returns why they cannot be followed, or None where it cannot be asked.
+FASTER: list[Callable[[Any, Any], int | None]] = []
 
 
 def start(g: Any, first: int) -> None:
@@ -489,7 +496,7 @@ def put_parts(g: Any, geometry: Geometry, balls: int, p: Any) -> Any:
     if balls == 2:
         x, y = z[size, p] - x, z[size + 1, p] - y
     late = (nx * x + ny * y + z[rows + GAP, p]) / geometry.closing
-    turn = geometry.curvature * (nx * y - ny * x + geometry.slip * late)
+    turn = geometry.curvature * (nx * y - ny * x + geometry.slip * late) + z[rows + TURN, p]
     g.parts[4, p] = turn
     for c in range(balls):
         k, vx, vy = c * size, g.one.before[c * size], g.one.before[c * size + 1]

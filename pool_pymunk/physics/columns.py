@@ -27,12 +27,14 @@ MOST_SIDES = 4  # of a kink of a law
 # inputs change numbers of the scene, masses and radii by `of_numbers` (7, P), `of_mass` and
 # `of_radius` (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P);
 # `ever` (N, P) tells which inputs have changed it. `late` (P) tells how late the last event is.
-# `one` has the numbers of one contact, and `z`, `parts` and `bad` its changes. What only
-# Python needs is in `python`: paths, signs of errors, reasons that were found, and kept changes.
+# `one` has the numbers of one contact, and `z`, `parts` and `bad` its changes. Errors have random
+# `signs`, which are empty else, those of errors that are `alike`, the row and the kind that were
+# `drawn` last, and `anchors` of walls. What is `kept` are reasons that were found, how late events
+# are, and changes; Python keeps its paths there, too.
 Follow = namedtuple(
     "Follow",
     "rows following events walls cushions own cue law discs faces corners ball "
-    "of_numbers of_mass of_radius change ever late one z parts bad python",
+    "of_numbers of_mass of_radius change ever late one z parts bad signs alike drawn anchors kept",
 )
 
 # The numbers of one contact: places of balls, rates of change before and after it, what the law
@@ -63,7 +65,7 @@ def is_changed(own: Any, p: Any) -> Any:
 
 def is_of_errors(g: Any) -> bool:
     """Tell whether the columns are rounding errors."""
-    return g.python.signs is not None
+    return len(g.signs) > 0
 
 
 def columns(g: Any) -> Any:
@@ -103,26 +105,47 @@ def is_beyond(own: Any) -> bool:
 
 def warn(g: Any, why: int, t: float) -> None:
     """Note why something is lost at ``t`` (s)."""
-    g.python.found.append((t, why))
+    g.kept.found.append((t, why))
 
 
 def has_parted(g: Any, i: int, other: int) -> bool:
     """Tell whether a persistent contact of a ball, with another one or with a wall, has ended."""
-    return (i, other) in g.python.parted
+    return (i, other) in g.kept.parted
 
 
 def keep(g: Any, k: int, i: int, j: int, t: float) -> None:
     """Keep how late event ``k`` is, and the changes of its balls from ``t`` (s) on."""
     if k >= 0:
-        g.python.kept[-1].append(g.late.copy())
+        g.kept.lates.append(g.late.copy())
     for n in {i, j}:
-        g.python.kept[n].append((t, g.ball[n].at, g.change[n].copy()))
+        g.kept.changes[n].append((t, g.ball[n].at, g.change[n].copy()))
 
 
 def path_of(g: Any, i: int) -> Path:
     """Return the present path of a ball."""
-    path: Path = g.python.paths[g.ball[i].at]
+    path: Path = g.kept.paths[g.ball[i].at]
     return path
+
+
+def squared(row: Any) -> float:
+    """Return the sum of the squares of a row of changes."""
+    return float(row @ row)
+
+
+def add_sized(g: Any, own: Any, sizes: Any, first: int, source: int) -> None:
+    """Add errors of these sizes to the rows of a change, with the signs from row ``first`` on."""
+    if any(sizes):
+        own += np.array(sizes)[:, np.newaxis] * signs_of(g, len(sizes), first, source)
+
+
+def add_mixed(g: Any, own: Any, mixed: Any, first: int, source: int) -> None:
+    """Add errors to the rows of a change, which are ``mixed`` from rows of signs by a matrix."""
+    own += np.array(mixed) @ signs_of(g, len(mixed[0]), first, source)
+
+
+def signs_of(g: Any, count: int, first: int, source: int) -> Any:
+    """Return rows of random signs, plus those of the kind of this event."""
+    return g.signs[first : first + count] + g.alike[source, g.drawn[1], :count]
 
 
 def copy(own: Any, there: Any) -> None:

@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.physics.columns import MOST_SIDES, is_of_errors
+from pool_pymunk.physics.columns import (
+    MOST_SIDES,
+    add_mixed,
+    add_sized,
+    columns,
+    is_of_errors,
+    path_of,
+    squared,
+)
 from pool_pymunk.physics.contact import split
 from pool_pymunk.physics.motion import EPSILON, Vector
 from pool_pymunk.physics.path import motion_at
@@ -39,7 +47,7 @@ MOST_ROWS = 6  # are drawn at once
 def begin(g: Any, kind: int) -> None:
     """Begin an event of this kind."""
     if is_of_errors(g):
-        g.python.drawn[1] = kind % KINDS
+        g.drawn[1] = kind % KINDS
 
 
 def misplace(g: Any, i: int, t: float) -> None:
@@ -50,11 +58,7 @@ def misplace(g: Any, i: int, t: float) -> None:
     """
     if not is_of_errors(g):
         return
-    row, own, (x, y, _, _) = (
-        g.rows[g.ball[i].at],
-        g.change[i],
-        motion_at(g.python.paths[g.ball[i].at], t),
-    )
+    row, own, (x, y, _, _) = g.rows[g.ball[i].at], g.change[i], motion_at(path_of(g, i), t)
     time, (far_x, far_y) = t - row[1], moved(g, i, x, y, t)
     pull = UNIT if g.one.numbers[3] > 0.0 else 0.0
     of_x, of_y = (abs(x) + 2.0 * far_x) * (far_x > 0.0), (abs(y) + 2.0 * far_y) * (far_y > 0.0)
@@ -92,7 +96,7 @@ def may_miss(g: Any, own: Any, velocity: Any, normal: Any, curvature: float) -> 
     (vx, vy), (nx, ny) = velocity, normal
     speed = math.sqrt(vx * vx + vy * vy)
     within = (1.0 - abs(nx * vy - ny * vx) / speed) / curvature
-    _, across = sizes_of(own[:2], (vx / speed, vy / speed))
+    _, across = sizes_of(g, own, 0, (vx / speed, vy / speed))
     return bool(across >= within)
 
 
@@ -114,19 +118,28 @@ def with_gap(g: Any, geometry: Geometry, i: int, other: int, t: float) -> Geomet
     add(g, g.z[rows + GAP : rows + TURN + 1], sizes, TIMES)
     if curvature <= 0.0:
         return geometry
-    far, along = sizes_of(g.z[size : size + 2] - g.z[:2] if balls == 2 else g.z[:2], (nx, ny))
+    far, along = sizes_of(g, g.z, size if balls == 2 else 0, (nx, ny))
     closing = max(closing, abs(slip) * math.sqrt(curvature * max(gap, far) / 2.0))
     turned = curvature * (along + abs(slip) * far / closing)
     closing = closing if turned <= TURNED else math.inf
     return Geometry((nx, ny), curvature, closing, slip, depth)
 
 
-def sizes_of(place: Any, normal: Vector) -> tuple[float, float]:
-    """Return how large (m) the error of a ``place`` (2, P) is along a normal, and across it."""
-    nx, ny = normal
-    along, across = np.array([[nx, ny], [-ny, nx]]) @ place
-    square = SURE * SURE / len(along)
-    return math.sqrt(square * float(along @ along)), math.sqrt(square * float(across @ across))
+def sizes_of(g: Any, own: Any, other: int, normal: Vector) -> tuple[float, float]:
+    """Return how large (m) the error of a place is along a normal, and across it.
+
+    The place is in the first two rows of a change. If the rows of an ``other`` ball begin later, it
+    is the offset of that ball.
+    """
+    (nx, ny), along, across = normal, 0.0, 0.0
+    for p in columns(g):
+        x, y = own[other, p], own[other + 1, p]
+        if other > 0:
+            x, y = x - own[0, p], y - own[1, p]
+        along += squared(nx * x + ny * y)
+        across += squared(nx * y - ny * x)
+    share = SURE / math.sqrt(len(g.late))
+    return share * math.sqrt(along), share * math.sqrt(across)
 
 
 def gap_error(g: Any, geometry: Geometry, i: int, other: int, t: float) -> float:
@@ -139,11 +152,12 @@ def gap_error(g: Any, geometry: Geometry, i: int, other: int, t: float) -> float
     radius and of the path. A circle that bulges into the table was shrunk by some spacings of the
     coordinates.
     """
-    (nx, ny), curvature, radius, row = *geometry[:2], g.ball[i].radius, g.rows[g.ball[i].at]
+    (nx, ny), curvature, _, _, _ = geometry
+    radius, row = g.ball[i].radius, g.rows[g.ball[i].at]
     own_x, own_y = g.one.place[0], g.one.place[1]
     far_x, far_y = moved(g, i, own_x, own_y, t)
     if other < 0:
-        x, y = g.python.anchors[-1 - other][0], g.python.anchors[-1 - other][1]
+        x, y = g.anchors[-1 - other][0], g.anchors[-1 - other][1]
         far_x, far_y = far_x + abs(own_x - x), far_y + abs(own_y - y)
         if curvature == 0.0:
             return float(UNIT * (far_x * abs(nx) + far_y * abs(ny) + 2.0 * radius))
@@ -151,8 +165,8 @@ def gap_error(g: Any, geometry: Geometry, i: int, other: int, t: float) -> float
         around = 2.0 * (1.0 / abs(curvature) + radius) + far_x + far_y
         return float(corner + 2.0 * UNIT * around)
     its_x, its_y = g.one.place[2], g.one.place[3]
-    its, moves_of_it = g.rows[g.ball[other].at], moved(g, other, its_x, its_y, t)
-    size = far_x + far_y + sum(moves_of_it) + 2.0 * (radius + g.ball[other].radius)
+    its, (its_far_x, its_far_y) = g.rows[g.ball[other].at], moved(g, other, its_x, its_y, t)
+    size = far_x + far_y + (its_far_x + its_far_y) + 2.0 * (radius + g.ball[other].radius)
     own_moves, its_moves = moves(row), moves(its)
     was_first = own_moves if row[1] <= its[1] else its_moves
     places = 0.0
@@ -198,27 +212,25 @@ def make(g: Any, geometry: Geometry, i: int, other: int) -> None:
         of_t = abs(made_t - after[2 * c + 1]) + skew * share * across * (
             made_t != g.one.asked[2 * c + 1]
         )
-        mixed = [
-            [UNIT * abs(row[4]), 0.0, of_n * nx, -of_t * ny],
-            [0.0, UNIT * abs(row[5]), of_n * ny, of_t * nx],
-        ]
-        g.z[k + 2 : k + 4] += np.array(mixed) @ drawn(g, 4, ANSWERS)
+        mixed = (
+            (UNIT * abs(row[4]), 0.0, of_n * nx, -of_t * ny),
+            (0.0, UNIT * abs(row[5]), of_n * ny, of_t * nx),
+        )
+        add_mixed(g, g.z[k + 2 : k + 4], mixed, draw(g, 4), ANSWERS)
         if size > 4:
             add(g, g.z[k + 4 : k + 6], (UNIT * abs(row[8]), UNIT * abs(row[9])), PATHS)
 
 
-def drawn(g: Any, count: int, source: int) -> Any:
-    """Return rows of random signs, plus those of the kind of this event."""
-    first = g.python.drawn[0]
-    g.python.drawn[0] = first + count if first + count + MOST_ROWS < SIGNS else 0
-    return g.python.signs[first : first + count] + g.python.alike[source, g.python.drawn[1], :count]
+def draw(g: Any, count: int) -> int:
+    """Draw so many rows of random signs; return the first one."""
+    first = int(g.drawn[0])
+    g.drawn[0] = first + count if first + count + MOST_ROWS < SIGNS else 0
+    return first
 
 
 def add(g: Any, own: Any, sizes: Any, source: int) -> None:
     """Add errors of these sizes to the rows of a change."""
-    signs = drawn(g, len(sizes), source)
-    if any(sizes):
-        own += np.array(sizes)[:, np.newaxis] * signs
+    add_sized(g, own, sizes, draw(g, len(sizes)), source)
 
 
 @cache

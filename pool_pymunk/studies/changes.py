@@ -19,12 +19,26 @@ from pool_pymunk.physics.changes import REASONS, ROLL, STOP
 from pool_pymunk.physics.columns import Follow
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.path import NOISE, from_breakpoint
+from pool_pymunk.physics.path import NOISE, Path, from_breakpoint
 from pool_pymunk.physics.saltation import AGREE
 from pool_pymunk.physics.sides import pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies.persistent import follow_all
+
+NO_SIGNS = {"signs": np.empty((0, 0)), "alike": np.empty((0, 0, 0, 0)), "drawn": [0, 0]}
+
+
+class Paths(dict[int, Path]):
+    """These are the paths from breakpoints on, by their numbers, once somebody asks for them."""
+
+    def __init__(self, rows: Any) -> None:
+        super().__init__()
+        self.rows = rows
+
+    def __missing__(self, number: int) -> Path:
+        path = self[number] = from_breakpoint(*self.rows[number][1:8])
+        return path
 
 
 class Changes(NamedTuple):
@@ -43,11 +57,11 @@ class Changes(NamedTuple):
     def at(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""
         g, found = self.pass_, []
-        kept = sorted(g.python.kept[i], key=lambda one: one[0])
+        kept = sorted(g.kept.changes[i], key=lambda one: one[0])
         for time in times:
             t = min(max(time, 0.0), self.run.duration)
             steps = next(
-                (steps for steps in g.python.spells[i] if steps[0][0] < t < steps[-1][0]), ()
+                (steps for steps in g.kept.spells[i] if steps[0][0] < t < steps[-1][0]), ()
             )
             if steps:
                 found.append(between(steps, t))
@@ -69,7 +83,7 @@ class Changes(NamedTuple):
         g = self.pass_
         if t == self.run.duration and not g.one.ends[1]:  # The end is at no fixed time.
             return False
-        (begun, row, _), path = kept[n], g.python.paths[kept[n - 1][1]]
+        (begun, row, _), path = kept[n], g.kept.paths[kept[n - 1][1]]
         before, after = path.at(t)[1], g.rows[row][4:6]
         jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
         is_hit = jump > AGREE * math.hypot(*after) + NOISE * path.speed
@@ -110,21 +124,23 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
     g = follow_of(run, starts, changed_numbers(run.scene, names))
     law = g.law.name
     try:
-        follow_all(g, run)
+        if followed(g, run) is None:
+            g = listed(g)
+            follow_all(g, run)
     except (TypeError, AttributeError) as error:
         if "dual" not in str(error).lower():
             raise
         message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
         raise setting_error("law", law, message) from None
-    found = sorted(g.python.found, key=lambda one: one[0])
+    found = sorted(g.kept.found, key=lambda one: one[0])
     lost = "what depends on it has no derivative, and is NaN"
     texts = dict.fromkeys(f"{REASONS[k].format(law)} (at {t:.6g} s): {lost}" for t, k in found)
-    times = np.array(g.python.kept[-1]).reshape(len(g.events), len(names))
+    times = np.array(g.kept.lates).reshape(len(g.events), len(names))
     return Changes(run, g, g.change, times, tuple(texts))
 
 
 def follow_of(
-    run: Run, starts: Array, numbers: Sequence[Array], signs: dict[str, Any] | None = None
+    run: Run, starts: Array, numbers: Sequence[Array], signs: dict[str, Any] = NO_SIGNS
 ) -> Any:
     """Return what a pass through a run needs, with the changes of its starts and its numbers."""
     scene, (count, size, inputs) = run.scene, starts.shape
@@ -132,56 +148,67 @@ def follow_of(
         message = "is a surface of your own, and has no derivatives"
         raise setting_error("surface", type(scene.surface).__name__, message)
     is_cut = run.status == "max_time" or run.duration == scene.physics.max_time
-    rows, following = rows_of(run)
+    rows, gone = rows_of(run), run.off - run.pocketed.keys()
     walls = (*scene.cushions, *(pocket(p.position, p.radius, 0) for p in scene.pockets))
     anchors = [*(scene.table.outline if scene.table else ()), *(p.position for p in scene.posts)]
     discs, faces, corners = obstacles(scene)
     of_numbers, of_mass, of_radius = numbers
-    one = room_for_one()
-    one.ends = [run.duration, is_cut, run.status == "max_events", 0.0]
-    one.numbers = coefficients_of(scene).tolist()
-    python = SimpleNamespace(
-        paths=[from_breakpoint(*row[1:8]) for row in rows], found=[], anchors=anchors,
-        spells=[[] for _ in starts], parted=set(),
-        kept=[*([(0.0, i, start.copy())] for i, start in enumerate(starts)), []],
-        **(signs or {"signs": None}),
+    one = SimpleNamespace(**{name: np.zeros(shape) for name, shape in columns.ONE.items()})
+    one.ends[:3] = run.duration, is_cut, run.status == "max_events"
+    one.numbers[:] = coefficients_of(scene)
+    kept = SimpleNamespace(
+        paths=Paths(rows), found=[], lates=[], spells=[[] for _ in starts], parted=set(),
+        changes=[[(0.0, i, start.copy())] for i, start in enumerate(starts)],
     )  # fmt: skip
     g: Any = Follow(
-        rows, following, events_of(run), walls, len(scene.cushions), own_of_walls(scene),
-        cue_of(scene), law_of(run), discs, faces,
-        corners, [SimpleNamespace(at=0, met=STOP, gone=ball.id in run.off, mass=ball.mass,
+        rows, following_of(rows, count), events_of(run), walls, len(scene.cushions),
+        own_of_walls(scene), cue_of(scene), law_of(run), discs, faces,
+        corners, [SimpleNamespace(at=0, met=STOP, gone=ball.id in gone, mass=ball.mass,
                                   radius=ball.radius) for ball in scene.balls],
         of_numbers, of_mass, of_radius, starts.copy(), np.zeros((count, inputs), bool),
-        np.zeros(inputs), one, **columns.room(size, inputs), python=python,
+        np.zeros(inputs), one, **columns.room(size, inputs), **signs, anchors=anchors, kept=kept,
+    )  # fmt: skip
+    return g
+
+
+def followed(g: Any, run: Run) -> int | None:
+    """Follow the changes through a run by compiled code; return what that returns, or None."""
+    return changes.FASTER[0](g, run) if changes.FASTER else None
+
+
+def listed(g: Any) -> Any:
+    """Return the same with lists in place of arrays, which Python reads faster, and start."""
+    rows, one = g.rows.tolist(), {name: getattr(g.one, name).tolist() for name in columns.ONE}
+    g.kept.paths.rows = rows
+    g = g._replace(
+        rows=rows, following=g.following.tolist(), events=g.events.tolist(),
+        one=SimpleNamespace(**one),
     )  # fmt: skip
     changes.start(g, 0)
     return g
 
 
-def room_for_one() -> SimpleNamespace:
-    """Return room for the numbers of one contact: lists, which Python reads fast."""
-    found = {name: np.zeros(shape) for name, shape in columns.ONE.items()}
-    return SimpleNamespace(**{k: v.tolist() for k, v in found.items()})
+def rows_of(run: Run) -> Array:
+    """Return the breakpoints (B, 10) of a run, each after its ball; the first ones come first."""
+    numbers = np.repeat(np.arange(len(run.knots)), [len(own) for own in run.knots])
+    rows = np.zeros((len(numbers), 10))
+    rows[:, 0] = numbers
+    if len(rows):
+        rows[:, 1 : 1 + run.knots[0].shape[1]] = np.concatenate(run.knots)
+    first = np.searchsorted(numbers, range(len(run.knots)))
+    return np.concatenate((rows[first], np.delete(rows, first, axis=0)))
 
 
-def rows_of(run: Run) -> tuple[list[list[float]], list[int]]:
-    """Return the breakpoints of a run, the first ones first, and which one follows each."""
-    width = run.knots[0].shape[1] if run.knots else 9
-    none = [0.0] * (9 - width)
-    found = [[[float(i), *row, *none] for row in own.tolist()] for i, own in enumerate(run.knots)]
-    rows = [own[0] for own in found]
-    following = [-1] * len(rows)
-    for i, own in enumerate(found):
-        before = i
-        for row in own[1:]:
-            following[before] = before = len(rows)
-            rows.append(row)
-            following.append(-1)
-    return rows, following
+def following_of(rows: Array, balls: int) -> Any:
+    """Return the number of the breakpoint of the same ball that follows each one, or -1."""
+    later = rows[balls:, 0]
+    nexts = np.append(np.searchsorted(later, range(balls)), np.arange(1, len(later) + 1))
+    is_own = np.append(later, -1.0)[nexts] == rows[:, 0]
+    return np.where(is_own, balls + nexts, -1)
 
 
-def events_of(run: Run) -> list[tuple[float, int, int]]:
-    """Return the time of each event, its ball, and what that meets."""
+def events_of(run: Run) -> Array:
+    """Return the time (E, 3) of each event, its ball, and what that meets."""
     scene, found = run.scene, list[tuple[float, int, int]]()
     holes = {hole.id: k for k, hole in enumerate(scene.pockets, start=len(scene.cushions))}
     for event in run.events:
@@ -189,7 +216,7 @@ def events_of(run: Run) -> list[tuple[float, int, int]]:
         wall = event.cushion if event.pocket is None else holes[event.pocket]
         met = {"stop": STOP, "roll": ROLL}.get(event.kind, -1 - (wall or 0))
         found.append((event.t, i, others[0] if others else met))
-    return found
+    return np.array(found, float).reshape(-1, 3)
 
 
 def law_of(run: Run) -> Law:

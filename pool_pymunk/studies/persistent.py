@@ -268,7 +268,7 @@ class GroupChanges:
             live.z[:] = np.nan
         for i in live.balls:
             own = [(when, z[live.rows(i)][:size]) for when, z in live.course.steps]
-            g.python.spells[i].append([(since, start[live.rows(i)][:size]), *own])
+            g.kept.spells[i].append([(since, start[live.rows(i)][:size]), *own])
             if live.is_over and live.later is not None:
                 self.meet(i, t, live.later)
 
@@ -280,7 +280,7 @@ class GroupChanges:
         live = self.of.get(i)
         if live is None:
             changes.move(g, i, t)
-            g.python.kept[i].append((t, g.ball[i].at, g.change[i].copy()))
+            g.kept.changes[i].append((t, g.ball[i].at, g.change[i].copy()))
         elif live.until == t:
             return np.asarray(live.z[live.rows(i)])
         found[: g.change.shape[1]] = g.change[i]
@@ -313,7 +313,7 @@ class GroupChanges:
             if i in contact.balls:
                 wall = -1 - (contact.cushion or 0)
                 one, other = (*contact.balls, wall)[:2]
-                g.python.parted |= {(one, other), (other, one)}
+                g.kept.parted |= {(one, other), (other, one)}
         row = g.rows[self.row(i, count - 1)]
         z, rate = live.z[rows].copy(), live.rate[rows]
         after = free_rate(row, tuple(row[2:6]), g) if row[1] == t else np.zeros(6)
@@ -360,7 +360,7 @@ class GroupChanges:
             self.end(self.of[i], t)
             when, later = self.later.get(i, (-1.0, None))
             g.late[:] = np.nan if when != t or later is None else later
-            g.python.kept[-1].append(g.late.copy())
+            g.kept.lates.append(g.late.copy())
             return
         if other in (STOP, ROLL):
             if (

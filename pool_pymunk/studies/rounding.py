@@ -16,7 +16,7 @@ from pool_pymunk.physics.changes import CHAOS, FOLLOWED
 from pool_pymunk.physics.errors import COLUMNS, SURE
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_solver
-from pool_pymunk.studies.changes import follow_of
+from pool_pymunk.studies.changes import follow_of, followed, listed
 
 
 def rounding(run: Run) -> float:
@@ -31,8 +31,11 @@ def rounding(run: Run) -> float:
     none = [np.zeros((rows, COLUMNS)) for rows in (7, count, count)]
     try:
         g = follow_of(run, np.zeros((count, size, COLUMNS)), none, errors.room())
-        with np.errstate(all="ignore"):
-            why = changes.follow(g, 0, len(g.events)) or changes.finish(g)
+        why = followed(g, run)
+        if why is None:
+            g = listed(g)
+            with np.errstate(all="ignore"):
+                why = changes.follow(g, 0, len(g.events)) or changes.finish(g)
     except SettingError:
         return math.nan
     except (TypeError, AttributeError) as error:
