@@ -6,7 +6,7 @@ import gc
 import sys
 import time
 
-from pool_pymunk.fast import compiled, single
+from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.many import simulate_many
 from pool_pymunk.fast.tables import Form, loop_form
 from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
@@ -54,6 +54,13 @@ def compile(  # noqa: A001  It is called by its full name.
     # numba leaves so many objects that to look through them takes 50 ms in the midst of a game.
     gc.collect()
     gc.freeze()
+
+
+def load(scene: Scene) -> None:
+    """Load what this machine has compiled for scenes of this kind, and compile nothing."""
+    form = loop_form(scene)
+    if form not in single.loaded and compiled.has_form(loop.play_shots, form):
+        simulate_many(plainest(form))
 
 
 def plainest(form: Form) -> Scene:

@@ -96,19 +96,29 @@ def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
     return _compiled(follow, _say_that_it_compiles, **UNCOUNTED)
 
 
-def note_form(compiled: Any, form: tuple[bool, bool]) -> None:
-    """Note that this machine has compiled a function for scenes of a form (fast/press.py)."""
-    with suppress(OSError):
-        _note(compiled, form).touch()
+def note_form(function: Callable[..., int], form: tuple[bool, bool]) -> None:
+    """Note that this machine has compiled a function for scenes of a form (fast/tables.py)."""
+    if not _forms.get((function, form)):
+        _forms[function, form] = True
+        with suppress(OSError):
+            _note(function, form).touch()
 
 
-def has_form(compiled: Any, form: tuple[bool, bool]) -> bool:
-    """Tell whether this machine has compiled a function for scenes of a form."""
-    return _note(compiled, form).exists()
+def has_form(function: Callable[..., int], form: tuple[bool, bool]) -> bool:
+    """Tell whether this machine has compiled a function for scenes of a form.
+
+    numba is not imported for it.
+    """
+    if (function, form) not in _forms:
+        _forms[function, form] = is_there() and _note(function, form).exists()
+    return _forms[function, form]
 
 
-def _note(compiled: Any, form: tuple[bool, bool]) -> Path:
-    return Path(compiled.stats.cache_path) / "{:d}{:d}.ready".format(*form)
+_forms: dict[tuple[Callable[..., int], tuple[bool, bool]], bool] = {}  # what is known of them
+
+
+def _note(function: Callable[..., int], form: tuple[bool, bool]) -> Path:
+    return cache_folder(function) / f"{function.__name__}-{form[0]:d}{form[1]:d}.ready"
 
 
 @cache
@@ -222,7 +232,7 @@ def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
     """Return the folder for what is compiled from the present sources of a function."""
     digest = hashlib.sha256(sys.version.encode())
     for name in sources(root):
-        digest.update(inspect.getsource(sys.modules[name]).encode())
+        digest.update(_source(name).encode())
     try:
         folder = Path(os.environ.get(CACHE) or _user_cache()) / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
@@ -230,6 +240,12 @@ def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
     except OSError:
         folder = Path(tempfile.mkdtemp(prefix="pool_pymunk-"))
     return folder
+
+
+def _source(name: str) -> str:
+    """Return the source of a module, which may not be imported yet."""
+    loader: Any = getattr(find_spec(name), "loader", None)
+    return str(loader.get_source(name))
 
 
 def _user_cache() -> Path:

@@ -84,7 +84,7 @@ class Follower:
         pass_ = compiled.follow_shots(follow_shots)
         ends = np.column_stack((tracks.ends, duration, is_cut, np.zeros(len(duration))))
         pass_(g, self.source.shots(part), starts, ends, self.found[part], self.why[part])
-        compiled.note_form(pass_, loop_form(scene))
+        compiled.note_form(follow_shots, loop_form(scene))
 
     def _starts(self, part: slice) -> Floats:
         """Return what the inputs change of the starts of some shots (S, N, K, P)."""
@@ -132,9 +132,9 @@ def follow_run(g: Any, run: Run) -> int | None:
     Return why errors cannot be followed, or None where the pass cannot be asked: this machine has
     not compiled it yet, contacts persist, or the law or a side is somebody's own.
     """
-    scene, law, pass_ = run.scene, g.law, compiled.follow_shots(follow_shots)
+    scene, law = run.scene, g.law
     is_known = run.known_groups == () and law_number(law) != NOTHING and can_compile(scene, law)
-    if not is_known or not compiled.has_form(pass_, loop_form(scene)):
+    if not is_known or not compiled.has_form(follow_shots, loop_form(scene)):
         return None
     record = np.zeros(1, SCENE).view(np.recarray)[0]
     record.kind, record.cue = law_number(law), cue_of(scene)
@@ -147,6 +147,7 @@ def follow_run(g: Any, run: Run) -> int | None:
     )
     ends = np.array([[len(g.rows), events, *g.one.ends[:3]]])
     why, places = np.full(1, UNKNOWN, np.int8), np.zeros((1, balls, size, inputs))
+    pass_ = compiled.follow_shots(follow_shots)
     pass_(h, _shot_of(g), g.change[np.newaxis], ends, places, why)
     if kept.used[0] > len(kept.places) or kept.used[1] > len(kept.found):
         return None

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast import compiled, single
+from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Floats
 from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, tracks
@@ -183,6 +183,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
         with compiled.turn(play):
             work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
     single.remember(form, play)
+    compiled.note_form(loop.play_shots, form)
     if watcher is not None:
         watcher.watch(slice(0, 0), tracks(0, 0))
     done(0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Collection, Sequence
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -20,7 +21,7 @@ from pool_pymunk.physics.columns import Follow
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import NOISE, Path, from_breakpoint
-from pool_pymunk.physics.saltation import AGREE
+from pool_pymunk.physics.saltation import AGREE, BLUR
 from pool_pymunk.physics.sides import pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
@@ -56,38 +57,51 @@ class Changes(NamedTuple):
 
     def at(self, times: Sequence[float], i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times."""
-        g, found = self.pass_, []
+        g, t = self.pass_, np.clip(np.asarray(times, float), 0.0, self.run.duration)
+        found = np.empty((len(t), 2, len(g.late)))
         kept = sorted(g.kept.changes[i], key=lambda one: one[0])
-        for time in times:
-            t = min(max(time, 0.0), self.run.duration)
-            steps = next(
-                (steps for steps in g.kept.spells[i] if steps[0][0] < t < steps[-1][0]), ()
-            )
-            if steps:
-                found.append(between(steps, t))
-                continue
-            last = max(bisect_right([begun for begun, _, _ in kept], t) - 1, 0)
-            _, row, change = kept[last]
-            following = g.following[row]
-            own = change.copy()
-            if following >= 0 and g.rows[following][1] < t:  # What began is unknown.
-                own[:] = math.nan
-            if any(self._is_hit(i, kept, n, t) for n in (last, last + 1) if 0 < n < len(kept)):
-                own = np.where(own.any(axis=0), math.nan, own)
-            changes.carry(g, g.rows[row], own, t)
-            found.append(own[:2])
-        return np.array(found).reshape(len(found), 2, len(g.late))
+        last = np.searchsorted([begun for begun, _, _ in kept], t, side="right") - 1
+        for n in np.unique(last):
+            _, row, change = kept[max(n, 0)]
+            found[last == n] = self._along(row, change, t[last == n])
+        for (_, row, before), (_, later, after) in pairwise(kept):
+            is_now = self._is_hit(g.kept.paths[row], g.rows[later], t)
+            found[is_now] += np.where((before != 0.0) | (after != 0.0), math.nan, 0.0).sum(axis=0)
+        for steps in g.kept.spells[i]:
+            for k in np.flatnonzero((steps[0][0] < t) & (t < steps[-1][0])):
+                found[k] = between(steps, t[k])
+        return found
 
-    def _is_hit(self, i: int, kept: Sequence[Any], n: int, t: float) -> bool:
-        """Tell whether a ball is hit at this time (s), where its ``n``-th change began."""
-        g = self.pass_
-        if t == self.run.duration and not g.one.ends[1]:  # The end is at no fixed time.
-            return False
-        (begun, row, _), path = kept[n], g.kept.paths[kept[n - 1][1]]
-        before, after = path.at(t)[1], g.rows[row][4:6]
-        jump = max(abs(a - b) for a, b in zip(after, before, strict=True))
-        is_hit = jump > AGREE * math.hypot(*after) + NOISE * path.speed
-        return is_hit and changes.is_at(g, begun, t, i, i)
+    def _along(self, row: int, change: Array, t: Array) -> Array:
+        """Return changes of the place on the path of a breakpoint, where it begins with a change.
+
+        They are quadratic in the time, so three of them have all (Lagrange's polynomial).
+        """
+        g, after = self.pass_, t - self.pass_.rows[row][1]
+        longest, three = after.max(), (change.copy(), change.copy(), change.copy())
+        for share, own in zip((0.5, 1.0), three[1:], strict=True):
+            changes.carry(g, g.rows[row], own, g.rows[row][1] + share * longest)
+        first, half, whole = (own[:2] for own in three)
+        s = (after / (longest or 1.0))[:, np.newaxis, np.newaxis]
+        found = np.asarray((1.0 - s) * ((1.0 - 2.0 * s) * first + 4.0 * s * half))
+        found += s * (2.0 * s - 1.0) * whole
+        following = g.following[row]
+        if following >= 0:  # What begins later than its breakpoint is unknown.
+            found[g.rows[following][1] < t] = math.nan
+        return found
+
+    def _is_hit(self, path: Path, row: Any, t: Array) -> Any:
+        """Tell which times (s) are those of a hit, to rounding, between a path and a breakpoint."""
+        _, begun, x, y, vx, vy, *_ = row
+        ux, uy = path.at(begun)[1]
+        fastest = max(abs(vx), abs(vy), abs(ux), abs(uy))
+        jump = max(abs(vx - ux), abs(vy - uy))
+        if jump <= AGREE * math.hypot(vx, vy) + NOISE * path.speed:
+            return np.zeros(len(t), bool)
+        far = BLUR * (abs(x) + abs(y) + begun * fastest)
+        is_now = (t == begun) | (abs(t - begun) * fastest < far)
+        # The end may be at no fixed time.
+        return is_now & ((t != self.run.duration) | bool(self.pass_.one.ends[1]))
 
 
 def between(steps: Sequence[tuple[float, Array]], t: float) -> Array:

@@ -113,7 +113,7 @@ def blind_part(jacobian: Array) -> Array:
     largest = np.abs(jacobian).max(initial=0.0)
     seen = np.where(np.abs(jacobian) > NOTHING * largest, jacobian, 0.0)
     scaled, lengths = _of_equal_length(seen)
-    _, singular, directions = np.linalg.svd(scaled)
+    _, singular, directions = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
     strength = np.pad(singular, (0, len(directions) - len(singular)))
     unseen = directions[strength <= SAME * strength.max(initial=0.0)] / lengths
     basis = np.linalg.qr(unseen.T)[0]
