@@ -39,10 +39,13 @@ class Variant(NamedTuple):
     def sure(self) -> float:
         """A figure is this many times the change that this variant shows.
 
-        Variants of a slip are all that there are, and what is coarser errs by more; other variants
-        are some of many.
+        Variants of a slip are all that there are; others are some of many. If c times as much is
+        left out, errors are at least sqrt(c) times as large: bounces have the square of a speed as
+        their height. So the run errs by at most the change over sqrt(c) - 1.
         """
-        return SURE if self.slip is None and self.coarser == 1.0 else 1.0
+        if self.slip is not None:
+            return 1.0
+        return SURE if self.coarser == 1.0 else SURE / (math.sqrt(self.coarser) - 1.0)
 
 
 AS_IT_IS = Variant()

@@ -362,10 +362,11 @@ class Run:
 
         It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it
         comes from some more runs. In some of them a slip of rounding size has the one sign and the
-        other, or 30 and 300 times as much is left out of persistent contacts; the figure is the
-        largest change. In others the start is nudged: balls that touch have gaps of 1e-13 to
-        4e-6 m. These are some of many answers, so the figure is four times their largest change,
-        if that is larger. It is at most the table's diagonal.
+        other; the figure is the largest change. In others the start is nudged: balls that touch
+        have gaps of 1e-13 to 4e-6 m. Or 30 and 300 times as much is left out of persistent
+        contacts, where errors are at least 5 and 17 times as large. These are some of many answers,
+        so the figure is four times their largest change, or of what that says of the run, if that
+        is larger. It is at most the table's diagonal.
         """
         if not self.policies:
             return 0.0
