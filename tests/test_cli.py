@@ -328,32 +328,6 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
 # -- bad input -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("run", "nowhere"), 'scenario = "nowhere": there is no such file'),
-        (("run", "report", "--solver", "magic"), "--solver = magic: there is no such solver"),
-        (("run", "report", "--dt", "0"), '--dt = "0": must be greater than 0'),
-        (("run", "report", "--dt", "1/0"), '--dt = "1/0": must be a time, such as 1/240 s'),
-        (("run", "report", "--dt", "nan"), '--dt = "nan": must be a time'),
-        (("run", "report", "--shot", "9"), "--shot = 9: there is no such shot"),
-        (("run",), "scenario: is missing"),
-        (("run", "report", "--colour"), "No such option"),
-        (("fly",), "No such command 'fly'"),
-        (("compare", "report", "--solvers", "pymunk,magic"), "--solvers = magic"),
-        (("compare", "report", "--solvers", "pymunk:fast"), '--solvers = "fast": must be a time'),
-        (("tradeoff", "report", "--budget", "-1"), "--budget = -1.0"),
-        (("tradeoff", "report", "--solvers", "magic"), "--solvers = magic"),
-        (("check", "nowhere"), "there is no such file"),
-    ],
-)
-def test_bad_arguments_get_one_line(
-    arguments: tuple[str, ...], says: str, tmp_path: Path
-) -> None:  # fmt: skip
-    assert says in one_line(typed(*arguments, cwd=tmp_path))
-    assert not list(tmp_path.iterdir()), "bad input must write nothing"
-
-
 def test_problems_of_a_scenario_name_file_key_and_value(tmp_path: Path) -> None:
     file = tmp_path / "bad.toml"
     file.write_text(

@@ -763,66 +763,19 @@ def test_a_table_too_full_for_random_layouts_says_so() -> None:
 
 # -- settings and options --------------------------------------------------------------------------
 
-OPEN = replace(scene(TWO), table=None)
-NO_CUE = Scene((Ball("a", (0.5, 0.5), R, 0.17),), scene(TWO).table, Restitution(0.9, cushion=0.7))
-
 
 @pytest.mark.parametrize(
     ("plays", "settings", "message"),
     [
-        (CaromEnv, {"scenario": "rpeort"}, "there is no such file"),
-        (CaromEnv, {"scenario": 5}, "scenario = 5: must be a name, a path or a Scene"),
-        (CaromEnv, {"scenario": "two-balls"}, "Carom needs a table with cushions"),
-        (CaromEnv, {"scenario": OPEN}, "Carom needs a table with cushions"),
-        (CaromEnv, {"scenario": NO_CUE}, "Carom needs a cue ball (cue = true)"),
-        (
-            CaromEnv,
-            {"scenario": scene({"C": (0.5, 0.5), "a": (1.0, 0.5)})},
-            "needs 2 balls or more",
-        ),
-        (PotEnv, {"scenario": "report"}, "scenario = report: Pot needs pockets"),
-        (
-            CaromEnv,
-            {"scenario": replace(scene(TWO), friction=Friction())},
-            "Carom needs surface friction or a max_time",
-        ),
-        (CarromEnv, {"scenario": "nine-ball"}, "must have a man of one's own, whose id begins w"),
-        (CarromEnv, {"balls": 1}, "scenario = S, Q: must have a man of one's own"),
-        (CarromEnv, {"scenario": "report"}, "scenario = report: Carrom needs pockets"),
-        (CaromEnv, {"balls": 1}, "balls = 1: must be between 2 and 10"),
-        (PotEnv, {"balls": 16}, "balls = 16: must be between 1 and 15"),
-        (CaromEnv, {"balls": 2.5}, "balls = 2.5: must be a whole number"),
-        (CaromEnv, {"layout": "randm"}, 'did you mean "random"?'),
-        (CaromEnv, {"max_speed": 0.0}, "max_speed = 0.0: must be greater than 0"),
-        (CaromEnv, {"angle_error": -1.0}, "angle_error = -1.0: must be 0 or more"),
-        (CaromEnv, {"speed_error": math.nan}, "speed_error = nan: must be a finite number"),
-        (CaromEnv, {"unknown": 3}, "unknown = 3: there is no such setting (there are: scenario, "),
-        (
-            PotVectorEnv,
-            {"ball": 3},
-            "there is no such setting (there are: scenario, balls, layout, ",
-        ),
-        (PotEnv, {"max_sped": 3}, 'did you mean "max_speed"?'),
-        (CaromEnv, {"max_episode_steps": 3}, "max_episode_steps = 3: there is no such setting"),
-        (BilliardsEnv, {}, "game = None: must be a subclass of pool_pymunk.env.Game"),
-        (BilliardsEnv, {"game": "Carom"}, "game = Carom: must be a subclass"),
         (BilliardsEnv, {"game": Nearest(), "balls": 1}, "or a game without more settings"),
         (
             BilliardsVectorEnv,
             {"game": Nearest, "scenario": "report"},
             "scenario = report: Nearest needs friction of rolling",
         ),
-        (CaromEnv, {"render_mode": "human"}, 'render_mode = "human": must be one of rgb_array'),
-        (CaromVectorEnv, {"num_envs": 0}, "num_envs = 0: must be 1 or more"),
-        (CaromVectorEnv, {"max_episode_steps": 0}, "max_episode_steps = 0: must be 1 or more"),
-        (
-            CaromVectorEnv,
-            {"autoreset_mode": "Never"},
-            "must be one of NextStep, SameStep, Disabled",
-        ),
     ],
 )
-def test_bad_settings_are_refused_in_one_line(
+def test_bad_settings_of_ones_own_game_are_refused_in_one_line(
     plays: Callable[..., Any], settings: dict[str, Any], message: str
 ) -> None:
     with pytest.raises((SettingError, SceneError)) as error:
@@ -874,11 +827,6 @@ def test_an_infinite_action_is_clipped_and_one_without_numbers_refused() -> None
         env.step([0.0, math.nan])
     info = env.step([-math.inf, math.inf])[4]
     assert (info["angle"], info["speed"]) == (-180.0, 5.0)
-
-
-def test_carom_calls_no_ball() -> None:
-    with pytest.raises(SettingError, match=r"there are: position\)"):
-        CaromEnv().reset(options={"called": "1"})
 
 
 def test_any_scenario_is_a_table(tmp_path: Path) -> None:

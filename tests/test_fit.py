@@ -482,13 +482,6 @@ def test_a_search_that_stopped_too_early_is_doubted() -> None:
     assert [len(said) for said in found.values()] == [1, 0]
 
 
-def test_places_without_derivatives_cannot_be_fitted() -> None:
-    report = load("report")
-    rows = [(4, "C", 1.09, 0.54), (4, "9", 0.43, 0.54)]
-    with pytest.raises(SettingError, match="no measured place has derivatives"):
-        fit(report, rows, "restitution.cue_ball")
-
-
 def test_nothing_free_tells_how_far_off_a_scene_is() -> None:
     found = fit(TRUTH, [(5, "cue", 0.6, 0.6)], [])
     assert found.rms == found.rms_before > 0.0
@@ -577,32 +570,6 @@ def test_every_bad_row_is_named(tmp_path: Path) -> None:
     assert lines[5].startswith(f'{path}: line 3, ball = "Z"')
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({"free": "restitution.cueball"}, "free = restitution.cueball: there is no such input"),
-        ({"free": 3}, "free = 3: must be names"),
-        ({"error": -1.0}, "error = -1.0: must be greater than 0"),
-        ({"starts": 0}, "starts = 0: must be 1 or more"),
-        ({"starts": 2.5}, "starts = 2.5: must be a whole number"),
-        ({"seed": "a"}, 'seed = "a": must be a number'),
-        ({"measured": "none.csv"}, "No such file"),
-        ({"measured": []}, "measured: one measurement or more is needed"),
-        ({"measured": 3}, "measured = 3: must be a CSV file"),
-        ({"measured": [(1, "C")]}, 'measured[0] = [1, "C"]: must be (shot, ball, x, y)'),
-        ({"measured": [(1, "C", None, 0.0)]}, "measured[0].x: is missing"),
-        ({"scene": TRUTH, "measured": "published"}, "the scenario has no published ends"),
-    ],
-)
-def test_bad_arguments(arguments: dict[str, Any], said: str) -> None:
-    given: dict[str, Any] = {
-        "scene": load("report"), "measured": "published", "free": [], **arguments,
-    }  # fmt: skip
-    with pytest.raises((SceneError, SettingError, OSError)) as refused:
-        fit(**given)
-    assert said in str(refused.value)
-
-
 def test_a_time_after_the_end_of_the_shot() -> None:
     scene = replace(TRUTH, physics=Physics(max_time=1.0))
     with pytest.raises(SceneError, match=r"measured\[0\]\.t = 2\.0: is after the end of the shot"):
@@ -678,23 +645,6 @@ def test_without_scipy_one_sentence_says_so(
     assert capsys.readouterr().err.splitlines() == [
         "error: fit needs SciPy: pip install '.[fit]' in a clone"
     ]
-
-
-@pytest.mark.parametrize(
-    ("option", "value", "said"),
-    [
-        ("--free", "mass.Z", "error: --free = mass.Z: there is no such input"),
-        ("--free", "", "error: --free = : give one name or more"),
-        ("--error", "big", 'error: --error = "big": must be a length'),
-        ("--measured", "none.csv", "error: none.csv: No such file or directory"),
-    ],
-)
-def test_bad_options_are_one_line(option: str, value: str, said: str, capsys: Capture) -> None:
-    given = {"--measured": "published", "--free": "speed.1", option: value}
-    code = exit_code("fit", "report", *(each for pair in given.items() for each in pair))
-    assert code == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(said)
 
 
 @pytest.mark.slow

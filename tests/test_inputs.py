@@ -294,13 +294,6 @@ def test_old_names_keep_their_meanings() -> None:
     np.testing.assert_array_equal(both.final, same.final)
 
 
-def test_two_names_of_one_input_are_refused(tmp_path: Path) -> None:
-    pytest.importorskip("pyarrow")
-    for one, other in (("mass", "mass.C"), ("angle", "turn")):
-        with pytest.raises(SettingError, match=f"vary = {other}: means the same as {one}"):
-            sweep(scene(), 1, vary={one: (1, 2), other: (1, 2)}, samples=1, out=tmp_path / "no")
-
-
 def test_the_documentation_has_the_table() -> None:
     lines = ["| name | what it is | unit | group | values |", "|---|---|---|---|---|"]
     for row in ROWS:

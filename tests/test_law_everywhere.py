@@ -26,7 +26,6 @@ from pool_pymunk import (
     Physics,
     Restitution,
     Scene,
-    SettingError,
     Shot,
     Table,
     simulate,
@@ -160,20 +159,6 @@ def test_a_name_is_as_good_as_the_object(solver: str) -> None:
     )
     assert by_name.final == by_object.final == by_scene.final
     assert by_name.final != simulate(ONE, solver=solver, dt=STEPS.get(solver)).final
-
-
-def test_an_unknown_law_is_answered_with_those_there_are() -> None:
-    with pytest.raises(SettingError, match="law = newton: must be one of coulomb, published"):
-        simulate(ONE, law="newton")
-
-
-@pytest.mark.parametrize("law", ["coulomb", Smooth()])
-def test_a_solver_with_a_law_of_its_own_refuses_another_in_one_sentence(law: str | Law) -> None:
-    with pytest.raises(SettingError) as refused:
-        simulate(ONE, solver="pymunk-builtin", law=law)
-    (line,) = str(refused.value).splitlines()
-    assert line.startswith("law = ")
-    assert "pymunk-builtin has a law of its own" in line
 
 
 def test_a_law_is_named_after_its_class_unless_it_says_otherwise() -> None:

@@ -186,22 +186,6 @@ def test_the_command_shows_one_shot_by_a_solver(tmp_path: Path) -> None:
     assert shot["runs"][0]["label"] == "pymunk, dt = 1/60 s"
 
 
-@pytest.mark.parametrize(
-    ("options", "line"),
-    [
-        (("--out", "a.txt"), "error: --out = a.txt: must end in .html"),
-        (("--overlay", "event-driven:1/60"), "event-driven has no time step"),
-        (("--overlay", "pymunk:x"), "must be a time, such as 1/240 s"),
-        (("--shot", "9"), "there is no such shot"),
-    ],
-)
-def test_bad_input_gets_one_line(
-    options: tuple[str, ...], line: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    assert line in refusal(capsys, "page", "report", *options)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_scene_without_shots_is_played_as_set_up(tmp_path: Path) -> None:
     ball = Ball("a", (0.0, 0.0), 0.1, 1.0, velocity=(1.0, 0.0))
     scene = Scene(balls=(ball,), friction=Friction(surface=0.1))

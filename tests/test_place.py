@@ -19,7 +19,6 @@ from pool_pymunk import (
     Restitution,
     Scene,
     SceneError,
-    SettingError,
     Shot,
     Table,
     Uncertainty,
@@ -204,11 +203,3 @@ def test_a_ball_in_hand_is_looked_for_where_there_is_room() -> None:
         again = simulate(one.run.scene, one.shot, solver="event-driven")
         assert again.final == one.run.final
     assert found[0].share > find(lone, 1, pots, **how)[0].share
-
-
-def test_ranges_of_a_place_are_pairs() -> None:
-    wrong: Any = (0.2, 1.6, 0.1)
-    with pytest.raises(SettingError, match=r"place = .*: must be the ranges of x and of y"):
-        find(SCENE, 1, lambda batch: batch.hits > 0, place=wrong)
-    with pytest.raises(SettingError, match=r"y = \[0\.9, 0\.1\]: must be \(low, high\)"):
-        find(SCENE, 1, lambda batch: batch.hits > 0, place=((0.2, 1.6), (0.9, 0.1)))

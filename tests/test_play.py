@@ -749,15 +749,6 @@ def test_a_port_in_use_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert line == f"error: --port = {port}: another program listens there"
 
 
-def test_a_port_that_is_none_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    line = refusal(capsys, "play", "report", "--no-browser", "--port", 65536)
-    assert line == "error: --port = 65536: must be from 0 to 65535"
-
-
-def test_a_scenario_that_is_none_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "there is no such file" in refusal(capsys, "play", "nowhere", "--no-browser")
-
-
 def test_without_the_extra_it_says_how_to_get_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import refusal
 from scenes import off_exact
 
 from pool_pymunk import (
@@ -202,15 +201,6 @@ def test_what_a_law_raises_arrives_after_the_step() -> None:
 # -- options ---------------------------------------------------------------------------------------
 
 
-def test_the_one_friction_is_the_velocity_function(capsys: pytest.CaptureFixture[str]) -> None:
-    scene = load("two-balls")
-    assert discrete(scene, friction="callback").final == discrete(scene).final
-    with pytest.raises(SettingError, match=r"^friction = joint: must be callback$"):
-        discrete(scene, friction="joint")
-    asked = ("run", "two-balls", "--no-pictures", "--solver", "pymunk-discrete", "--friction")
-    assert refusal(capsys, *asked, "joint") == "error: --friction = joint: must be callback"
-
-
 def test_contacts_is_no_option_any_more() -> None:
     scene = load("two-balls")
     with pytest.raises(SettingError, match=r'^contacts = discrete: .*solver="pymunk-discrete"$'):
@@ -226,7 +216,7 @@ def test_contacts_is_no_option_any_more() -> None:
 
 
 def test_each_solver_of_a_study_gets_the_options_that_it_takes() -> None:
-    """An option that no solver takes stays, so that it is refused."""
+    """An option that no solver takes stays, and is refused; that of one kind changes none."""
     for value, takers in (
         ("joint", {"pymunk"}),
         ("callback", {"pymunk", "pymunk-discrete"}),
@@ -235,6 +225,8 @@ def test_each_solver_of_a_study_gets_the_options_that_it_takes() -> None:
         asked = {"friction": value}
         found = {name for name, each in SOLVERS.items() if options_for(each, asked) == asked}
         assert found == takers
-    scene, steps = load("two-balls"), {"pymunk": (1 / 60,), "pymunk-discrete": (1e-3,)}
+    scene = load("two-balls")
+    assert discrete(scene, friction="callback").final == discrete(scene).final
+    steps = {"pymunk": (1 / 60,), "pymunk-discrete": (1e-3,)}
     measured = tradeoff(scene, steps, budget=0, options={"friction": "joint"})
     assert len(measured.settings) == 2

@@ -13,7 +13,6 @@ from pool_pymunk import Ball, Scene, SceneError, load, loads, rack, simulate
 from pool_pymunk.studies.uncertainty import written_uncertainty
 
 R, M = 0.028575, 0.17
-HEXAGON = {"shape": "hexagon", "apex": None, "center": (0.3, -0.7), "rings": 2}
 
 
 def gaps(balls: tuple[Ball, ...]) -> list[float]:
@@ -93,56 +92,6 @@ def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
     made = rack(apex, **numbers, rows=np.int64(2), ids=tuple(np.array(ids)))  # type: ignore[arg-type]
     assert [ball.id for ball in made] == ids
     assert all(type(value) is float for ball in made for value in (*ball.position, ball.mass))
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"rows": 0}, "rows = 0: must be a whole number from 1 to 100"),
-        ({"rows": 2.5}, "rows = 2.5: must be a whole number from 1 to 100"),
-        ({"gap": -1e-9}, "gap = -1e-09: must be 0 or more"),
-        ({"gap": "wide"}, 'gap = "wide": must be a number'),
-        ({"angle": math.nan}, "angle = nan: must be a finite number"),
-        ({"apex": (1.0,)}, "apex = [1.0]: must be two numbers, [x, y]"),
-        ({"shape": "square"}, 'shape = "square": must be one of triangle, diamond, hexagon'),
-        (
-            {"shape": "diamond", "rows": 5},
-            "rows = 5: does not go with shape: a diamond has five rows",
-        ),
-        ({"ids": ["1"]}, 'ids = ["1"]: must be 15 ids, one for each ball (1 given)'),
-        ({"center": (0, 1)}, "center = [0.0, 1.0]: does not go with shape: a triangle has an apex"),
-        ({"rings": 2}, "rings = 2: does not go with shape: a triangle has rows"),
-        (
-            {"shape": "diamond", "rings": 2},
-            "rings = 2: does not go with shape: a diamond has five rows",
-        ),
-        ({"apex": None}, "apex: is missing"),
-        ({**HEXAGON, "rings": 0}, "rings = 0: must be a whole number from 1 to 100"),
-        ({**HEXAGON, "rings": None}, "rings: is missing"),
-        ({**HEXAGON, "center": None}, "center: is missing"),
-        ({**HEXAGON, "rows": 5}, "rows = 5: does not go with shape: a hexagon has rings"),
-        (
-            {**HEXAGON, "apex": (0.0, 1.0)},
-            "apex = [0.0, 1.0]: does not go with shape: a hexagon has a center",
-        ),
-        ({**HEXAGON, "ids": ["1"]}, 'ids = ["1"]: must be 19 ids, one for each ball (1 given)'),
-        ({**HEXAGON, "gap": -1.0}, "gap = -1.0: must be 0 or more"),
-        ({"color": "red"}, 'color = "red": must be "#rrggbb", six hexadecimal digits'),
-        (
-            {"color": ["#112233"]},
-            'color = ["#112233"]: must be 15 colours, one for each ball (1 given)',
-        ),
-        ({"rows": 1, "color": [1]}, 'color[0] = 1: must be text, in "quotes"'),
-        ({"ids": "123"}, 'ids = "123": must be ids, ["1", "2", ...]'),
-        ({"radius": -1.0}, "radius = -1.0: must be greater than 0"),
-        ({"mass": 0.0}, "mass = 0.0: must be greater than 0"),
-    ],
-)
-def test_what_is_wrong_is_said_in_a_line(wrong: dict[str, Any], message: str) -> None:
-    right: dict[str, Any] = {"apex": (0.0, 0.0), "radius": R, "mass": M}
-    with pytest.raises(SceneError) as caught:
-        rack(**{**right, **wrong})
-    assert str(caught.value) == message
 
 
 # -- files -----------------------------------------------------------------------------------------

@@ -18,7 +18,6 @@ import av
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from commands import refusal
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.transforms import Bbox
@@ -1071,27 +1070,3 @@ def test_command_compares(tmp_path: Path) -> None:
     assert [Path(line).name for line in done.stdout.splitlines()] == names
     with Image.open(tmp_path / names[0]) as gif:
         assert (gif.size, gif.n_frames) == ((320, 180), 6 + 25)  # type: ignore[attr-defined]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--format", "avi"), "--format = avi: must be one of mp4, gif"),
-        (("--size", "wide"), "--size = wide: must be width and height"),
-        (("--size", "321x180"), "size = 321x180: must be two even numbers"),
-        (("--side-by-side",), "--side-by-side: say with --overlay"),
-        (("--overlay", "none"), "--overlay = none: there is no such solver"),
-        (("--overlay", "pymunk:1/60:1/240"), "--overlay = pymunk:1/60:1/240: must be a solver"),
-        (("--overlay", "pymunk:fast"), '--overlay = "fast": must be a time'),
-        (("--slow", "0"), "slow = 0: must be greater than 0"),
-        (("--from", "2", "--to", "1"), "--from = 2: must be 0 or more, and before the end"),
-        (("--dpi", "1e9"), "--dpi = 1e+09: must be between"),
-        (("--picture-format", "bmp"), "--picture-format = bmp: must be one of"),
-        (("--out", "/proc/none"), "/proc/none: "),
-        (("--format", "gif", "--fps", "60"), "fps = 60: a gif can have 50 at most"),
-    ],
-)
-def test_command_answers_bad_input_in_one_line(
-    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], words: str
-) -> None:
-    assert words in refusal(capsys, "render", "report", *arguments)

@@ -516,21 +516,6 @@ def load_problem(path: str | Path) -> str:
     return line
 
 
-def test_a_missing_file_is_answered_with_the_bundled_names() -> None:
-    line = load_problem("rpeort")
-    assert line.startswith('scenario = "rpeort": there is no such file (bundled: ')
-    assert all(name in line for name in bundled())
-
-
-def test_a_path_that_no_file_can_have() -> None:
-    assert load_problem("a\0b").startswith(r'scenario = "a\x00b": there is no such file')
-
-
-def test_a_directory_is_no_file(tmp_path: Path) -> None:
-    assert load_problem(tmp_path).startswith("scenario = ")
-    assert load_problem(tmp_path).endswith(": cannot be read: Is a directory")
-
-
 def test_a_file_that_is_not_utf8(tmp_path: Path) -> None:
     path = tmp_path / "latin.toml"
     path.write_bytes('title = "Königsstoß"\n'.encode("latin-1"))

@@ -589,11 +589,6 @@ def test_a_shot_gives_one_ball_its_velocity() -> None:
     assert two.start(shots[1]).velocity == ((0.0, 0.0), (0.0, 0.0))
 
 
-def test_a_direction_for_a_ball_to_aim_at_is_answered_with_angle() -> None:
-    with pytest.raises(SceneError, match=r"^aim = 30\.0: must be the id of a ball.* write angle$"):
-        Shot("a", "C", speed=1.0, aim=30.0)  # type: ignore[arg-type]
-
-
 def test_a_shot_from_a_state_keeps_its_places_and_aims_from_there() -> None:
     shot = Shot("a", "C", speed=5.0, aim="1")
     two = scene(ball("C", 0, 0), ball("1", 1, 0), shots=(shot,))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pymunk
 import pytest
-from commands import exit_code, refusal
+from commands import exit_code
 from hard_scenes import exact
 from scenes import largest_distance, random_scene, seeds
 
@@ -327,23 +327,3 @@ def test_run_ends_with_1_where_it_falls_short(
     assert "Why: at 0.00104 s, the smallest step tried, the contacts or their order" in answer.out
     assert answer.err == "error: Simulation 1: the tolerance is not reached\n"
     assert (tmp_path / "shot-1.npz").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["0.01in", "--solver", "event-driven"], "it is exact and has no step"),
-        (["0.01in", "--solver", "pymunk-builtin"], "its physics is not the scene's"),
-        (["0.01in", "--dt", "0.01"], "--tolerance = 0.01in: give either --tolerance or --dt"),
-        (["0.01in", "--solver", "magic"], "there is no such solver"),
-        (["0.01yd"], '--tolerance = "0.01yd": must be a length, such as 1 cm (m, cm, mm, in)'),
-        (["0"], '--tolerance = "0": must be greater than 0'),
-        (["-1mm"], '--tolerance = "-1mm": must be greater than 0'),
-        (["nan"], '--tolerance = "nan": must be a length'),
-    ],
-)  # fmt: skip
-def test_bad_tolerances_get_one_line(
-    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    line = refusal(capsys, "run", "report", "--out", tmp_path, "--tolerance", *arguments)
-    assert message in line

@@ -1,0 +1,114 @@
+"""What makes no sense is refused in one sentence, in Python as on the command line.
+
+data/refusals.txt is one table of both. In it a line of Python stands behind ``>>>``, and what
+``pool-pymunk`` is asked behind ``$``; the line below is the answer, in which ``...`` is any text.
+Behind the name of a section stands the optional library without which it cannot be asked.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from functools import cache
+from importlib import import_module
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from commands import Capture, refusal
+from scenes import DATA
+
+from pool_pymunk import SOLVERS, Scene, SettingError, load
+from pool_pymunk import simulate as simulate_by
+
+BY_PYTHON, BY_COMMAND = ">>> ", "$ "
+# A name of the table is one of these modules, or one of the functions and scenes below.
+HOMES = (
+    "pool_pymunk", "pool_pymunk.physics.laws", "pool_pymunk.report.collide", "pool_pymunk.render",
+    "pool_pymunk.solvers", "pool_pymunk.studies", "pool_pymunk.page", "dataclasses", "math",
+    "numpy", "pool_pymunk.env",
+)  # fmt: skip
+
+
+def rows(sign: str) -> list[Any]:
+    """Return what is asked behind a sign, the library that it needs, and the answer."""
+    found, needs = [], ""
+    for asked, answer in pairwise((DATA / "refusals.txt").read_text("utf-8").splitlines()):
+        if asked.startswith("# "):
+            needs = asked.partition("(")[2].rstrip(")")
+        elif asked.startswith(sign):
+            typed = asked.removeprefix(sign)
+            found.append(pytest.param(typed, needs, answer, id=typed))
+    return found
+
+
+def assert_answers(answer: str, line: str) -> None:
+    """Check that a line is the answer of the table, and one line."""
+    wanted = ".*".join(map(re.escape, answer.split("...")))
+    assert re.fullmatch(wanted, line), f"{line}\nis not\n{answer}"
+
+
+def simulate(scene: Scene, *shot: Any, **settings: Any) -> None:
+    """Ask all solvers, unless one is named: all refuse alike."""
+    said = set()
+    for solver in [settings.pop("solver")] if "solver" in settings else SOLVERS:
+        with pytest.raises(ValueError) as refused:
+            simulate_by(scene, *shot, solver=solver, **settings)
+        said.add(str(refused.value))
+    (line,) = said
+    raise SettingError(line)
+
+
+@cache
+def own_names() -> dict[str, Any]:
+    """Return the scenes and other values that the table names."""
+    report, two_balls = load("report-corrected"), load("two-balls")
+    return {
+        "report": report,
+        "two_balls": two_balls,
+        "bare": Scene(report.balls, report.table, report.restitution, report.friction),
+        "published": load("report"),
+        "rolling": load("follow-and-draw"),
+        "places": [ball.position for ball in report.balls],
+        "rest": [(0.0, 0.0)] * len(report.balls),
+        "run": simulate_by(report, 1),
+        "simulate": simulate,
+    }
+
+
+class Names(dict[str, Any]):
+    """These are all names of the table."""
+
+    def __missing__(self, name: str) -> Any:
+        if name in own_names():
+            return own_names()[name]
+        for home in HOMES:
+            if hasattr(import_module(home), name):
+                return getattr(import_module(home), name)
+        raise KeyError(name)
+
+
+@pytest.mark.parametrize(("asked", "needs", "answer"), rows(BY_PYTHON))
+def test_python_refuses_in_one_sentence(
+    asked: str, needs: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if needs:
+        pytest.importorskip(needs)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((ValueError, OSError, RuntimeError)) as refused:
+        eval(asked, {}, Names())
+    assert_answers(answer, str(refused.value))
+    assert not list(tmp_path.iterdir()), "bad input must write nothing"
+
+
+@pytest.mark.parametrize(("asked", "needs", "answer"), rows(BY_COMMAND))
+def test_the_command_line_refuses_in_one_line(
+    asked: str, needs: str, answer: str,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture,
+) -> None:  # fmt: skip
+    if needs:
+        pytest.importorskip(needs)
+    monkeypatch.chdir(tmp_path)
+    assert_answers(f"error: {answer}", refusal(capsys, *shlex.split(asked)))
+    assert not list(tmp_path.iterdir()), "bad input must write nothing"
