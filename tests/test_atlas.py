@@ -110,7 +110,6 @@ def test_the_ball_is_the_aimed_one_or_the_nearest() -> None:
 
 
 @pytest.mark.parametrize("show", ["end", "first-hit", "hits", "duration", "pocket"])
-@pytest.mark.heavy
 def test_the_command_draws_it(
     show: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -236,7 +235,6 @@ def test_found_shots_stay_within_the_ranges() -> None:
             assert speed[0] <= one.speed <= speed[1]
 
 
-@pytest.mark.heavy
 def test_the_draw_of_a_shot_after_which_the_cue_ball_stays() -> None:
     """Friction of the cloth, 5/2 mu g t, takes just this draw away until the balls meet."""
     balls = (Ball("C", (0.0, 0.0), 0.03, 0.2, cue=True), Ball("1", (0.5, 0.0), 0.03, 0.2))

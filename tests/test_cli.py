@@ -20,8 +20,6 @@ from pool_pymunk.cli.common import How
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
 
-pytestmark = pytest.mark.heavy
-
 
 def one_line(result: Answer) -> str:
     """Return the single line that answers bad input.

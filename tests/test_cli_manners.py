@@ -50,8 +50,6 @@ from pool_pymunk.solvers import Settings
 from pool_pymunk.solvers.request import Request
 from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, estimate
 
-pytestmark = pytest.mark.heavy
-
 
 def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:
     """Write a scene of one ball that rolls along x, with lengths in ``unit``."""

@@ -245,7 +245,6 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert {key: found[key] for key in expected} == expected
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("offset", [0.0, -0.0127, 0.056])
 @pytest.mark.parametrize("other", [(0.0, 0.0), (-3.0, 0.5)])
 def test_labels_of_the_picture_lie_beside_its_arrows(

@@ -116,14 +116,12 @@ def to_the_right(power: float) -> np.ndarray[Any, Any]:
 # -- Gymnasium's conventions -----------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("id_", [*IDS, CARROM])
 @pytest.mark.parametrize("mode", [None, "rgb_array", "rgb_array_list"])
 def test_check_env_has_nothing_to_say(id_: str, mode: str | None) -> None:
     check_env(gym.make(id_, render_mode=mode).unwrapped)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("id_", "settings"),
     [
@@ -562,7 +560,6 @@ def test_a_rehearsal_changes_nothing_and_tells_what_a_shot_scores() -> None:
 # -- games of one's own ----------------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 def test_check_env_has_nothing_to_say_of_a_game_of_ones_own() -> None:
     check_env(gym.make("pool_pymunk/Billiards-v0", game=Nearest).unwrapped)
     made = gym.make("pool_pymunk/Billiards-v0", game=Nearest(max_speed=1.0)).unwrapped
@@ -999,7 +996,6 @@ def test_wrappers_of_vector_environments(mode: AutoresetMode) -> None:
 # -- pictures --------------------------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 def test_pictures_show_the_layout_and_how_a_shot_ends() -> None:
     pytest.importorskip("matplotlib")
     env = CaromEnv(render_mode="rgb_array")
@@ -1022,7 +1018,6 @@ def test_pictures_show_the_layout_and_how_a_shot_ends() -> None:
     assert np.abs(frames[-1].astype(int) - after).mean() < 1.0
 
 
-@pytest.mark.heavy
 def test_a_film_of_shots_has_frames_of_one_size() -> None:
     """A ball in a pocket lies in the tray below the table."""
     env = as_set_up(PotEnv, scene(STRAIGHT, (2.0, 0.5)), render_mode="rgb_array_list")
@@ -1032,7 +1027,6 @@ def test_a_film_of_shots_has_frames_of_one_size() -> None:
     assert {frame.shape for frame in env.render()} == {still.shape}
 
 
-@pytest.mark.heavy
 def test_vector_environments_render_as_single_ones_do() -> None:
     for mode in MODES:
         native = PotVectorEnv(2, render_mode="rgb_array", autoreset_mode=mode)

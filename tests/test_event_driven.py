@@ -518,7 +518,6 @@ def heap(seed: int) -> Scene:
     )
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", some_slow(60, quick=5))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
@@ -608,7 +607,6 @@ def bank_shot(k: int) -> Scene:
     )
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("solver", ["time-slice", "pymunk-discrete"])
 def test_the_others_converge_to_it_with_order_one_down_to_1e_5(solver: str) -> None:
     """A contact is late by any share of a step, so only the mean over some shots has an order."""

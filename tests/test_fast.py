@@ -83,7 +83,6 @@ def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind:
 @pytest.mark.slow
 @needs_numba
 @pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ROLLING)
 def test_a_hundred_random_shots_that_roll(kind: str) -> None:
     """Where a roll presses balls together or to a cushion, the exact solver plays the shot."""
@@ -677,7 +676,6 @@ def played_by_another_numba(breaks: str, cache: Path, *more: str) -> tuple[Any, 
 
 
 @needs_numba
-@pytest.mark.heavy
 @pytest.mark.parametrize("breaks", BREAKS)
 def test_what_another_numba_lacks_makes_it_compile_by_what_is_documented(
     breaks: str, tmp_path: Path

@@ -150,7 +150,6 @@ def test_exact_ends_give_the_exact_numbers() -> None:
     assert found.warnings == ()
 
 
-@pytest.mark.heavy
 def test_friction_of_rolling_and_the_rolls_of_shots() -> None:
     shots = (replace(TRUTH.shots[0], roll=0.8), replace(TRUTH.shots[3], roll=-0.5))
     truth = replace(TRUTH, friction=Friction(0.2, 0.15, 0.05, 0.012), shots=shots)
@@ -160,7 +159,6 @@ def test_friction_of_rolling_and_the_rolls_of_shots() -> None:
     assert found.values == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.heavy
 def test_the_report_printed_070() -> None:
     """Its published ends alone say so, though the search starts from the 0.95 that it states."""
     report = load("report")
@@ -194,7 +192,6 @@ def test_tracks_with_blunders() -> None:
     assert any(f"12 of {len(rows)} places are more than 5 sigma off" in w for w in found.warnings)
 
 
-@pytest.mark.heavy
 @pytest.mark.slow
 def test_several_starts_find_what_one_does_not() -> None:
     """From the guess alone the search ends where contacts come in a wrong order, and says so."""
@@ -405,7 +402,6 @@ def test_the_largest_excess_is_passed_once_in_a_thousand_times(spare: int) -> No
     assert robust.excess(errors[:2], NOISE, 2) == 0.0
 
 
-@pytest.mark.heavy
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 25, 28])
 def test_a_search_goes_on_where_what_remains_is_implausible(

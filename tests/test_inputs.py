@@ -206,7 +206,6 @@ SOME_SLOW = [pytest.param(each, marks=[pytest.mark.slow] * (each == "find")) for
 
 
 @needs
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("name", "table"), CASES, ids=[f"{name}{'-rolls' * (on is ROLLS)}" for name, on in CASES]
 )
@@ -249,7 +248,6 @@ def test_other_names_are_refused_in_one_line(
 
 
 @needs
-@pytest.mark.heavy
 def test_rolls_are_carried_on_to_the_next_shot() -> None:
     more = Shot("more", STRUCK, speed=1.0, aim="2", roll=-0.5, from_previous=True)
     table = replace(ROLLS, physics=Physics(max_time=0.8), shots=(*ROLLS.shots, more))

@@ -32,8 +32,6 @@ from pool_pymunk.page import page
 from pool_pymunk.page.differences import labels
 from pool_pymunk.safety.files import bundled
 
-pytestmark = pytest.mark.heavy
-
 
 @pytest.fixture(scope="module")
 def report() -> list[Run]:

@@ -37,8 +37,6 @@ from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.page.live.server import LiveServer
 from pool_pymunk.page.live.worker import Worker
 
-pytestmark = pytest.mark.heavy
-
 STILL = [[0.0, 0.0]]
 Question = dict[str, Any]
 

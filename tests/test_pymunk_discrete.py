@@ -47,7 +47,6 @@ def on_plane(*rows: tuple[float, float, float, float], time: float = 0.5) -> Sce
 # -- it converges ----------------------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("shot", "coarse", "fine", "low", "high"),
     [(1, 5e-4, 1e-4, 0.8, 2.2), (2, 1e-2, 1e-4, 0.7, 1.2), (3, 1e-2, 1e-4, 0.7, 1.2)],

@@ -50,8 +50,6 @@ from pool_pymunk.render.table import woodwork
 from pool_pymunk.render.tracks import Ground, Track
 from pool_pymunk.render.view import contact_places, fit, settings
 
-pytestmark = pytest.mark.heavy
-
 Frame = NDArray[np.uint8]
 
 # One ball moves (magenta) and two never do (cyan, orange), in colours that cloth does not have.

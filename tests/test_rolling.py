@@ -419,7 +419,6 @@ def test_a_roll_holds_a_ball_to_a_cushion(mu: float) -> None:
     assert run.final["C"][1] == pytest.approx(1.0 - R, abs=1e-12)
 
 
-@pytest.mark.heavy
 def test_a_ball_begins_to_roll_once_while_an_arc_presses_it() -> None:
     """The arc turns it in many pieces of its path, and none of their ends is an event."""
     start, dull = ball(x=0.5, y=R, velocity=(0.15, 0.0)), Restitution(cushion=0.2)

@@ -19,8 +19,6 @@ from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.problems import LARGEST, SMALLEST
 from pool_pymunk.model.scenario import bundled
 
-pytestmark = pytest.mark.heavy
-
 FILE = "fuzz.toml"
 LINE = re.compile(rf"{re.escape(FILE)}: .+?( = .+)?: .+")
 # It holds a key, a value of 60 characters, and a message that may list a dozen names.

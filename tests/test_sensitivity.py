@@ -40,8 +40,6 @@ from pool_pymunk.render.clouds import _cloud
 from pool_pymunk.studies.sensitivity import by_causes, digits_that_hold, linear
 from pool_pymunk.studies.uncertainty import StartSampler, uncertainty_of
 
-pytestmark = pytest.mark.heavy
-
 INCH = 0.0254
 RESTITUTION, BRAKE, RADIUS, SPEED = 0.8, 0.2 * 9.80665, 0.03, 2.0
 HALF = 1e-4  # m; it is half the width of the range in which starts may be

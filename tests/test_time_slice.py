@@ -189,7 +189,7 @@ REPORT_SHOTS = [pytest.param(shot, id=shot.name) for shot in REPORT.shots]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dt", [1e-3, pytest.param(1e-4, marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("dt", [1e-3, 1e-4])
 @pytest.mark.parametrize("scene", [REPORT, CORRECTED], ids=["published", "coulomb"])
 @pytest.mark.parametrize("number", range(4))
 def test_skipping_changes_no_bit_of_the_report(scene: Scene, number: int, dt: float) -> None:
@@ -249,7 +249,6 @@ def random_scene(seed: int, outline: str | None, law: str) -> Scene:
     )
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("outline", [None, *OUTLINES])
@@ -285,7 +284,6 @@ def lattice_scene(seed: int, law: str) -> Scene:
     )
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 @pytest.mark.parametrize("law", LAWS)
 def test_skipping_changes_no_bit_of_head_on_scenes(law: str) -> None:
@@ -313,7 +311,6 @@ def printed(scene: Scene, ends: dict[str, Point]) -> dict[str, list[str]]:
     }
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("shot", REPORT_SHOTS)
 def test_the_report_is_reproduced_to_every_printed_digit(shot: Shot) -> None:
     run = simulate(REPORT, shot, solver="time-slice", dt=1e-6)

@@ -208,7 +208,6 @@ def test_where_every_step_is_exact_no_step_is_searched_for() -> None:
 TABLES = ("rectangle", "hexagon", "L", "open plane")
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", seeds(20))
 def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
@@ -218,7 +217,6 @@ def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
     assert largest_distance(run, exact(scene)) < 1e-6
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 def test_discrete_contacts_keep_the_word_that_is_given() -> None:
     """An estimate may refuse what is within the tolerance, but must not pass what is not."""
@@ -289,7 +287,6 @@ def pinball(dt: float) -> list[Point]:
     return [(body.position.x, body.position.y)]
 
 
-@pytest.mark.heavy
 @pytest.mark.slow
 def test_a_world_of_other_shapes() -> None:
     choice = choose_step(pinball, 1e-2, smallest=1e-4)
