@@ -1,8 +1,8 @@
 """`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
 What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
-Quick tests compile no shots: Python plays the loop of many shots. Long ones compile the plainest
-loop, and slow ones all.
+`make test` compiles no shots: Python plays the loop of many shots. In `make test-all` the plainest
+loop is compiled, and tests of compiled shots are played again; slow ones compile all loops.
 
 Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
 "fixed" four times as many; "random" (`pytest --hypothesis-profile random`) draws ten times as many
@@ -75,6 +75,14 @@ NEEDING = {
 }
 
 
+# These tests play compiled shots; in `make test` Python plays them.
+COMPILED = (
+    "atlas", "docs", "env", "fast", "figures", "find", "handed_back", "inputs", "linear", "live",
+    "many", "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
+    "shapes", "single", "sweep", "weakening",
+)  # fmt: skip
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Look for no examples in modules that cannot be imported without an optional library."""
     home = Path(__file__).parent.parent / "pool_pymunk"
@@ -85,12 +93,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes long; skip examples that need a library which is not installed."""
+    """Mark what takes long or is compiled; skip examples that lack a library."""
     for item in items:
         is_example = isinstance(item, pytest.DoctestItem)
         name = item.name if is_example else f"{item.path.name}::{item.name}"
         if not LONG.isdisjoint((name, name.partition("[")[0])):
             item.add_marker(pytest.mark.long)
+        if item.path.stem.removeprefix("test_") in COMPILED:
+            item.add_marker(pytest.mark.compiled)
         for module, library in NEEDED.items() if is_example else ():
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
@@ -118,10 +128,10 @@ def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(autouse=True)
-def shots_are_compiled_in_long_tests_alone(
+def shots_are_compiled_in_test_all(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Compiling a loop takes a minute; Python plays it in quick tests, with the twins of numba.
+    """Compiling a loop takes a minute; Python plays it in `make test`, with the twins of numba.
 
     Loops with rolls and arcs, and the pass of derivatives, are compiled in slow tests alone.
     """
@@ -129,7 +139,8 @@ def shots_are_compiled_in_long_tests_alone(
         return
     monkeypatch.setattr(compiled, "follow_shots", with_twins)
     monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)
-    if "long" not in request.keywords:
+    is_quick = request.config.getoption("--hypothesis-profile") in (None, "quick")
+    if is_quick and "long" not in request.keywords:
         monkeypatch.setattr(compiled, "play_shots", uncompiled)
         monkeypatch.setattr(many, "play_compiled", play_a_few)
 
