@@ -1,7 +1,7 @@
 """What makes no sense is refused in one sentence, in Python as on the command line.
 
 data/refusals.txt is one table of both. In it a line of Python stands behind ``>>>``, and what
-``pool-pymunk`` is asked behind ``$``; the line below is the answer, in which ``...`` is any text.
+``pool-pymunk`` is asked behind ``$``; below stands the answer, in which ``...`` is any text.
 Behind the name of a section stands the optional library without which it cannot be asked.
 """
 
@@ -11,7 +11,6 @@ import re
 import shlex
 from functools import cache
 from importlib import import_module
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,34 +18,53 @@ import pytest
 from commands import Capture, refusal
 from scenes import DATA
 
-from pool_pymunk import SOLVERS, Scene, SettingError, load
+from pool_pymunk import (
+    SOLVERS,
+    Ball,
+    Friction,
+    Restitution,
+    Scene,
+    SettingError,
+    Shot,
+    Table,
+    load,
+)
 from pool_pymunk import simulate as simulate_by
 
 BY_PYTHON, BY_COMMAND = ">>> ", "$ "
 # A name of the table is one of these modules, or one of the functions and scenes below.
 HOMES = (
-    "pool_pymunk", "pool_pymunk.physics.laws", "pool_pymunk.report.collide", "pool_pymunk.render",
-    "pool_pymunk.solvers", "pool_pymunk.studies", "pool_pymunk.page", "dataclasses", "math",
-    "numpy", "pool_pymunk.env",
+    "pool_pymunk", "texts", "pool_pymunk.physics.laws", "pool_pymunk.report.collide",
+    "pool_pymunk.render", "pool_pymunk.solvers", "pool_pymunk.studies", "pool_pymunk.page",
+    "dataclasses", "math", "numpy", "pool_pymunk.env",
 )  # fmt: skip
 
 
 def rows(sign: str) -> list[Any]:
     """Return what is asked behind a sign, the library that it needs, and the answer."""
     found, needs = [], ""
-    for asked, answer in pairwise((DATA / "refusals.txt").read_text("utf-8").splitlines()):
-        if asked.startswith("# "):
-            needs = asked.partition("(")[2].rstrip(")")
-        elif asked.startswith(sign):
-            typed = asked.removeprefix(sign)
-            found.append(pytest.param(typed, needs, answer, id=typed))
+    table = (DATA / "refusals.txt").read_text("utf-8")
+    for row in re.split(r"\n+(?=# |>>> |\$ )", table.rstrip("\n")):
+        if row.startswith("# "):
+            needs = row.partition("(")[2].rstrip(")")
+        elif row.startswith(sign):
+            asked, _, answer = row.removeprefix(sign).partition("\n")
+            found.append(pytest.param(asked, needs, answer, id=asked[:60]))
     return found
 
 
-def assert_answers(answer: str, line: str) -> None:
-    """Check that a line is the answer of the table, and one line."""
+def assert_answers(answer: str, lines: str) -> None:
+    """Check that lines are the answer of the table."""
     wanted = ".*".join(map(re.escape, answer.split("...")))
-    assert re.fullmatch(wanted, line), f"{line}\nis not\n{answer}"
+    assert re.fullmatch(wanted, lines), f"{lines}\nis not\n{answer}"
+
+
+def ball(name: str, x: float, y: float, cue: bool = False, radius: float = 0.05) -> Ball:
+    return Ball(name, (x, y), radius, 0.2, cue)
+
+
+def scene(*balls: Ball, table: Table | None = None, shots: tuple[Shot, ...] = ()) -> Scene:
+    return Scene(balls, table, Restitution(1.0, cushion=1.0), Friction(surface=0.1), shots=shots)
 
 
 def simulate(scene: Scene, *shot: Any, **settings: Any) -> None:
@@ -73,6 +91,8 @@ def own_names() -> dict[str, Any]:
         "places": [ball.position for ball in report.balls],
         "rest": [(0.0, 0.0)] * len(report.balls),
         "run": simulate_by(report, 1),
+        "ball": ball,
+        "scene": scene,
         "simulate": simulate,
     }
 
@@ -97,7 +117,7 @@ def test_python_refuses_in_one_sentence(
         pytest.importorskip(needs)
     monkeypatch.chdir(tmp_path)
     with pytest.raises((ValueError, OSError, RuntimeError)) as refused:
-        eval(asked, {}, Names())
+        eval(asked, Names())
     assert_answers(answer, str(refused.value))
     assert not list(tmp_path.iterdir()), "bad input must write nothing"
 
