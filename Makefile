@@ -15,7 +15,7 @@ QUICK := not long and not slow and $(ELSEWHERE)
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run without-extras oldest-numba test played test-all test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run without-extras oldest-numba test played test-all compiled played-all test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -53,13 +53,18 @@ test: $(VENV)/installed
 played:
 	$(BIN)/pytest -n auto -q -m "$(QUICK)"
 
-# One worker more than there are cores: one of them waits while another one compiles shots.
+# All loops are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
 test-all: export POOL_SEED ?= $(shell date +%s)
 test-all: PROFILE ?= random
 test-all: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.03,1)
 test-all: $(VENV)/installed
-	$(BIN)/pytest -n $(shell $(PYTHON) -c "import os; print(os.cpu_count() + 1)") -q \
-		-m "(long or slow or compiled or seeded or hypothesis) and $(ELSEWHERE)" \
+	$(MAKE) --jobs 2 --no-print-directory compiled played-all PROFILE=$(PROFILE)
+
+compiled:
+	$(BIN)/python -m tests.loops
+
+played-all:
+	$(BIN)/pytest -n auto -q -m "(long or slow or compiled or seeded or hypothesis) and $(ELSEWHERE)" \
 		--hypothesis-profile $(PROFILE)
 
 # needs Chromium, of Debian (apt-get install chromium) or another; what the page is made of is linted, too

@@ -81,6 +81,7 @@ COMPILED = (
     "many", "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
     "shapes", "single", "sweep", "weakening",
 )  # fmt: skip
+WAITING = ("collapse", "round", "together")  # Some slow tests of these play compiled shots, too.
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -93,7 +94,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes long or is compiled; skip examples that lack a library."""
+    """Mark what takes long or is compiled, which comes last; skip what lacks a library."""
     for item in items:
         is_example = isinstance(item, pytest.DoctestItem)
         name = item.name if is_example else f"{item.path.name}::{item.name}"
@@ -104,6 +105,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         for module, library in NEEDED.items() if is_example else ():
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
+    items.sort(key=lambda item: item.path.stem.removeprefix("test_") in (*COMPILED, *WAITING))
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
