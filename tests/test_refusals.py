@@ -14,13 +14,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import pymunk
 import pytest
 from commands import Capture, refusal
 from scenes import DATA
+from worlds import ball as put
+from worlds import plane
 
 from pool_pymunk import (
     SOLVERS,
     Ball,
+    Billiards,
     Friction,
     Restitution,
     Scene,
@@ -34,9 +38,9 @@ from pool_pymunk import simulate as simulate_by
 BY_PYTHON, BY_COMMAND = ">>> ", "$ "
 # A name of the table is one of these modules, or one of the functions and scenes below.
 HOMES = (
-    "pool_pymunk", "texts", "pool_pymunk.physics.laws", "pool_pymunk.report.collide",
-    "pool_pymunk.render", "pool_pymunk.solvers", "pool_pymunk.studies", "pool_pymunk.page",
-    "dataclasses", "math", "numpy", "pool_pymunk.env",
+    "pool_pymunk", "texts", "worlds", "pymunk", "pool_pymunk.physics.laws",
+    "pool_pymunk.report.collide", "pool_pymunk.render", "pool_pymunk.solvers",
+    "pool_pymunk.studies", "pool_pymunk.page", "dataclasses", "math", "numpy", "pool_pymunk.env",
 )  # fmt: skip
 
 
@@ -67,6 +71,40 @@ def scene(*balls: Ball, table: Table | None = None, shots: tuple[Shot, ...] = ()
     return Scene(balls, table, Restitution(1.0, cushion=1.0), Friction(surface=0.1), shots=shots)
 
 
+def new_table() -> Billiards:
+    return plane()[1]
+
+
+def two_on(pair: Any) -> None:
+    """Put two balls on a table with this function of pairs."""
+    _, table = plane(pair=pair)
+    put(table, 0.0), put(table, 1.0)
+
+
+BODIES: list[pymunk.Body] = []  # A shape of pymunk's does not keep its body alive.
+
+
+def circle(
+    *, offset: tuple[float, float] = (0.0, 0.0), mass: float = 0.17, radius: float = 0.03,
+    kind: int = pymunk.Body.DYNAMIC, number: int = 0,
+) -> pymunk.Circle:  # fmt: skip
+    BODIES.append(pymunk.Body(mass, 1e-4, kind))
+    made = pymunk.Circle(BODIES[-1], radius, offset)
+    made.collision_type = number
+    return made
+
+
+def segment(a: tuple[float, float], b: tuple[float, float], number: int = 0) -> pymunk.Segment:
+    BODIES.append(pymunk.Body(body_type=pymunk.Body.STATIC))
+    made = pymunk.Segment(BODIES[-1], a, b, 0.0)
+    made.collision_type = number
+    return made
+
+
+OWN = {"ball": ball, "scene": scene, "put": put, "new_table": new_table, "two_on": two_on,
+       "circle": circle, "segment": segment}  # fmt: skip
+
+
 def simulate(scene: Scene, *shot: Any, **settings: Any) -> None:
     """Ask all solvers, unless one is named: all refuse alike."""
     said = set()
@@ -91,8 +129,7 @@ def own_names() -> dict[str, Any]:
         "places": [ball.position for ball in report.balls],
         "rest": [(0.0, 0.0)] * len(report.balls),
         "run": simulate_by(report, 1),
-        "ball": ball,
-        "scene": scene,
+        **OWN,
         "simulate": simulate,
     }
 
