@@ -23,7 +23,6 @@ from reference import made, reference_run, scene_from_dict
 from scenes import (
     BASE_SEED,
     DATA,
-    asymmetry,
     contact_list,
     frozen_rack,
     largest_distance,
@@ -374,14 +373,6 @@ def test_a_ball_in_a_wedge_comes_out_or_to_rest(e: float, heavy: bool) -> None:
         assert all(edge.height(*run.final[ball.id]) > ball.radius - 1e-9 for edge in table.edges)
 
 
-@pytest.mark.parametrize("count", [3, 4, 7])
-def test_a_plastic_cradle_goes_on_as_one(count: int) -> None:
-    balls = [disc("0", (-0.5, 0.0), (1.0, 0.0))]
-    balls += [disc(str(k), (2 * R * k, 0.0)) for k in range(1, count)]
-    run = exact(plane(*balls, e=0.0))
-    assert all(v == pytest.approx((1 / count, 0.0), abs=1e-12) for v in run.end.velocity)
-
-
 # -- balls that friction presses together ----------------------------------------------------------
 
 
@@ -463,17 +454,6 @@ def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
 
 
 # -- frozen racks ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "gap", [0.0, *(pytest.param(gap, marks=pytest.mark.slow) for gap in (1e-12, 1e-6))]
-)
-@pytest.mark.parametrize("e", [1.0, 0.7, pytest.param(0.3, marks=pytest.mark.slow)])
-def test_a_rack_breaks_symmetrically_whatever_its_balls_are_made_of(e: float, gap: float) -> None:
-    """This also holds where balls press on each other; all are answered as if at once."""
-    run = exact(frozen_rack(gap, e))
-    assert run.status == "settled"
-    assert asymmetry(run) < (1e-9 if e > 0.5 else 1e-6)  # Pieces err by more than rounding.
 
 
 @pytest.mark.slow

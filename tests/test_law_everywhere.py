@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
-from itertools import combinations, permutations
+from itertools import combinations
 
 import pytest
 from clusters import ROUNDING, Cluster, answered, energy, random_cluster
 from hard_scenes import persistent
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scenes import asymmetry, frozen_rack, largest_distance
+from scenes import largest_distance
 
 from pool_pymunk import (
     NT,
@@ -275,20 +275,6 @@ def test_weakening_holds_in_the_whole_matrix(
     cell = check(replace(extreme, laws=("weakening",)), solver, quick=True)
     assert cell.run
     assert cell.worst is None, cell
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_ones_own_law_does_not_depend_on_the_listing_order(order: Sequence[int]) -> None:
-    listed = replace(TWO_AT_ONCE, balls=tuple(TWO_AT_ONCE.balls[k] for k in order))
-    one = simulate(TWO_AT_ONCE, solver="event-driven", law=Smooth())
-    assert largest_distance(one, simulate(listed, solver="event-driven", law=Smooth())) < 1e-14
-
-
-@pytest.mark.parametrize("gap", [0.0, 1e-9])
-def test_ones_own_law_breaks_a_rack_symmetrically(gap: float) -> None:
-    run = simulate(frozen_rack(gap), solver="event-driven", law=MEAN)
-    assert run.status == "settled"
-    assert asymmetry(run) < 1e-9
 
 
 def test_a_law_that_ignores_the_restitution_does_not_let_pressed_balls_sink() -> None:

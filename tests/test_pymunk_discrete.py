@@ -124,15 +124,6 @@ def test_a_hit_is_answered_by_the_law_and_friction_takes_its_share_of_each_step(
         assert at_y == pytest.approx((0.0, 0.06)[i] - uy * share * dt / 2.0, abs=1e-14)
 
 
-def test_between_contacts_bodies_are_where_their_paths_are() -> None:
-    """Eq. 10 leaves no error in position: lateness of contacts is the only one."""
-    scene = replace(on_plane((0.0, 0.0, 1.2, 0.9)), friction=Friction(0.1), physics=Physics())
-    run, exact = (simulate(scene, solver=name) for name in ("pymunk-discrete", "event-driven"))
-    assert run.final["0"] == pytest.approx(exact.final["0"], abs=1e-8)
-    cut = discrete(scene, max_time=0.5)
-    assert cut.final["0"] == pytest.approx(exact.at(0.5)[0][0], abs=1e-12)
-
-
 def test_sides_that_friction_presses_together_are_few_events() -> None:
     """They touch in most of the steps that follow, and the law answers them each time."""
     balls = (
