@@ -43,7 +43,7 @@ oldest-numba:
 			&& break; done; true
 	if $(BIN:$(VENV)/%=$(OLDEST)/%)/python -c "import numba; print('numba', numba.__version__)"; then \
 		$(BIN:$(VENV)/%=$(OLDEST)/%)/pytest -n 2 -q tests/test_same_bits.py tests/test_weakening.py \
-			tests/test_fast.py -k "$(SOME)"; \
+			tests/test_fast.py -k "$(SOME)" --hypothesis-profile fixed; \
 	else echo "no numba from 0.$(FIRST) on is made for this Python: it is left out"; fi
 
 # Quick tests compile no shots; lint goes on beside them.
