@@ -22,7 +22,6 @@ from pool_pymunk import (
     Friction,
     Restitution,
     Scene,
-    SettingError,
     Shot,
     atlas,
     find,
@@ -253,8 +252,6 @@ def test_the_draw_of_a_shot_after_which_the_cue_ball_stays() -> None:
     assert found.shot.roll == pytest.approx(-2.5 * pull * time / v, rel=1e-6)
     again = simulate(replace(scene, shots=(found.shot,)), solver="event-driven")
     assert again.final == found.run.final
-    with pytest.raises(SettingError, match=r"roll = .*: balls do not roll in a scene without"):
-        find(load("report"), 1, met, roll=(-1, 1))
 
 
 def test_what_nothing_does_is_an_empty_list() -> None:

@@ -107,15 +107,9 @@ def test_ghosts_say_what_they_are() -> None:
     ]
 
 
-def test_runs_of_other_tables_are_refused(report: list[Run]) -> None:
-    with pytest.raises(SettingError, match="must be on one table, with the same balls"):
-        report[0].to_html(overlay=[simulate(load("two-balls"), 1)])
+def test_a_page_of_no_runs_is_refused() -> None:
     with pytest.raises(SettingError, match="one run or more is needed"):
         page([])
-    wrong: list[Any] = [report[1], "pymunk", ["pymunk"], [None]]
-    for other in wrong:
-        with pytest.raises(SettingError, match=r"overlay = .*: must be a list of runs"):
-            report[0].to_html(overlay=other)
 
 
 def test_numbers_out_of_range_become_null(report: list[Run]) -> None:

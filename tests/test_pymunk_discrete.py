@@ -21,7 +21,6 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
-    SettingError,
     Table,
     load,
     simulate,
@@ -193,16 +192,10 @@ def test_what_a_law_raises_arrives_after_the_step() -> None:
 
 def test_contacts_is_no_option_any_more() -> None:
     scene = load("two-balls")
-    with pytest.raises(SettingError, match=r'^contacts = discrete: .*solver="pymunk-discrete"$'):
-        simulate(scene, contacts="discrete")
     with pytest.warns(DeprecationWarning, match='contacts="swept" does nothing') as heard:
         run = simulate(scene, contacts="swept")
     assert heard[0].filename == __file__
     assert run.final == simulate(scene).final
-    with pytest.raises(SettingError, match=r"^contacts = sweep: must be one of swept, discrete"):
-        simulate(scene, contacts="sweep")
-    with pytest.raises(SettingError, match=r"pymunk-discrete has no such option \(friction\)"):
-        simulate(scene, solver="pymunk-discrete", contacts="swept")
 
 
 def test_each_solver_of_a_study_gets_the_options_that_it_takes() -> None:

@@ -222,8 +222,6 @@ def test_a_velocity_set_by_hand_leaves_the_roll() -> None:
 
 
 def test_settings_and_strikes_that_cannot_be() -> None:
-    with pytest.raises(SettingError, match=r"^rolling = 3\.0: must not be above the deceleration"):
-        table_of(rolling=3.0)
     table = table_of(rolling=None)
     one = table.add_ball(circle())
     with pytest.raises(SettingError, match=r"^roll = 1\.0: balls do not roll on a table without"):

@@ -22,7 +22,6 @@ from pool_pymunk import (
     Restitution,
     Scene,
     Sensitivity,
-    SettingError,
     Shot,
     Table,
     Uncertainty,
@@ -396,8 +395,6 @@ def test_a_scene_without_shots() -> None:
     found = played(scene, Uncertainty(HALF))
     assert found.balls[0].std == pytest.approx((STD, STD), rel=0.05)
     assert found.reference.status == "max_time"
-    with pytest.raises(SettingError, match="no shot whose speed or angle"):
-        played(scene, Uncertainty(speed=0.1))
 
 
 # -- causes ----------------------------------------------------------------------------------------
