@@ -342,15 +342,6 @@ def test_problems_of_a_scenario_name_file_key_and_value(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
 
 
-def test_an_unwritable_folder_gets_one_line(tmp_path: Path) -> None:
-    blocker = tmp_path / "file"
-    blocker.write_text("")
-    result = typed("run", "two-balls", "--no-pictures", "--out", blocker / "sub")
-    assert result.returncode == 2
-    assert len(result.stderr.splitlines()) == 1
-    assert "Traceback" not in result.stderr
-
-
 def test_the_bundled_scenarios_are_sound() -> None:
     for name in bundled():
         assert load(name).balls

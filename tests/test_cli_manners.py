@@ -452,11 +452,6 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_run(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no folder without files")
-def test_a_folder_that_takes_no_files_is_refused_before_the_run(capsys: Capture) -> None:
-    assert refusal(capsys, "run", "two-balls", "--out", "/proc/zz").startswith("error: /proc/zz: ")
-
-
 def test_a_folder_in_place_of_a_file_is_refused(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "a.html").mkdir()
     line = refusal(capsys, "page", "two-balls", "--out", tmp_path / "a.html")

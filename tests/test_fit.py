@@ -566,12 +566,6 @@ def test_every_bad_row_is_named(tmp_path: Path) -> None:
     assert lines[5].startswith(f'{path}: line 3, ball = "Z"')
 
 
-def test_a_time_after_the_end_of_the_shot() -> None:
-    scene = replace(TRUTH, physics=Physics(max_time=1.0))
-    with pytest.raises(SceneError, match=r"measured\[0\]\.t = 2\.0: is after the end of the shot"):
-        fit(scene, [(1, "cue", 1.0, 1.0, 2.0)], "speed")
-
-
 # -- the command -----------------------------------------------------------------------------------
 
 

@@ -223,30 +223,6 @@ def test_every_study_takes_every_input_or_says_why_not(
     assert line.endswith(refused[name]) and name in line and "\n" not in line
 
 
-@pytest.mark.parametrize(
-    ("ask", "key"),
-    [
-        (lambda name: simulate(scene(), 1, solver="event-driven").derivatives(name), "wrt"),
-        (lambda name: fit(scene(), [(1, "C", 0.5, 0.5)], name), "free"),
-        (lambda name: simulate_many(scene(), vary={name: [1.0]}), "vary"),
-        (lambda name: sweep(scene(), 1, vary={name: (0, 1)}, samples=1, out="none"), "vary"),
-        (lambda name: atlas(scene(), 1, axes={name: (0, 1), "speed": (1, 2)}), "axes"),
-        (lambda name: find(scene(), 1, lambda batch: batch.hits > 0, errors={name: 1.0}), "errors"),
-        (lambda name: sensitivity(scene(), 1, Uncertainty(inputs={name: 1.0})), "inputs"),
-    ],
-    ids=list(STUDIES),
-)
-@pytest.mark.parametrize("name", ["mass.Z", "spin.C", "speed.C.1", "restitution"])
-@needs
-def test_other_names_are_refused_in_one_line(
-    ask: Callable[[str], object], key: str, name: str
-) -> None:
-    if name == "restitution" and key in ("wrt", "free"):
-        return  # It is a group.
-    with pytest.raises(SettingError, match=f"^{key} = {name}: there is no such [^\\n]*$"):
-        ask(name)
-
-
 @needs
 def test_rolls_are_carried_on_to_the_next_shot() -> None:
     more = Shot("more", STRUCK, speed=1.0, aim="2", roll=-0.5, from_previous=True)
@@ -268,19 +244,6 @@ def test_frictions_that_bound_each_other_are_put_together() -> None:
     for surface, rolling in ((0.01, 0.005), (0.5, 0.4)):
         found = with_inputs(ROLLS, {"friction.surface": surface, "friction.rolling": rolling})
         assert (found.friction.surface, found.friction.rolling) == (surface, rolling)
-
-
-@pytest.mark.parametrize("name", ROLLING)
-@needs
-def test_balls_that_do_not_roll_have_no_roll(name: str) -> None:
-    for ask in (
-        lambda: simulate_many(SLIDES, vary={name: [0.1]}),
-        lambda: sweep(SLIDES, 1, vary={name: (0, 1)}, samples=1, out="none"),
-        lambda: find(SLIDES, 1, lambda batch: batch.hits > 0, errors={name: 0.1}),
-        lambda: sensitivity(SLIDES, 1, Uncertainty(inputs={name: 0.1})),
-    ):
-        with pytest.raises(SettingError, match=f"{name}: balls do not roll in a scene without"):
-            ask()
 
 
 @needs

@@ -106,18 +106,6 @@ def test_a_file_has_its_racks_in_its_own_units() -> None:
     assert loads(scene.to_toml()) == scene
 
 
-def test_a_rack_off_the_table_is_said_once() -> None:
-    text = RACK.replace(
-        "[restitution]", "[table]\nlength = 30\nwidth = 40\n[restitution]\ncushion=1"
-    )
-    with pytest.raises(SceneError) as caught:
-        loads(text.replace("[20, 0]", "[29, 20]"))
-    lines = [str(problem) for problem in caught.value.problems]
-    assert [line for line in lines if "racks" in line] == [
-        'racks[0].apex = [29, 20]: ball "1" overlaps cushion 1 by 0.12 in (0.11 radii)'
-    ]
-
-
 def test_shots_may_aim_at_a_ball_of_a_rack() -> None:
     shot = '[[shots]]\nspeed = 1.0\naim = "6"\n'
     assert isinstance(loads(RACK + shot), Scene)

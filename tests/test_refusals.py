@@ -101,8 +101,16 @@ def segment(a: tuple[float, float], b: tuple[float, float], number: int = 0) -> 
     return made
 
 
-OWN = {"ball": ball, "scene": scene, "put": put, "new_table": new_table, "two_on": two_on,
-       "circle": circle, "segment": segment}  # fmt: skip
+def ready(env: Any) -> Any:
+    """Return an environment, or some, in which an episode has begun."""
+    env.reset(seed=0)
+    return env
+
+
+OWN: dict[str, Any] = {
+    "ball": ball, "scene": scene, "ready": ready, "put": put, "new_table": new_table,
+    "two_on": two_on, "circle": circle, "segment": segment,
+}  # fmt: skip
 
 
 def simulate(scene: Scene, *shot: Any, **settings: Any) -> None:

@@ -27,11 +27,6 @@ def problems(text: str) -> list[str]:
     return [line.removeprefix(f"{FILE}: ") for line in lines]
 
 
-def named(text: str) -> list[str]:
-    """Return the key and value that each line about a scenario's text names."""
-    return [re.split("(?<! =): ", line)[0] for line in problems(text)]
-
-
 # -- the format ----------------------------------------------------------------------------------
 
 
@@ -97,12 +92,6 @@ def test_a_table_may_have_a_colour(sides: str) -> None:
     assert replace(scene.table, color=None) == plain.table
     assert loads(scene.to_toml()) == scene
     assert scene.to_toml().replace('color = "#e2b779"\n', "") == plain.to_toml()
-
-
-def test_a_table_of_a_colour_alone_has_no_sides() -> None:
-    assert named(changed((SIZE, 'color = "#e2b779"'))) == [
-        "table.length", "table.width",
-    ]  # fmt: skip
 
 
 def test_aim_at_the_nearest_ball() -> None:
@@ -193,25 +182,6 @@ def test_a_misspelt_key_is_one_line_and_nothing_is_left_out(wrong: str) -> None:
 def test_a_name_is_not_called_unknown_where_a_ball_has_no_sound_id(change: tuple[str, str]) -> None:
     lines = problems(changed(change, (LAUNCH, 'speed = 1\naim = "1"')))
     assert any("no such ball" in line for line in lines) == (change[1] == "" and "[[" in change[0])
-
-
-def test_a_default_that_is_wrong_is_said_once() -> None:
-    more = "".join(f'[[balls]]\nid = "b{k}"\nposition = [{k}, 0]\n' for k in range(5))
-    text = "[ball]\nradius = -1\nmass = 1\n[restitution]\nball_ball = 1\n" + more
-    assert problems(text) == ["ball.radius = -1: must be greater than 0"]
-
-
-def test_many_ids_are_cut_short() -> None:
-    many = "".join(f'[[balls]]\nid = "b{k}"\nposition = [{k}, 0]\n' for k in range(1000))
-    text = (
-        "[ball]\nradius = 0.1\nmass = 1\n[restitution]\nball_ball = 1\n[friction]\nsurface = 1\n"
-        + many
-        + '[[shots]]\nball = "x"\nvelocity = [1, 0]\n'
-    )
-    assert problems(text) == [
-        'shots[0].ball = "x": there is no such ball '
-        "(there are: b0, b1, b2, b3, b4, b5, b6, b7, b8, b9, b10, b11 and 988 more)"
-    ]
 
 
 # -- what is wrong with getting at a file ---------------------------------------------------------
