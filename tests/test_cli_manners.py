@@ -141,17 +141,6 @@ def test_published_ends_are_compared_in_the_digits_of_the_log(
     assert "Published ends: 0 of 1 agree to 0.0001\n" in printed
 
 
-# -- what makes no sense -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("films", ["mp4", "gif"])
-def test_a_film_cannot_begin_after_its_end(films: str, tmp_path: Path, capsys: Capture) -> None:
-    where = ("--out", tmp_path / "films", "--format", films)
-    line = refusal(capsys, "render", "two-balls", "--from", "3", *where)
-    assert line == ("error: --from = 3: is beyond the end of the film: Offset hit ends at 0.5 s")
-    assert not list(tmp_path.iterdir())
-
-
 # -- law, friction, time -------------------------------------------------------------------------
 
 

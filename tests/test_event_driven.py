@@ -37,7 +37,6 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
-    State,
     Table,
     simulate,
 )
@@ -203,18 +202,6 @@ def changed(
         replace(b, position=place(*b.position), velocity=speed(*b.velocity)) for b in scene.balls
     )
     return replace(scene, balls=tuple(balls), table=Table(((x0, y0), (x1, y0), (x1, y1), (x0, y1))))
-
-
-def test_momentum_is_kept_on_an_open_plane() -> None:
-    scene = replace(crowd(3), table=None, friction=Friction(ball_ball=0.3))
-    run = exact(scene)
-    assert sum(event.kind == "ball-ball" for event in run.events) > 3
-    for axis in (0, 1):
-        before, after = (
-            sum(b.mass * v[axis] for b, v in zip(scene.balls, state, strict=True))
-            for state in (scene.start(None).velocity, run.end.velocity)
-        )
-        assert after == pytest.approx(before, abs=1e-13)
 
 
 # -- touching --------------------------------------------------------------------------------------
@@ -549,13 +536,6 @@ def test_boxes_in_an_array_are_as_good_as_one_by_one(
 
 
 # -- limits ----------------------------------------------------------------------------------------
-
-
-def test_balls_that_nothing_stops_or_meets_end_the_run() -> None:
-    scene = plane(disc("a", (0, 0)))
-    start = State(((0.0, 0.0),), ((1.0, 0.0),))
-    run = simulate(scene, solver="event-driven", start=start)
-    assert (run.status, run.duration, run.final["a"]) == ("max_time", 5.0, (5.0, 0.0))
 
 
 def test_what_is_void_does_not_keep_a_run_from_settling() -> None:
