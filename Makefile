@@ -1,7 +1,7 @@
 # make run, make test: all that a fresh clone needs. Both install what they need into .venv first.
-# make check runs the quick half of the tests; it is for every change. make test-slow runs what make
-# test leaves out, and what is random with new choices; POOL_SEED=... repeats its random scenes, and
-# PROFILE=fixed those of hypothesis; then a share of the random scenes is played (POOL_SHARE).
+# make test is for every change. make test-all plays what it leaves out: what takes long or is compiled,
+# and what is random with new choices. POOL_SEED=... repeats its random scenes, and PROFILE=fixed the
+# examples of hypothesis; then a share of the random scenes is played (POOL_SHARE).
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
@@ -10,28 +10,26 @@ BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 EXTRAS ?= test,fast,sweep,cluster,env,fit,play,examples
 
 ELSEWHERE := not browser and not docs
+QUICK := not long and not slow and $(ELSEWHERE)
 
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run check without-extras oldest-numba test compiled played test-slow test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run without-extras oldest-numba test played test-all compiled played-all test-browser lint format bench gallery screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
 	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report
 
-check: lint
-	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)"
-
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
 # docstrings, run without them.
 WITHOUT := atlas cli docs fast fit inputs manners own_laws place shapes sweep weakening
 without-extras: $(VENV)/installed
-	$(BIN)/pytest -n auto -q -m "not heavy and not slow and $(ELSEWHERE)" \
+	$(BIN)/pytest -n auto -q -m "$(QUICK)" \
 		pool_pymunk $(WITHOUT:%=tests/test_%.py)
 
 # The oldest numba that pyproject.toml allows and this Python has plays some compiled tests, in an
-# environment of its own; `make test` plays all of them with the newest one.
+# environment of its own; `make test-all` plays all of them with the newest one.
 OLDEST := .venv-oldest
 FIRST = $(shell sed -n 's/.*"numba>=0\.\([0-9]*\).*/\1/p' pyproject.toml)
 SOME := same_bits_on_every and (pockets or unequal) or numbas_dual or lacks and nothing \
@@ -45,27 +43,29 @@ oldest-numba:
 			&& break; done; true
 	if $(BIN:$(VENV)/%=$(OLDEST)/%)/python -c "import numba; print('numba', numba.__version__)"; then \
 		$(BIN:$(VENV)/%=$(OLDEST)/%)/pytest -n 2 -q tests/test_same_bits.py tests/test_weakening.py \
-			tests/test_fast.py -k "$(SOME)"; \
+			tests/test_fast.py -k "$(SOME)" --hypothesis-profile fixed; \
 	else echo "no numba from 0.$(FIRST) on is made for this Python: it is left out"; fi
 
-# Shots are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
+# Quick tests compile no shots; lint goes on beside them.
 test: $(VENV)/installed
-	$(MAKE) --jobs 3 --no-print-directory lint compiled played
+	$(MAKE) --jobs 2 --no-print-directory played lint
+
+played:
+	$(BIN)/pytest -n auto -q -m "$(QUICK)"
+
+# All loops are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
+test-all: export POOL_SEED ?= $(shell date +%s)
+test-all: PROFILE ?= random
+test-all: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.03,1)
+test-all: $(VENV)/installed
+	$(MAKE) --jobs 2 --no-print-directory compiled played-all PROFILE=$(PROFILE)
 
 compiled:
-	$(BIN)/python -c "import pool_pymunk as p; p.simulate_many(p.load('report'), derivatives='position')"
+	$(BIN)/python -m tests.loops
 
-# One worker more than there are cores: one of them waits while another one compiles the shots.
-played:
-	$(BIN)/pytest -n $(shell $(PYTHON) -c "import os; print(os.cpu_count() + 1)") -q -m "not slow and $(ELSEWHERE)"
-
-test-slow: export POOL_SEED ?= $(shell date +%s)
-test-slow: PROFILE ?= random
-test-slow: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.03,1)
-# `make test` has played the fixed examples of hypothesis.
-test-slow: AGAIN := $(if $(filter fixed,$(PROFILE)),seeded,seeded or hypothesis)
-test-slow: $(VENV)/installed
-	$(BIN)/pytest -n auto -q -m "(slow or $(AGAIN)) and $(ELSEWHERE)" --hypothesis-profile $(PROFILE)
+played-all:
+	$(BIN)/pytest -n auto -q -m "(long or slow or compiled or seeded or hypothesis) and $(ELSEWHERE)" \
+		--hypothesis-profile $(PROFILE)
 
 # needs Chromium, of Debian (apt-get install chromium) or another; what the page is made of is linted, too
 test-browser: $(VENV)/browser-installed
@@ -138,7 +138,7 @@ dist: $(VENV)/installed
 		--disable-pip-version-check "$$wheel[test]"
 	rm -rf build/source && mkdir build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
 	cd build/source && ../.venv/$(notdir $(BIN))/pytest -q -n auto tests \
-		-m "not heavy and not slow and $(ELSEWHERE)"
+		-m "$(QUICK)"
 
 clean:
 	rm -rf $(VENV) .venv-plain $(OLDEST) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \

@@ -1,10 +1,14 @@
-"""Random choices are always the same in `make test`, and new ones in `make test-slow`.
+"""`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
-Hypothesis draws its examples by a profile. The default, "fixed", draws the same every time;
-"random" (`pytest --hypothesis-profile random`) draws ten times as many, and others every time.
-Where hypothesis finds a failure, it prints a line that repeats it. The seeds of random scenes count
-from 0, or from POOL_SEED where it is set (:func:`scenes.seeds`); the tests then end with a line
-that says so.
+What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
+`make test` compiles no shots: Python plays the loop of many shots. In `make test-all` the plainest
+loop is compiled, and tests of compiled shots are played again; slow ones compile all loops.
+
+Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
+"fixed" four times as many; "random" (`pytest --hypothesis-profile random`) draws ten times as many
+again, and others every time. Where hypothesis finds a failure, it prints a line that repeats it.
+The seeds of random scenes count from 0, or from POOL_SEED where it is set (:func:`scenes.seeds`);
+the tests then end with a line that says so.
 """
 
 from __future__ import annotations
@@ -15,12 +19,15 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
-from scenes import BASE_SEED
-from shots import with_twins
+from scenes import BASE_SEED, DATA
+from shots import uncompiled, with_twins
 
 from pool_pymunk import Law, Scene
 from pool_pymunk.engine import asked, contacts
 from pool_pymunk.fast import compiled, many, single
+from pool_pymunk.fast.many import play_compiled
+from pool_pymunk.fast.records import Out
+from pool_pymunk.fast.shots import Source
 from pool_pymunk.fast.tables import Form, can_compile, walls_differ
 from pool_pymunk.physics import changes
 from pool_pymunk.solvers import event_driven
@@ -40,7 +47,13 @@ settings.register_profile(
     print_blob=True,
     max_examples=1000,
 )
-settings.load_profile("fixed")
+settings.register_profile("quick", settings.get_profile("fixed"), max_examples=25)
+settings.load_profile("quick")
+
+FEW = 100  # A quick test plays at most so many shots at once, because Python plays them.
+
+# These tests, or cases of them, take longer than half a second.
+LONG = frozenset((DATA / "takes_long.txt").read_text("utf-8").splitlines())
 
 
 # The examples in these modules need an optional library.
@@ -62,12 +75,13 @@ NEEDING = {
 }
 
 
-# These tests play compiled shots, which `make test` compiles beside the first tests.
+# These tests play compiled shots; in `make test` Python plays them.
 COMPILED = (
-    "atlas", "docs", "env", "fast", "figures", "find", "inputs", "linear", "live", "many",
-    "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
+    "atlas", "docs", "env", "fast", "figures", "find", "handed_back", "inputs", "linear", "live",
+    "many", "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
     "shapes", "single", "sweep", "weakening",
 )  # fmt: skip
+WAITING = ("collapse", "round", "together")  # Some slow tests of these play compiled shots, too.
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -80,13 +94,18 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip examples that need a library which is not installed; compiled shots come last."""
-    items.sort(key=lambda item: item.path.stem.removeprefix("test_") in COMPILED)
+    """Mark what takes long or is compiled, which comes last; skip what lacks a library."""
     for item in items:
-        if isinstance(item, pytest.DoctestItem):
-            for module, library in NEEDED.items():
-                if item.name.startswith(module) and find_spec(library) is None:
-                    item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
+        is_example = isinstance(item, pytest.DoctestItem)
+        name = item.name if is_example else f"{item.path.name}::{item.name}"
+        if not LONG.isdisjoint((name, name.partition("[")[0])):
+            item.add_marker(pytest.mark.long)
+        if item.path.stem.removeprefix("test_") in COMPILED:
+            item.add_marker(pytest.mark.compiled)
+        for module, library in NEEDED.items() if is_example else ():
+            if item.name.startswith(module) and find_spec(library) is None:
+                item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
+    items.sort(key=lambda item: item.path.stem.removeprefix("test_") in (*COMPILED, *WAITING))
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
@@ -113,18 +132,28 @@ def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(autouse=True)
-def rolls_and_arcs_are_compiled_in_slow_tests_alone(
+def shots_are_compiled_in_test_all(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Compiling their loops takes half a minute each; other tests play such shots in Python.
+    """Compiling a loop takes a minute; Python plays it in `make test`, with the twins of numba.
 
-    So it is with the pass of derivatives.
+    Loops with rolls and arcs, and the pass of derivatives, are compiled in slow tests alone.
     """
-    if "slow" not in request.keywords:
-        monkeypatch.setattr(compiled, "follow_shots", with_twins)
-        monkeypatch.setattr(compiled, "note_form", lambda *_: None)
-        monkeypatch.setattr(compiled, "has_form", lambda *_: False)
-        monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)
+    if "slow" in request.keywords:
+        return
+    monkeypatch.setattr(compiled, "follow_shots", with_twins)
+    monkeypatch.setattr(compiled, "note_form", lambda *_: None)
+    monkeypatch.setattr(compiled, "has_form", lambda *_: False)
+    monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)
+    is_quick = request.config.getoption("--hypothesis-profile") in (None, "quick")
+    if is_quick and "long" not in request.keywords:
+        monkeypatch.setattr(compiled, "play_shots", uncompiled)
+        monkeypatch.setattr(many, "play_compiled", play_a_few)
+
+
+def play_a_few(source: Source, out: Out, *how: Any) -> None:
+    assert len(out.status) <= FEW, f"more than {FEW} shots take long: see data/takes_long.txt"
+    play_compiled(source, out, *how)
 
 
 def can_compile_without_rolls_and_arcs(scene: Scene, law: Law) -> bool:

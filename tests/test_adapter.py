@@ -10,13 +10,10 @@ from functools import partial
 import pymunk
 import pytest
 from scenes import (
-    INCH,
     contact_list,
-    exact_run,
     gas,
     largest_distance,
     lines_run,
-    off_exact,
     random_scene,
 )
 from worlds import ball as ball_at
@@ -24,28 +21,9 @@ from worlds import hexagon
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.physics.contact import Pair
-from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import Settings, pymunk_space
 from pool_pymunk.world import Billiards, TableBall, same_balls
 from pool_pymunk.world.billiards import FrictionBy
-
-REPORTS = [("report", "published"), ("report-corrected", "coulomb")]
-
-
-@pytest.mark.parametrize("dt", [1 / 30, 1 / 60, 1 / 240, 1e-3])
-@pytest.mark.parametrize("shot", [1, 2, 3, 4])
-@pytest.mark.parametrize(("name", "law"), REPORTS)
-def test_ends_and_events_are_exact_at_game_like_steps(
-    name: str, law: str, shot: int, dt: float
-) -> None:
-    run = simulate(load(name), shot, solver="pymunk", dt=dt)
-    exact = exact_run(law, shot)
-    assert off_exact(run, law, shot) < 1e-9 * INCH  # Rounding is amplified by the scene.
-    assert contact_list(run) == [
-        (e["kind"], tuple(e["balls"]), e.get("cushion")) for e in exact["events"]
-    ]
-    late = [abs(e.t - float(x["t"])) for e, x in zip(run.events, exact["events"], strict=True)]
-    assert max(late) < 1e-11
 
 
 @pytest.mark.parametrize("table", ["rectangle", "hexagon", "L", "open plane"])
@@ -119,31 +97,7 @@ def test_fast_random_shots_stay_on_the_table(seed: int) -> None:
         assert y0 + r <= y <= y1 - r
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_listing_order_does_not_matter(seed: int) -> None:
-    scene = random_scene(100 + seed)
-    shuffled = list(scene.balls)
-    random.Random(seed).shuffle(shuffled)
-    run = simulate(scene, solver="pymunk", dt=1 / 60)
-    other = simulate(replace(scene, balls=tuple(shuffled)), solver="pymunk", dt=1 / 60)
-    assert max(math.dist(run.final[i], other.final[i]) for i in run.final) < 1e-8
-
-
 # -- friction --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("friction", ["joint", "callback"])
-@pytest.mark.parametrize("dt", [1 / 60, 1 / 240, 0.3])
-def test_friction_leaves_no_error_in_position(friction: str, dt: float) -> None:
-    scene = Scene(
-        balls=(Ball("1", (0.0, 0.0), 0.05, 0.2, velocity=(1.2, 0.9)),),
-        friction=Friction(surface=0.1),
-    )
-    solve = partial(pymunk_space.solve, friction=friction)  # type: ignore[arg-type]
-    trace: Trace = solve(scene, scene.start(None), Settings(dt))
-    length = 1.5**2 / (2 * scene.deceleration)
-    assert trace.knots[0][-1][1:3] == pytest.approx((0.8 * length, 0.6 * length), abs=1e-14)
-    assert trace.duration == pytest.approx(1.5 / scene.deceleration, abs=1e-14)
 
 
 @pytest.mark.parametrize("friction", ["joint", "callback"])

@@ -514,12 +514,6 @@ def test_lengths_in_a_world_of_pixels_have_no_unit() -> None:
         ball(table, 12.0)
 
 
-def test_a_step_that_is_too_long_is_shown_with_all_digits() -> None:
-    space, _ = world()
-    with pytest.raises(ValueError, match=r"^dt = 0.0166667: .* 0.016666666666666666 s long"):
-        space.step(0.0166667)
-
-
 def test_shapes_that_are_on_a_table_already_are_refused_in_words() -> None:
     _, table = world()
     wall, one = wall_at(table, 800.0), ball(table, 0.0)

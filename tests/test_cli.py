@@ -20,8 +20,6 @@ from pool_pymunk.cli.common import How
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
 
-pytestmark = pytest.mark.heavy
-
 
 def one_line(result: Answer) -> str:
     """Return the single line that answers bad input.
@@ -328,32 +326,6 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
 # -- bad input -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("run", "nowhere"), 'scenario = "nowhere": there is no such file'),
-        (("run", "report", "--solver", "magic"), "--solver = magic: there is no such solver"),
-        (("run", "report", "--dt", "0"), '--dt = "0": must be greater than 0'),
-        (("run", "report", "--dt", "1/0"), '--dt = "1/0": must be a time, such as 1/240 s'),
-        (("run", "report", "--dt", "nan"), '--dt = "nan": must be a time'),
-        (("run", "report", "--shot", "9"), "--shot = 9: there is no such shot"),
-        (("run",), "scenario: is missing"),
-        (("run", "report", "--colour"), "No such option"),
-        (("fly",), "No such command 'fly'"),
-        (("compare", "report", "--solvers", "pymunk,magic"), "--solvers = magic"),
-        (("compare", "report", "--solvers", "pymunk:fast"), '--solvers = "fast": must be a time'),
-        (("tradeoff", "report", "--budget", "-1"), "--budget = -1.0"),
-        (("tradeoff", "report", "--solvers", "magic"), "--solvers = magic"),
-        (("check", "nowhere"), "there is no such file"),
-    ],
-)
-def test_bad_arguments_get_one_line(
-    arguments: tuple[str, ...], says: str, tmp_path: Path
-) -> None:  # fmt: skip
-    assert says in one_line(typed(*arguments, cwd=tmp_path))
-    assert not list(tmp_path.iterdir()), "bad input must write nothing"
-
-
 def test_problems_of_a_scenario_name_file_key_and_value(tmp_path: Path) -> None:
     file = tmp_path / "bad.toml"
     file.write_text(
@@ -368,15 +340,6 @@ def test_problems_of_a_scenario_name_file_key_and_value(tmp_path: Path) -> None:
     assert any("radius = -1" in line for line in lines)
     assert any('= "x"' in line for line in lines)
     assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
-
-
-def test_an_unwritable_folder_gets_one_line(tmp_path: Path) -> None:
-    blocker = tmp_path / "file"
-    blocker.write_text("")
-    result = typed("run", "two-balls", "--no-pictures", "--out", blocker / "sub")
-    assert result.returncode == 2
-    assert len(result.stderr.splitlines()) == 1
-    assert "Traceback" not in result.stderr
 
 
 def test_the_bundled_scenarios_are_sound() -> None:

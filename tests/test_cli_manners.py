@@ -32,7 +32,6 @@ from pool_pymunk import (
     Friction,
     Restitution,
     Scene,
-    SettingError,
     State,
     load,
     simulate,
@@ -51,8 +50,6 @@ from pool_pymunk.solvers import Settings
 from pool_pymunk.solvers.request import Request
 from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, estimate
 
-pytestmark = pytest.mark.heavy
-
 
 def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:
     """Write a scene of one ball that rolls along x, with lengths in ``unit``."""
@@ -67,7 +64,6 @@ def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:
 
 # -- collide -----------------------------------------------------------------------------------
 
-A_FILE = Path(__file__)
 HIT = ("collide", "--mass-a", 0.2, "--mass-b", 0.2, "--radius", 0.03, "--velocity-a", -1, 0)
 
 
@@ -102,45 +98,6 @@ def test_the_picture_of_a_collision_calls_the_offset_by_its_name(tmp_path: Path)
     drawn = file.read_text(encoding="utf-8")
     assert "<!-- offset 0.02 m -->" in drawn
     assert "<!-- e = " not in drawn
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("render", "report", "--overlay", ""), "--overlay = : there is no such solver"),
-        (("page", "report", "--overlay", "pool"), "--overlay = pool: there is no such solver"),
-        (("page", "report", "--overlay", "no.toml"), "--overlay = no.toml: there is no such file"),
-        (("page", "report", "--overlay", "pymunk:-1"), '--overlay = "-1": must be greater than 0'),
-        (("run", "report", "--units", "scene,mm"), "--units = scene,mm: scene must stand alone"),
-        (("sensitivity", "report", "--angle-error", "-1deg"), '--angle-error = "-1deg": must be'),
-        (("sensitivity", "report", "--position-error", "-1mm"), '--position-error = "-1mm": must'),
-        (("sensitivity", "report", "--speed-error", "-1"), '--speed-error = "-1": must be 0'),
-        (("run", ""), 'scenario = "": must be the path of a file'),
-        (("compare", "report", "--solvers", "pymunk:1/240:published"), "may have :DT behind it"),
-        (("sweep", "report", "--out", "x"), "--shot: is missing; there are 1 (Simulation 1)"),
-        (("sweep", "report", "--shot", 1, "--out", "x"), "--samples: is missing"),
-        (("sweep", "report", "--shot", 1, "--out", "x", "--samples", 2, "--vary", "angle=5:1"),
-         "--vary angle = 5:1: LOW must not be above HIGH"),
-        (("atlas", "report", "--angle", 3), "--angle = 3: must be LOW:HIGH"),
-        (("atlas", "report", "--up", "mass.8=1:2"), "--across: is missing beside --up"),
-        (("run", "report", "--tolerance", 1, "--dt", 1), "give either --tolerance or --dt"),
-        (("run", "report", "--units", "ft"), "there is no such unit"),
-        (("run", "report", "--units", ""), "--units = : give one name or more"),
-        ((*HIT, "--units", " "), "--units =  : give one name or more"),
-        (("run", "report", "--out", A_FILE), f"error: {A_FILE}: Not a directory"),
-        (("page", "report", "--out", A_FILE / "x.html"), f"{A_FILE / 'x.html'}: Not a directory"),
-        (("sensitivity", "report", "--seed", -1), "error: --seed = -1: must be 0 or more"),
-        (("tradeoff", "report", "--samples", 1), "error: --samples = 1: must be 2 or more"),
-        (("tradeoff", "report", "--solvers", "x"), "error: --solvers = x: there is no such solver"),
-        (("atlas", "report", "--ball", 88), "error: --ball = 88: there is no such ball"),
-        (("render", "report", "--fps", -1), "error: --fps = -1: must be greater than 0"),
-        ((*HIT, "--velocity-b", *HIT[HIT.index("--velocity-a") + 1 :][:2]), "the balls never meet"),
-    ],
-)  # fmt: skip
-def test_a_message_says_what_to_type(
-    arguments: tuple[object, ...], words: str, capsys: Capture
-) -> None:
-    assert words in refusal(capsys, *arguments)
 
 
 def test_tables_have_whole_names_in_80_columns() -> None:
@@ -182,80 +139,6 @@ def test_published_ends_are_compared_in_the_digits_of_the_log(
     assert "[ 0.7089,  0.0000]   off by 0.0010" in printed
     assert "0 of 1 agree with the published ends to 0.0001 m; the farthest" in printed
     assert "Published ends: 0 of 1 agree to 0.0001\n" in printed
-
-
-# -- what makes no sense -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("films", ["mp4", "gif"])
-def test_a_film_cannot_begin_after_its_end(films: str, tmp_path: Path, capsys: Capture) -> None:
-    where = ("--out", tmp_path / "films", "--format", films)
-    line = refusal(capsys, "render", "two-balls", "--from", "3", *where)
-    assert line == ("error: --from = 3: is beyond the end of the film: Offset hit ends at 0.5 s")
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("run", "two-balls", "--solver", "event-driven", "--dt", "1e-3"), "--dt = 1e-3: "),
-        (("render", "two-balls", "--solver", "event-driven", "--dt", "1e-3"), "--dt = 1e-3: "),
-        (("render", "two-balls", "--overlay", "event-driven:1/60"), "--overlay = event-driven:1/"),
-        (("compare", "two-balls", "--solvers", "event-driven:1/60"), "--solvers = event-driven:1/"),
-    ],
-)
-def test_a_solver_without_steps_takes_no_step(
-    arguments: tuple[str, ...], says: str, tmp_path: Path, capsys: Capture
-) -> None:
-    line = refusal(capsys, *arguments, "--out", tmp_path)
-    assert line.startswith(f"error: {says}")
-    assert line.endswith("event-driven has no time step")
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (
-            ("run", "two-balls", "--solver", "time-slice", "--friction", "callback"),
-            "--friction = callback: time-slice has no such option (it has none)",
-        ),
-        (
-            ("compare", "two-balls", "--solvers", "pymunk,time-slice", "--friction", "joint"),
-            "--friction = joint: time-slice has no such option (it has none)",
-        ),
-        (
-            ("tradeoff", "two-balls", "--solvers", "event-driven", "--friction", "joint"),
-            "--friction = joint: event-driven has no such option (it has none)",
-        ),
-        (
-            ("render", "two-balls", "--friction", "glue"),
-            "--friction = glue: must be one of joint, callback",
-        ),
-        (
-            ("run", "two-balls", "--solver", "pymunk-builtin", "--law", "coulomb"),
-            "--law = coulomb: pymunk-builtin has a law of its own and cannot take another",
-        ),
-        (
-            ("run", "two-balls", "--law", "x"),
-            '--law = "x": must be one of coulomb, published, weakening',
-        ),
-        (
-            ("compare", "two-balls", "--max-time", "0"),
-            '--max-time = "0": must be greater than 0',
-        ),
-        (
-            ("tradeoff", "two-balls", "--max-time", "soon"),
-            '--max-time = "soon": must be a time, such as 1/240 s (s, ms)',
-        ),
-        (("run", "two-balls", "--show", "power"), "--show = power: must be energy"),
-    ],
-)
-def test_what_a_solver_cannot_take_is_one_line(
-    arguments: tuple[str, ...], line: str, tmp_path: Path, capsys: Capture
-) -> None:
-    assert refusal(capsys, *arguments, "--out", tmp_path) == f"error: {line}"
-    assert not list(tmp_path.iterdir())
 
 
 # -- law, friction, time -------------------------------------------------------------------------
@@ -351,24 +234,6 @@ def test_the_example_of_a_command_can_be_read(command: str) -> None:
     commands.commands[command].make_context(command, shlex.split(COMMANDS[command]))
 
 
-@pytest.mark.parametrize(
-    ("typed", "line"),
-    [
-        ("sensitivity report --samples abc", "--samples = abc: must be a whole number"),
-        ("sensitivity report --angle-error 0.1in",
-         '--angle-error = "0.1in": must be an angle, such as 5 deg (deg, °, mrad, rad)'),
-        ("render report --fps abc", "--fps = abc: must be a number"),
-        ("play report --port abc", "--port = abc: must be a whole number"),
-        ("collide --restitution x --mass-a 1 --mass-b 1 --radius 1 --velocity-a 1 0",
-         "--restitution = x: must be a number"),
-        ("atlas report --angle=-5:5parsec", '--angle = "5parsec": must be an angle'),
-    ],
-)  # fmt: skip
-def test_a_wrong_number_is_named(typed: str, line: str, capsys: Capture) -> None:
-    assert exit_code(*typed.split()) == 2
-    assert capsys.readouterr().err.startswith(f"error: {line}")
-
-
 def test_angles_have_units() -> None:
     typed = ("5", "5 deg", "5°", "1rad", "1 mrad")
     said = [quantity("--angle", text, "angle", Units()) for text in typed]
@@ -441,27 +306,6 @@ def test_completion_can_be_installed(capsys: Capture, monkeypatch: pytest.Monkey
     assert "--show-completion" in shown
 
 
-@pytest.mark.parametrize(
-    ("arguments", "meant"),
-    [
-        (("run", "rpeort"), "report"),
-        (("check", "hexagone"), "hexagon"),
-        (("run", "report", "--solver", "pymnk"), "pymunk"),
-        (("compare", "report", "--solvers", "timeslice"), "time-slice"),
-        (("tradeoff", "report", "--solvers", "event_driven"), "event-driven"),
-        (("stability", "--solvers", "time-slices"), "time-slice"),
-        (("render", "report", "--overlay", "pymunk-discreet"), "pymunk-discrete"),
-        (("run", "two-balls", "--shot", "offset hit"), "Offset hit"),
-        (("run", "report", "--law", "publishd"), "published"),
-        ((*HIT, "--law", "colomb"), "coulomb"),
-    ],
-)
-def test_a_name_that_is_nearly_right_gets_a_hint(
-    arguments: tuple[object, ...], meant: str, capsys: Capture
-) -> None:
-    assert refusal(capsys, *arguments).endswith(f'; did you mean "{meant}"?')
-
-
 def test_keys_and_laws_of_a_file_get_hints(tmp_path: Path, capsys: Capture) -> None:
     file = scene_in(tmp_path, "m", 0.2, "[physics]\nlaw = 'published '\n")
     assert refusal(capsys, "check", file).endswith(
@@ -469,14 +313,6 @@ def test_keys_and_laws_of_a_file_get_hints(tmp_path: Path, capsys: Capture) -> N
     )
     file = scene_in(tmp_path, "m", 0.2, "[fricton]\nsurface = 0.1\n")
     assert refusal(capsys, "check", file).endswith('; did you mean "friction"?')
-
-
-def test_python_gives_the_hints_as_well() -> None:
-    scene = load("report")
-    with pytest.raises(SettingError, match=r'; did you mean "Simulation 3"\?$'):
-        simulate(scene, "simulation 3")
-    with pytest.raises(SettingError, match=r'; did you mean "coulomb"\?$'):
-        simulate(scene, law="Coulomb")
 
 
 # -- runs that take long -------------------------------------------------------------------------
@@ -603,11 +439,6 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_run(
         line = refusal(capsys, command, *words)
         assert line.startswith("error: renders") and line.endswith("Permission denied"), line
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="there is no folder without files")
-def test_a_folder_that_takes_no_files_is_refused_before_the_run(capsys: Capture) -> None:
-    assert refusal(capsys, "run", "two-balls", "--out", "/proc/zz").startswith("error: /proc/zz: ")
 
 
 def test_a_folder_in_place_of_a_file_is_refused(tmp_path: Path, capsys: Capture) -> None:

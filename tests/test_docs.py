@@ -150,7 +150,6 @@ def test_an_example_begins_with_a_title(example: Path) -> None:
     assert lines[2] == ""
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] if page.name in LONG else [], id=page.name)
@@ -181,7 +180,6 @@ def test_commands_run(page: Path, tmp_path: Path) -> None:
 # -- README and CONTRIBUTING -----------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("code", python_blocks(README) + python_blocks(CONTRIBUTING))
 def test_the_code_of_readme_and_contributing_runs(code: str, tmp_path: Path) -> None:
     if "simulate_many" in code:

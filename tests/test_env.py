@@ -116,14 +116,12 @@ def to_the_right(power: float) -> np.ndarray[Any, Any]:
 # -- Gymnasium's conventions -----------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("id_", [*IDS, CARROM])
 @pytest.mark.parametrize("mode", [None, "rgb_array", "rgb_array_list"])
 def test_check_env_has_nothing_to_say(id_: str, mode: str | None) -> None:
     check_env(gym.make(id_, render_mode=mode).unwrapped)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("id_", "settings"),
     [
@@ -269,23 +267,12 @@ def test_actions_beyond_the_range_are_clipped() -> None:
         assert (info["angle"], info["speed"]) == (angle, speed)
 
 
-@pytest.mark.parametrize(
-    ("action", "message"),
-    [
-        ([0.0, math.nan], "action = [0.0, nan]: must be two numbers"),
-        ([0.0], "action = shape (1,): must have the shape (2,): an angle and a speed"),
-        ([[0.0, 0.0]], "action = shape (1, 2): must have the shape (2,): an angle and a speed"),
-        (["a", "b"], 'action = ["a", "b"]: must be numbers'),
-        (None, "action = shape (): must have the shape (2,): an angle and a speed"),
-    ],
-)
-def test_what_is_no_action_is_refused_and_changes_nothing(action: Any, message: str) -> None:
+def test_what_is_no_action_is_refused_and_changes_nothing() -> None:
     env = CaromEnv(angle_error=1.0)
     env.reset(seed=1)
     before, drawn = env.position, env.np_random.bit_generator.state
-    with pytest.raises(SettingError) as error:
-        env.step(action)
-    assert str(error.value) == message
+    with pytest.raises(SettingError, match="must be two numbers"):
+        env.step([0.0, math.nan])
     assert (env.position == before).all()
     assert env.np_random.bit_generator.state == drawn
     env.step([0.0, 0.0])
@@ -562,7 +549,6 @@ def test_a_rehearsal_changes_nothing_and_tells_what_a_shot_scores() -> None:
 # -- games of one's own ----------------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 def test_check_env_has_nothing_to_say_of_a_game_of_ones_own() -> None:
     check_env(gym.make("pool_pymunk/Billiards-v0", game=Nearest).unwrapped)
     made = gym.make("pool_pymunk/Billiards-v0", game=Nearest(max_speed=1.0)).unwrapped
@@ -763,66 +749,19 @@ def test_a_table_too_full_for_random_layouts_says_so() -> None:
 
 # -- settings and options --------------------------------------------------------------------------
 
-OPEN = replace(scene(TWO), table=None)
-NO_CUE = Scene((Ball("a", (0.5, 0.5), R, 0.17),), scene(TWO).table, Restitution(0.9, cushion=0.7))
-
 
 @pytest.mark.parametrize(
     ("plays", "settings", "message"),
     [
-        (CaromEnv, {"scenario": "rpeort"}, "there is no such file"),
-        (CaromEnv, {"scenario": 5}, "scenario = 5: must be a name, a path or a Scene"),
-        (CaromEnv, {"scenario": "two-balls"}, "Carom needs a table with cushions"),
-        (CaromEnv, {"scenario": OPEN}, "Carom needs a table with cushions"),
-        (CaromEnv, {"scenario": NO_CUE}, "Carom needs a cue ball (cue = true)"),
-        (
-            CaromEnv,
-            {"scenario": scene({"C": (0.5, 0.5), "a": (1.0, 0.5)})},
-            "needs 2 balls or more",
-        ),
-        (PotEnv, {"scenario": "report"}, "scenario = report: Pot needs pockets"),
-        (
-            CaromEnv,
-            {"scenario": replace(scene(TWO), friction=Friction())},
-            "Carom needs surface friction or a max_time",
-        ),
-        (CarromEnv, {"scenario": "nine-ball"}, "must have a man of one's own, whose id begins w"),
-        (CarromEnv, {"balls": 1}, "scenario = S, Q: must have a man of one's own"),
-        (CarromEnv, {"scenario": "report"}, "scenario = report: Carrom needs pockets"),
-        (CaromEnv, {"balls": 1}, "balls = 1: must be between 2 and 10"),
-        (PotEnv, {"balls": 16}, "balls = 16: must be between 1 and 15"),
-        (CaromEnv, {"balls": 2.5}, "balls = 2.5: must be a whole number"),
-        (CaromEnv, {"layout": "randm"}, 'did you mean "random"?'),
-        (CaromEnv, {"max_speed": 0.0}, "max_speed = 0.0: must be greater than 0"),
-        (CaromEnv, {"angle_error": -1.0}, "angle_error = -1.0: must be 0 or more"),
-        (CaromEnv, {"speed_error": math.nan}, "speed_error = nan: must be a finite number"),
-        (CaromEnv, {"unknown": 3}, "unknown = 3: there is no such setting (there are: scenario, "),
-        (
-            PotVectorEnv,
-            {"ball": 3},
-            "there is no such setting (there are: scenario, balls, layout, ",
-        ),
-        (PotEnv, {"max_sped": 3}, 'did you mean "max_speed"?'),
-        (CaromEnv, {"max_episode_steps": 3}, "max_episode_steps = 3: there is no such setting"),
-        (BilliardsEnv, {}, "game = None: must be a subclass of pool_pymunk.env.Game"),
-        (BilliardsEnv, {"game": "Carom"}, "game = Carom: must be a subclass"),
         (BilliardsEnv, {"game": Nearest(), "balls": 1}, "or a game without more settings"),
         (
             BilliardsVectorEnv,
             {"game": Nearest, "scenario": "report"},
             "scenario = report: Nearest needs friction of rolling",
         ),
-        (CaromEnv, {"render_mode": "human"}, 'render_mode = "human": must be one of rgb_array'),
-        (CaromVectorEnv, {"num_envs": 0}, "num_envs = 0: must be 1 or more"),
-        (CaromVectorEnv, {"max_episode_steps": 0}, "max_episode_steps = 0: must be 1 or more"),
-        (
-            CaromVectorEnv,
-            {"autoreset_mode": "Never"},
-            "must be one of NextStep, SameStep, Disabled",
-        ),
     ],
 )
-def test_bad_settings_are_refused_in_one_line(
+def test_bad_settings_of_ones_own_game_are_refused_in_one_line(
     plays: Callable[..., Any], settings: dict[str, Any], message: str
 ) -> None:
     with pytest.raises((SettingError, SceneError)) as error:
@@ -831,39 +770,14 @@ def test_bad_settings_are_refused_in_one_line(
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (5, "options = 5: must be a dict or None"),
-        ([], "options = []: must be a dict or None"),
-        ({"pos": []}, "options = pos: there is no such option"),
-        ({"position": [(0.5, 0.5)]}, "position = shape (1, 2): must have the shape (4, 2)"),
-        ({"position": "here"}, 'position = "here": must be numbers'),
-        ({"position": [(0.5, 0.5)] * 4}, "overlaps ball"),
-        ({"position": [(9.0, 0.5), (1, 0.5), (1.5, 0.5), (2, 0.5)]}, "is off the table"),
-        ({"position": [(np.nan, 0), (1, 0.5), (1.5, 0.5), (2, 0.5)]}, "the cue ball must be on"),
-        (
-            {"position": [(1.0, 0.5)] + [(np.nan, 0)] * 3},
-            "0 balls: Pot needs 1 ball or more beside the cue ball",
-        ),
-        ({"called": "99"}, "called = 99: there is no such ball to pot (there are: 1, 9, 2)"),
-        ({"called": "cue"}, "called = cue: there is no such ball to pot"),
-        (
-            {"called": "1", "position": [(0.5, 0.5), (np.nan, 0), (1.5, 0.5), (2, 0.5)]},
-            "called = 1: the ball is off the table",
-        ),
-    ],
-)
 @pytest.mark.parametrize("make", [PotEnv, lambda: PotVectorEnv(2)])
-def test_bad_options_are_refused_and_change_nothing(
-    make: Callable[[], Any], options: Any, message: str
-) -> None:
+@pytest.mark.parametrize("options", [{"called": "cue"}, {"position": [(0.5, 0.5)] * 4}])
+def test_bad_options_change_nothing(make: Callable[[], Any], options: Any) -> None:
     env = make()
     env.reset(seed=0)
     before = env.position
-    with pytest.raises((SettingError, SceneError)) as error:
+    with pytest.raises((SettingError, SceneError)):
         env.reset(options=options)
-    assert message in str(error.value)
     assert (env.position == before).all()
 
 
@@ -874,11 +788,6 @@ def test_an_infinite_action_is_clipped_and_one_without_numbers_refused() -> None
         env.step([0.0, math.nan])
     info = env.step([-math.inf, math.inf])[4]
     assert (info["angle"], info["speed"]) == (-180.0, 5.0)
-
-
-def test_carom_calls_no_ball() -> None:
-    with pytest.raises(SettingError, match=r"there are: position\)"):
-        CaromEnv().reset(options={"called": "1"})
 
 
 def test_any_scenario_is_a_table(tmp_path: Path) -> None:
@@ -1051,7 +960,6 @@ def test_wrappers_of_vector_environments(mode: AutoresetMode) -> None:
 # -- pictures --------------------------------------------------------------------------------------
 
 
-@pytest.mark.heavy
 def test_pictures_show_the_layout_and_how_a_shot_ends() -> None:
     pytest.importorskip("matplotlib")
     env = CaromEnv(render_mode="rgb_array")
@@ -1074,7 +982,6 @@ def test_pictures_show_the_layout_and_how_a_shot_ends() -> None:
     assert np.abs(frames[-1].astype(int) - after).mean() < 1.0
 
 
-@pytest.mark.heavy
 def test_a_film_of_shots_has_frames_of_one_size() -> None:
     """A ball in a pocket lies in the tray below the table."""
     env = as_set_up(PotEnv, scene(STRAIGHT, (2.0, 0.5)), render_mode="rgb_array_list")
@@ -1084,7 +991,6 @@ def test_a_film_of_shots_has_frames_of_one_size() -> None:
     assert {frame.shape for frame in env.render()} == {still.shape}
 
 
-@pytest.mark.heavy
 def test_vector_environments_render_as_single_ones_do() -> None:
     for mode in MODES:
         native = PotVectorEnv(2, render_mode="rgb_array", autoreset_mode=mode)

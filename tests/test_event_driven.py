@@ -23,7 +23,6 @@ from reference import made, reference_run, scene_from_dict
 from scenes import (
     BASE_SEED,
     DATA,
-    asymmetry,
     contact_list,
     frozen_rack,
     largest_distance,
@@ -38,7 +37,6 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
-    State,
     Table,
     simulate,
 )
@@ -206,18 +204,6 @@ def changed(
     return replace(scene, balls=tuple(balls), table=Table(((x0, y0), (x1, y0), (x1, y1), (x0, y1))))
 
 
-def test_momentum_is_kept_on_an_open_plane() -> None:
-    scene = replace(crowd(3), table=None, friction=Friction(ball_ball=0.3))
-    run = exact(scene)
-    assert sum(event.kind == "ball-ball" for event in run.events) > 3
-    for axis in (0, 1):
-        before, after = (
-            sum(b.mass * v[axis] for b, v in zip(scene.balls, state, strict=True))
-            for state in (scene.start(None).velocity, run.end.velocity)
-        )
-        assert after == pytest.approx(before, abs=1e-13)
-
-
 # -- touching --------------------------------------------------------------------------------------
 
 
@@ -374,14 +360,6 @@ def test_a_ball_in_a_wedge_comes_out_or_to_rest(e: float, heavy: bool) -> None:
         assert all(edge.height(*run.final[ball.id]) > ball.radius - 1e-9 for edge in table.edges)
 
 
-@pytest.mark.parametrize("count", [3, 4, 7])
-def test_a_plastic_cradle_goes_on_as_one(count: int) -> None:
-    balls = [disc("0", (-0.5, 0.0), (1.0, 0.0))]
-    balls += [disc(str(k), (2 * R * k, 0.0)) for k in range(1, count)]
-    run = exact(plane(*balls, e=0.0))
-    assert all(v == pytest.approx((1 / count, 0.0), abs=1e-12) for v in run.end.velocity)
-
-
 # -- balls that friction presses together ----------------------------------------------------------
 
 
@@ -465,17 +443,6 @@ def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
 # -- frozen racks ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "gap", [0.0, *(pytest.param(gap, marks=pytest.mark.slow) for gap in (1e-12, 1e-6))]
-)
-@pytest.mark.parametrize("e", [1.0, 0.7, pytest.param(0.3, marks=pytest.mark.slow)])
-def test_a_rack_breaks_symmetrically_whatever_its_balls_are_made_of(e: float, gap: float) -> None:
-    """This also holds where balls press on each other; all are answered as if at once."""
-    run = exact(frozen_rack(gap, e))
-    assert run.status == "settled"
-    assert asymmetry(run) < (1e-9 if e > 0.5 else 1e-6)  # Pieces err by more than rounding.
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("law", "e"), [("coulomb", 0.0), ("published", 0.9), ("published", 0.3)])
 def test_a_rack_comes_to_rest_under_both_laws(law: str, e: float) -> None:
@@ -518,7 +485,6 @@ def heap(seed: int) -> Scene:
     )
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", some_slow(60, quick=5))
 def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
@@ -572,13 +538,6 @@ def test_boxes_in_an_array_are_as_good_as_one_by_one(
 # -- limits ----------------------------------------------------------------------------------------
 
 
-def test_balls_that_nothing_stops_or_meets_end_the_run() -> None:
-    scene = plane(disc("a", (0, 0)))
-    start = State(((0.0, 0.0),), ((1.0, 0.0),))
-    run = simulate(scene, solver="event-driven", start=start)
-    assert (run.status, run.duration, run.final["a"]) == ("max_time", 5.0, (5.0, 0.0))
-
-
 def test_what_is_void_does_not_keep_a_run_from_settling() -> None:
     """Predictions beyond max_time that a hit made void are no reason to go on."""
     scene = plane(
@@ -608,7 +567,6 @@ def bank_shot(k: int) -> Scene:
     )
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("solver", ["time-slice", "pymunk-discrete"])
 def test_the_others_converge_to_it_with_order_one_down_to_1e_5(solver: str) -> None:
     """A contact is late by any share of a step, so only the mean over some shots has an order."""

@@ -155,6 +155,8 @@ def test_a_corner(how: dict[str, Any]) -> None:
     scene = Scene((ball,), Table.rectangle(1.0, 1.0), Restitution(0.9, None, 0.5), physics=physics)
     run = simulate(scene, **how)
     assert [event.impulse for event in run.events] == pytest.approx([0.2 * 1.5 * 2.0] * 2)
+    assert sorted(event.cushion or 0 for event in run.events) == [0, 3]
+    assert run.end.velocity[0] == pytest.approx((1.0, 1.0), abs=1e-12)
     assert_adds_up(run)
 
 

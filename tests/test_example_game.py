@@ -19,8 +19,6 @@ from scenes import example
 from pool_pymunk import Run, Shot, load, simulate
 from pool_pymunk.world import ContactEvent
 
-pytestmark = pytest.mark.heavy
-
 BREAK = (1.905, 0.64)  # m; aiming there hits the apex ball nearly full
 Point = tuple[float, float]
 

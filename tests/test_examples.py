@@ -12,8 +12,6 @@ from scenes import example
 
 from pool_pymunk import load, simulate_many
 
-pytestmark = pytest.mark.heavy
-
 
 def shown(module: Any, folder: Path) -> Any:
     """Run an example, and return what it returns, once it has drawn its picture."""

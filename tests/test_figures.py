@@ -45,8 +45,6 @@ from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
 from pool_pymunk.studies.tradeoff import tradeoff
 
-pytestmark = pytest.mark.heavy
-
 HOME = Path(__file__).parent.parent
 INCH = 0.0254
 PAGES = "README.md", "docs/solver-and-step.md"  # Both have the table of the solvers.

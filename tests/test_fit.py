@@ -150,7 +150,6 @@ def test_exact_ends_give_the_exact_numbers() -> None:
     assert found.warnings == ()
 
 
-@pytest.mark.heavy
 def test_friction_of_rolling_and_the_rolls_of_shots() -> None:
     shots = (replace(TRUTH.shots[0], roll=0.8), replace(TRUTH.shots[3], roll=-0.5))
     truth = replace(TRUTH, friction=Friction(0.2, 0.15, 0.05, 0.012), shots=shots)
@@ -160,7 +159,6 @@ def test_friction_of_rolling_and_the_rolls_of_shots() -> None:
     assert found.values == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.heavy
 def test_the_report_printed_070() -> None:
     """Its published ends alone say so, though the search starts from the 0.95 that it states."""
     report = load("report")
@@ -194,7 +192,6 @@ def test_tracks_with_blunders() -> None:
     assert any(f"12 of {len(rows)} places are more than 5 sigma off" in w for w in found.warnings)
 
 
-@pytest.mark.heavy
 @pytest.mark.slow
 def test_several_starts_find_what_one_does_not() -> None:
     """From the guess alone the search ends where contacts come in a wrong order, and says so."""
@@ -405,7 +402,6 @@ def test_the_largest_excess_is_passed_once_in_a_thousand_times(spare: int) -> No
     assert robust.excess(errors[:2], NOISE, 2) == 0.0
 
 
-@pytest.mark.heavy
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 25, 28])
 def test_a_search_goes_on_where_what_remains_is_implausible(
@@ -480,13 +476,6 @@ def test_a_search_that_stopped_too_early_is_doubted() -> None:
         optimum = Optimum(forecast, values, used, sigma, True)
         found[mu] = [doubt for doubt in doubts(optimum) if "another order" in doubt]
     assert [len(said) for said in found.values()] == [1, 0]
-
-
-def test_places_without_derivatives_cannot_be_fitted() -> None:
-    report = load("report")
-    rows = [(4, "C", 1.09, 0.54), (4, "9", 0.43, 0.54)]
-    with pytest.raises(SettingError, match="no measured place has derivatives"):
-        fit(report, rows, "restitution.cue_ball")
 
 
 def test_nothing_free_tells_how_far_off_a_scene_is() -> None:
@@ -577,38 +566,6 @@ def test_every_bad_row_is_named(tmp_path: Path) -> None:
     assert lines[5].startswith(f'{path}: line 3, ball = "Z"')
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({"free": "restitution.cueball"}, "free = restitution.cueball: there is no such input"),
-        ({"free": 3}, "free = 3: must be names"),
-        ({"error": -1.0}, "error = -1.0: must be greater than 0"),
-        ({"starts": 0}, "starts = 0: must be 1 or more"),
-        ({"starts": 2.5}, "starts = 2.5: must be a whole number"),
-        ({"seed": "a"}, 'seed = "a": must be a number'),
-        ({"measured": "none.csv"}, "No such file"),
-        ({"measured": []}, "measured: one measurement or more is needed"),
-        ({"measured": 3}, "measured = 3: must be a CSV file"),
-        ({"measured": [(1, "C")]}, 'measured[0] = [1, "C"]: must be (shot, ball, x, y)'),
-        ({"measured": [(1, "C", None, 0.0)]}, "measured[0].x: is missing"),
-        ({"scene": TRUTH, "measured": "published"}, "the scenario has no published ends"),
-    ],
-)
-def test_bad_arguments(arguments: dict[str, Any], said: str) -> None:
-    given: dict[str, Any] = {
-        "scene": load("report"), "measured": "published", "free": [], **arguments,
-    }  # fmt: skip
-    with pytest.raises((SceneError, SettingError, OSError)) as refused:
-        fit(**given)
-    assert said in str(refused.value)
-
-
-def test_a_time_after_the_end_of_the_shot() -> None:
-    scene = replace(TRUTH, physics=Physics(max_time=1.0))
-    with pytest.raises(SceneError, match=r"measured\[0\]\.t = 2\.0: is after the end of the shot"):
-        fit(scene, [(1, "cue", 1.0, 1.0, 2.0)], "speed")
-
-
 # -- the command -----------------------------------------------------------------------------------
 
 
@@ -678,23 +635,6 @@ def test_without_scipy_one_sentence_says_so(
     assert capsys.readouterr().err.splitlines() == [
         "error: fit needs SciPy: pip install '.[fit]' in a clone"
     ]
-
-
-@pytest.mark.parametrize(
-    ("option", "value", "said"),
-    [
-        ("--free", "mass.Z", "error: --free = mass.Z: there is no such input"),
-        ("--free", "", "error: --free = : give one name or more"),
-        ("--error", "big", 'error: --error = "big": must be a length'),
-        ("--measured", "none.csv", "error: none.csv: No such file or directory"),
-    ],
-)
-def test_bad_options_are_one_line(option: str, value: str, said: str, capsys: Capture) -> None:
-    given = {"--measured": "published", "--free": "speed.1", option: value}
-    code = exit_code("fit", "report", *(each for pair in given.items() for each in pair))
-    assert code == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(said)
 
 
 @pytest.mark.slow

@@ -225,3 +225,13 @@ def test_the_method_in_one_file_is_one_file() -> None:
 def test_no_test_file_imports_another() -> None:
     for path in Path(__file__).parent.glob("**/test_*.py"):
         assert not re.findall(r"^(?:from|import) test_\w+", path.read_text("utf-8"), re.M), path
+
+
+def test_what_takes_long_is_there() -> None:
+    """A name that has gone would let its test play in `make test` under its new name."""
+    for name in (Path(__file__).parent / "data" / "takes_long.txt").read_text("utf-8").splitlines():
+        file, _, test = name.partition("::")
+        if test:  # Otherwise it is an example in a docstring.
+            assert f"def {test.partition('[')[0]}(" in Path(__file__).with_name(file).read_text(
+                "utf-8"
+            ), name

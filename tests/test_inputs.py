@@ -206,7 +206,6 @@ SOME_SLOW = [pytest.param(each, marks=[pytest.mark.slow] * (each == "find")) for
 
 
 @needs
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("name", "table"), CASES, ids=[f"{name}{'-rolls' * (on is ROLLS)}" for name, on in CASES]
 )
@@ -224,32 +223,7 @@ def test_every_study_takes_every_input_or_says_why_not(
     assert line.endswith(refused[name]) and name in line and "\n" not in line
 
 
-@pytest.mark.parametrize(
-    ("ask", "key"),
-    [
-        (lambda name: simulate(scene(), 1, solver="event-driven").derivatives(name), "wrt"),
-        (lambda name: fit(scene(), [(1, "C", 0.5, 0.5)], name), "free"),
-        (lambda name: simulate_many(scene(), vary={name: [1.0]}), "vary"),
-        (lambda name: sweep(scene(), 1, vary={name: (0, 1)}, samples=1, out="none"), "vary"),
-        (lambda name: atlas(scene(), 1, axes={name: (0, 1), "speed": (1, 2)}), "axes"),
-        (lambda name: find(scene(), 1, lambda batch: batch.hits > 0, errors={name: 1.0}), "errors"),
-        (lambda name: sensitivity(scene(), 1, Uncertainty(inputs={name: 1.0})), "inputs"),
-    ],
-    ids=list(STUDIES),
-)
-@pytest.mark.parametrize("name", ["mass.Z", "spin.C", "speed.C.1", "restitution"])
 @needs
-def test_other_names_are_refused_in_one_line(
-    ask: Callable[[str], object], key: str, name: str
-) -> None:
-    if name == "restitution" and key in ("wrt", "free"):
-        return  # It is a group.
-    with pytest.raises(SettingError, match=f"^{key} = {name}: there is no such [^\\n]*$"):
-        ask(name)
-
-
-@needs
-@pytest.mark.heavy
 def test_rolls_are_carried_on_to_the_next_shot() -> None:
     more = Shot("more", STRUCK, speed=1.0, aim="2", roll=-0.5, from_previous=True)
     table = replace(ROLLS, physics=Physics(max_time=0.8), shots=(*ROLLS.shots, more))
@@ -272,19 +246,6 @@ def test_frictions_that_bound_each_other_are_put_together() -> None:
         assert (found.friction.surface, found.friction.rolling) == (surface, rolling)
 
 
-@pytest.mark.parametrize("name", ROLLING)
-@needs
-def test_balls_that_do_not_roll_have_no_roll(name: str) -> None:
-    for ask in (
-        lambda: simulate_many(SLIDES, vary={name: [0.1]}),
-        lambda: sweep(SLIDES, 1, vary={name: (0, 1)}, samples=1, out="none"),
-        lambda: find(SLIDES, 1, lambda batch: batch.hits > 0, errors={name: 0.1}),
-        lambda: sensitivity(SLIDES, 1, Uncertainty(inputs={name: 0.1})),
-    ):
-        with pytest.raises(SettingError, match=f"{name}: balls do not roll in a scene without"):
-            ask()
-
-
 @needs
 def test_old_names_keep_their_meanings() -> None:
     start = scene().start(scene().shots[0])
@@ -292,13 +253,6 @@ def test_old_names_keep_their_meanings() -> None:
     each = {f"mass.{id_}": [0.3] for id_ in scene().index}
     same = simulate_many(scene(), start.position, start.velocity, vary=each)
     np.testing.assert_array_equal(both.final, same.final)
-
-
-def test_two_names_of_one_input_are_refused(tmp_path: Path) -> None:
-    pytest.importorskip("pyarrow")
-    for one, other in (("mass", "mass.C"), ("angle", "turn")):
-        with pytest.raises(SettingError, match=f"vary = {other}: means the same as {one}"):
-            sweep(scene(), 1, vary={one: (1, 2), other: (1, 2)}, samples=1, out=tmp_path / "no")
 
 
 def test_the_documentation_has_the_table() -> None:

@@ -24,8 +24,6 @@ from pool_pymunk import SOLVERS
 from pool_pymunk.results.run import FILES, Run
 from pool_pymunk.studies import stability
 
-pytestmark = pytest.mark.heavy
-
 # Its name is also that of a function.
 tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
-from itertools import combinations, permutations
+from itertools import combinations
 
 import pytest
 from clusters import ROUNDING, Cluster, answered, energy, random_cluster
 from hard_scenes import persistent
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scenes import asymmetry, frozen_rack, largest_distance
+from scenes import largest_distance
 
 from pool_pymunk import (
     NT,
@@ -26,7 +26,6 @@ from pool_pymunk import (
     Physics,
     Restitution,
     Scene,
-    SettingError,
     Shot,
     Table,
     simulate,
@@ -162,20 +161,6 @@ def test_a_name_is_as_good_as_the_object(solver: str) -> None:
     assert by_name.final != simulate(ONE, solver=solver, dt=STEPS.get(solver)).final
 
 
-def test_an_unknown_law_is_answered_with_those_there_are() -> None:
-    with pytest.raises(SettingError, match="law = newton: must be one of coulomb, published"):
-        simulate(ONE, law="newton")
-
-
-@pytest.mark.parametrize("law", ["coulomb", Smooth()])
-def test_a_solver_with_a_law_of_its_own_refuses_another_in_one_sentence(law: str | Law) -> None:
-    with pytest.raises(SettingError) as refused:
-        simulate(ONE, solver="pymunk-builtin", law=law)
-    (line,) = str(refused.value).splitlines()
-    assert line.startswith("law = ")
-    assert "pymunk-builtin has a law of its own" in line
-
-
 def test_a_law_is_named_after_its_class_unless_it_says_otherwise() -> None:
     class Felt(Law):
         name = "felt"
@@ -290,20 +275,6 @@ def test_weakening_holds_in_the_whole_matrix(
     cell = check(replace(extreme, laws=("weakening",)), solver, quick=True)
     assert cell.run
     assert cell.worst is None, cell
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_ones_own_law_does_not_depend_on_the_listing_order(order: Sequence[int]) -> None:
-    listed = replace(TWO_AT_ONCE, balls=tuple(TWO_AT_ONCE.balls[k] for k in order))
-    one = simulate(TWO_AT_ONCE, solver="event-driven", law=Smooth())
-    assert largest_distance(one, simulate(listed, solver="event-driven", law=Smooth())) < 1e-14
-
-
-@pytest.mark.parametrize("gap", [0.0, 1e-9])
-def test_ones_own_law_breaks_a_rack_symmetrically(gap: float) -> None:
-    run = simulate(frozen_rack(gap), solver="event-driven", law=MEAN)
-    assert run.status == "settled"
-    assert asymmetry(run) < 1e-9
 
 
 def test_a_law_that_ignores_the_restitution_does_not_let_pressed_balls_sink() -> None:

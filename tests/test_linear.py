@@ -14,8 +14,6 @@ from commands import exit_code
 from pool_pymunk import Scene, Shot, Uncertainty, load, sensitivity
 from pool_pymunk.studies.sensitivity import ellipse, linear
 
-pytestmark = pytest.mark.heavy
-
 INCH = 0.0254
 ERRORS = Uncertainty(0.005 * INCH, speed=0.01, angle=0.001)
 

@@ -34,17 +34,14 @@ from pool_pymunk import (
     Shot,
     State,
     Table,
-    Uncertainty,
     Units,
     load,
     loads,
-    sensitivity,
     simulate,
     simulate_all,
 )
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.model.scenario_out import in_units, scenario_text
-from pool_pymunk.render import Show, picture
 from pool_pymunk.solvers import Settings
 
 STEPS = {"time-slice": 1e-3, "pymunk-discrete": 1e-3}  # s; those that are too fine by default
@@ -53,9 +50,6 @@ PLACES = [ball.position for ball in REPORT.balls]
 AT_REST = [(0.0, 0.0)] * len(PLACES)
 INF, NAN = math.inf, math.nan
 any_ball: Any = Ball  # for values that the type checker would not let pass
-any_show: Any = Show
-any_picture: Any = picture
-any_loads: Any = loads
 any_shot: Any = Shot
 any_scene: Any = Scene
 any_table: Any = Table
@@ -92,117 +86,8 @@ class Mine(Law):
     """A law of one's own."""
 
 
-SENSELESS: list[tuple[dict[str, Any], str]] = [
-    ({"dt": 0}, "dt = 0: must be greater than 0"),
-    ({"dt": -1.0}, "dt = -1.0: must be greater than 0"),
-    ({"dt": NAN}, "dt = nan: must be a finite number"),
-    ({"dt": "1/240"}, 'dt = "1/240": must be a number'),
-    ({"max_time": 0}, "max_time = 0: must be greater than 0"),
-    ({"max_time": -1}, "max_time = -1: must be greater than 0"),
-    ({"max_time": NAN}, "max_time = nan: must be a finite number"),
-    ({"max_time": INF}, "max_time = inf: must be a finite number"),
-    ({"max_time": True}, "max_time = true: must be a number"),
-    ({"max_events": 0}, "max_events = 0: must be 1 or more"),
-    ({"max_events": -3}, "max_events = -3: must be 1 or more"),
-    ({"max_events": 1.5}, "max_events = 1.5: must be a whole number"),
-    ({"max_events": NAN}, "max_events = nan: must be a finite number"),
-    ({"max_events": True}, "max_events = true: must be a number"),
-    ({"times": 0.5}, "times = 0.5: must be a sequence of numbers"),
-    ({"times": [[0.1]]}, "times = [[0.1]]: must be a finite number or a sequence of them"),
-    ({"times": [0.1, NAN]}, "times = [0.1, nan]: must be a finite number or a sequence of them"),
-    ({"times": ["0.1"]}, 'times = ["0.1"]: must be a finite number or a sequence of them'),
-    ({"law": "newton"}, "law = newton: must be one of coulomb, published, weakening, or an object"),
-    ({"law": 3}, "law = 3: must be one of coulomb, published, weakening, or an object"),
-    ({"law": Mine}, "law = Mine: is a class; an object is Mine()"),
-    ({"shot": 0}, "shot = 0: shots count from 1"),
-    ({"shot": -1}, "shot = -1: shots count from 1"),
-    ({"shot": 5}, "shot = 5: there is no such shot (there are: 1 (Simulation 1), 2 (Simulation 2)"),
-    ({"shot": "none"}, "shot = none: there is no such shot (there are: 1 (Simulation 1)"),
-    ({"shot": True}, "shot = true: must be a Shot, a name or a number from 1"),
-    ({"shot": load("two-balls").shots[0]}, "shot = Shot('Offset hit', 'A', velocity=(2.0, 0.0)): "),
-    ({"start": 3}, "start = 3: must be a State"),
-    ({"start": (PLACES[1:], AT_REST)}, "must be 11 points, one for each ball (10 given)"),
-    ({"start": (PLACES, [*AT_REST, (0, 0)])}, "must be 11 points, one for each ball (12 given)"),
-    (
-        {"start": ([(NAN, 0), *PLACES[1:]], AT_REST)},
-        'start.position[0] = [nan, 0]: must be two finite numbers (ball "C")',
-    ),
-    (
-        {"start": (PLACES, [*AT_REST[1:], (1, 2, 3)])},
-        'start.velocity[10] = [1, 2, 3]: must be two numbers, [x, y] (ball "10")',
-    ),
-    (
-        {"start": ([PLACES[1], *PLACES[1:]], AT_REST)},
-        'start.position[1] = [1.0180319999999998, 0.539242]: ball "1" overlaps ball "C"',
-    ),
-    (
-        {"start": ([*PLACES[:-1], (-1, 0)], AT_REST)},
-        'start.position[10] = [-1.0, 0.0]: ball "10" is off the table',
-    ),
-    ({"start": (PLACES, AT_REST, {"99"})}, 'start.off = "99": there is no such ball'),
-    ({"start": (PLACES, AT_REST, {"C"})}, 'shot.ball = "C": the ball is off the table before'),
-    ({"scene": "report"}, "scene = report: must be a Scene, such as load() gives"),
-]
-
-
-@every_solver
-@pytest.mark.parametrize(("arguments", "line"), SENSELESS, ids=str)
-def test_senseless_arguments_are_one_line_with_name_and_value(
-    arguments: dict[str, Any], line: str, solver: str
-) -> None:
-    assert line in line_of(lambda: played(solver, **arguments))
-
-
 def any_run() -> Any:
     return played("pymunk")
-
-
-UNFIT: list[tuple[Callable[[], object], str]] = [
-    (lambda: any_ball(8, (0, 0), 0.1, 0.1), "id = 8: must be text"),
-    (lambda: any_ball("8", (0, 0, 0), 0.1, 0.1), "position = [0, 0, 0]: must be two numbers"),
-    (lambda: any_ball("8", (0, 0), "x", 0.1), 'radius = "x": must be a number'),
-    (lambda: any_ball("8", (0, 0), 0.1, True), "mass = true: must be a number"),
-    (lambda: any_ball("8", (0, 0), 10**400, 1), "is too large (more than 1e+100 in SI units)"),
-    (lambda: any_ball("8", (0, 0), 0.1, 0.1, cue=1), "cue = 1: must be true or false"),
-    (lambda: any_shot(3, "C", (1, 0)), "name = 3: must be text"),
-    (lambda: any_shot("a", "C", (1, 0), published=[1]), "published = [1]: must be points by ids"),
-    (
-        lambda: any_table([[0, 0], [1, 0], [1]]),
-        "outline[2] = [1]: must be two numbers",
-    ),
-    (lambda: any_table.rectangle("a", 1), 'length = "a": must be a number'),
-    (lambda: any_replace(Physics(), law=3), "law = 3: must be text"),
-    (lambda: any_replace(Units(), length=3), "length = 3: must be text"),
-    (
-        lambda: any_replace(REPORT, table=[[0, 0]]),
-        "table = [[0, 0]]: must be an object of the class",
-    ),
-    (
-        lambda: any_replace(REPORT, restitution=0.9),
-        "restitution = 0.9: must be an object of the class",
-    ),
-    (lambda: any_replace(REPORT, balls=["C"]), 'balls = ["C"]: must be a tuple of objects of the'),
-    (lambda: any_replace(REPORT, title=3), "title = 3: must be text"),
-    (lambda: any_replace(REPORT, title="\ud800"), "must be text that UTF-8 can write"),
-    (lambda: plane(disc("a", 1, 1), disc("b", 1, 1)), 'ball "b" overlaps ball "a"'),
-    (lambda: any_run().at([[0.1]]), "times = [[0.1]]: must be a finite number or a sequence"),
-    (lambda: any_run().at(NAN), "times = nan: must be a finite number or a sequence of them"),
-    (lambda: any_run().plot("middle"), 'what = "middle": must be one of start, end, energy'),
-    (lambda: any_run().plot("end", "a.png", dpi="fine"), 'dpi = "fine": must be a number'),
-    (lambda: any_run().write_csv("a.csv", units="in"), 'units = "in": must be an object of the'),
-    (lambda: any_run().film("a.mp4", slow="2"), 'slow = "2": must be a number'),
-    (lambda: any_show(("report",)), 'runs = ["report"]: must be a tuple of objects of the class'),
-    (lambda: any_picture(any_run(), "a.png", when="now"), 'when = "now": must be one of'),
-    (lambda: any_loads(3), "text = 3: must be text"),
-    (lambda: Run.load(bundled()["report"]), "Run.save did not write this file"),
-    (lambda: sensitivity(REPORT, 0, Uncertainty(1e-6)), "shot = 0: shots count from 1"),
-    (lambda: [*simulate_all(REPORT, [0])], "shot = 0: shots count from 1"),
-]
-
-
-@pytest.mark.parametrize(("make", "line"), UNFIT, ids=[line for _, line in UNFIT])
-def test_values_of_another_kind_are_one_line(make: Callable[[], object], line: str) -> None:
-    assert line in line_of(make)
 
 
 @every_solver
@@ -394,22 +279,6 @@ def test_a_shot_says_in_one_of_three_ways_how_it_starts(how: dict[str, Any]) -> 
     assert "give either velocity or" in line_of(
         lambda: replace(shot, velocity=(1, 0), speed=1, aim=None, angle=None)
     )
-
-
-@pytest.mark.parametrize(
-    ("how", "line"),
-    [
-        ({}, "velocity: is missing (or speed and angle, or speed and aim)"),
-        ({"speed": 1}, "angle: is missing, or aim (speed needs one of them)"),
-        ({"angle": 1}, "speed: is missing (angle needs it)"),
-        ({"velocity": (1, 0), "angle": 1}, "angle = 1.0: give either velocity or angle"),
-        ({"speed": 1, "angle": 1, "aim": "1"}, 'aim = "1": give either angle or aim'),
-        ({"speed": 1, "angle": INF}, "angle = inf: must be a finite number"),
-    ],
-    ids=str,
-)
-def test_a_shot_that_says_too_little_or_too_much(how: dict[str, Any], line: str) -> None:
-    assert line_of(lambda: Shot("s", "C", **how)) == line
 
 
 # -- pictures, films and tables --------------------------------------------------------------------

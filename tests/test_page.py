@@ -32,8 +32,6 @@ from pool_pymunk.page import page
 from pool_pymunk.page.differences import labels
 from pool_pymunk.safety.files import bundled
 
-pytestmark = pytest.mark.heavy
-
 
 @pytest.fixture(scope="module")
 def report() -> list[Run]:
@@ -109,15 +107,9 @@ def test_ghosts_say_what_they_are() -> None:
     ]
 
 
-def test_runs_of_other_tables_are_refused(report: list[Run]) -> None:
-    with pytest.raises(SettingError, match="must be on one table, with the same balls"):
-        report[0].to_html(overlay=[simulate(load("two-balls"), 1)])
+def test_a_page_of_no_runs_is_refused() -> None:
     with pytest.raises(SettingError, match="one run or more is needed"):
         page([])
-    wrong: list[Any] = [report[1], "pymunk", ["pymunk"], [None]]
-    for other in wrong:
-        with pytest.raises(SettingError, match=r"overlay = .*: must be a list of runs"):
-            report[0].to_html(overlay=other)
 
 
 def test_numbers_out_of_range_become_null(report: list[Run]) -> None:
@@ -184,22 +176,6 @@ def test_the_command_shows_one_shot_by_a_solver(tmp_path: Path) -> None:
     run = simulate(load("report"), 2, dt=1 / 60, law="coulomb")
     assert shot["runs"][0]["duration"] == run.duration
     assert shot["runs"][0]["label"] == "pymunk, dt = 1/60 s"
-
-
-@pytest.mark.parametrize(
-    ("options", "line"),
-    [
-        (("--out", "a.txt"), "error: --out = a.txt: must end in .html"),
-        (("--overlay", "event-driven:1/60"), "event-driven has no time step"),
-        (("--overlay", "pymunk:x"), "must be a time, such as 1/240 s"),
-        (("--shot", "9"), "there is no such shot"),
-    ],
-)
-def test_bad_input_gets_one_line(
-    options: tuple[str, ...], line: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    assert line in refusal(capsys, "page", "report", *options)
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_scene_without_shots_is_played_as_set_up(tmp_path: Path) -> None:

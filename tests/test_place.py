@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from texts import PLACE
 
 from pool_pymunk import (
     Ball,
@@ -19,7 +20,6 @@ from pool_pymunk import (
     Restitution,
     Scene,
     SceneError,
-    SettingError,
     Shot,
     Table,
     Uncertainty,
@@ -54,36 +54,6 @@ MOVED = replace(
     balls=(replace(BALLS[0], position=HAND), BALLS[1]),
     shots=(replace(SCENE.shots[0], place=None),),
 )
-TEXT = """
-[table]
-length = 2.0
-width = 1.0
-[restitution]
-ball_ball = 0.9
-cushion = 0.8
-[friction]
-surface = 0.1
-[[pockets]]
-position = [2.0, 0.5]
-radius = 0.08
-[[posts]]
-position = [1.5, 0.8]
-radius = 0.05
-[ball]
-radius = 0.03
-mass = 0.2
-[[balls]]
-id = "C"
-cue = true
-position = [0.5, 0.5]
-[[balls]]
-id = "A"
-position = [1.0, 0.5]
-[[shots]]
-speed = 2.0
-angle = 0.0
-place = {}
-"""
 
 
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk", "time-slice"])
@@ -103,34 +73,12 @@ def test_a_pocketed_ball_comes_back() -> None:
 
 
 def test_a_file_says_it(tmp_path: Path) -> None:
-    scene = loads(TEXT.format("[0.3, 0.6]"))
+    scene = loads(PLACE.format("[0.3, 0.6]"))
     assert scene.shots[0].place == HAND
     assert loads(scene.to_toml()) == scene
     assert "place=(0.3, 0.6)" in repr(scene.shots[0])
-    inches = loads('[units]\nlength = "in"\n' + TEXT.format("[0.3, 0.6]"))
+    inches = loads('[units]\nlength = "in"\n' + PLACE.format("[0.3, 0.6]"))
     assert inches.shots[0].place == (0.3 * 0.0254, 0.6 * 0.0254)
-
-
-@pytest.mark.parametrize(
-    ("place", "line"),
-    [
-        ([3.0, 0.5], 'ball "C" is off the table'),
-        ([0.01, 0.5], 'ball "C" overlaps cushion 3 by 0.02 m (0.67 radii)'),
-        ([1.02, 0.5], 'ball "C" overlaps ball "A" by 0.04 m (1.3 radii)'),
-        ([1.5, 0.74], 'ball "C" overlaps post 0 by 0.02 m (0.67 radii)'),
-        ([1.96, 0.5], 'ball "C" is within pocket "1" by 0.04 m (1.3 radii)'),
-        ([0.5], "must be two numbers"),
-        ([float("nan"), 0.5], "must be two finite numbers"),
-        ("here", "must be two numbers"),
-    ],
-)
-def test_a_place_without_room_is_one_line(place: Any, line: str) -> None:
-    text = f'"{place}"' if isinstance(place, str) else str(place)
-    with pytest.raises(SceneError) as caught:
-        loads(TEXT.format(text))
-    [problem] = caught.value.problems
-    assert problem.steps[:3] == ("shots", 0, "place")
-    assert line in problem.message
 
 
 def test_a_place_that_a_ball_has_come_to_is_refused_when_it_is_played() -> None:
@@ -204,11 +152,3 @@ def test_a_ball_in_hand_is_looked_for_where_there_is_room() -> None:
         again = simulate(one.run.scene, one.shot, solver="event-driven")
         assert again.final == one.run.final
     assert found[0].share > find(lone, 1, pots, **how)[0].share
-
-
-def test_ranges_of_a_place_are_pairs() -> None:
-    wrong: Any = (0.2, 1.6, 0.1)
-    with pytest.raises(SettingError, match=r"place = .*: must be the ranges of x and of y"):
-        find(SCENE, 1, lambda batch: batch.hits > 0, place=wrong)
-    with pytest.raises(SettingError, match=r"y = \[0\.9, 0\.1\]: must be \(low, high\)"):
-        find(SCENE, 1, lambda batch: batch.hits > 0, place=((0.2, 1.6), (0.9, 0.1)))

@@ -37,8 +37,6 @@ from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.page.live.server import LiveServer
 from pool_pymunk.page.live.worker import Worker
 
-pytestmark = pytest.mark.heavy
-
 STILL = [[0.0, 0.0]]
 Question = dict[str, Any]
 
@@ -747,15 +745,6 @@ def test_a_port_in_use_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
         port = other.getsockname()[1]
         line = refusal(capsys, "play", "report", "--no-browser", "--port", port)
     assert line == f"error: --port = {port}: another program listens there"
-
-
-def test_a_port_that_is_none_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    line = refusal(capsys, "play", "report", "--no-browser", "--port", 65536)
-    assert line == "error: --port = 65536: must be from 0 to 65535"
-
-
-def test_a_scenario_that_is_none_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "there is no such file" in refusal(capsys, "play", "nowhere", "--no-browser")
 
 
 def test_without_the_extra_it_says_how_to_get_it(

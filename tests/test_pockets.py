@@ -13,6 +13,7 @@ import pytest
 from amplified import amplification
 from reference import fresh_scenes, scene_from_dict
 from scenes import DATA, seeds, share_of
+from texts import POCKETS
 
 from pool_pymunk import (
     Ball,
@@ -271,53 +272,11 @@ def test_max_events_counts_pockets() -> None:
 
 # -- files -----------------------------------------------------------------------------------------
 
-FILE = """
-[restitution]
-ball_ball = 0.9
-[friction]
-surface = 0.1
-[ball]
-radius = 0.05
-mass = 0.2
-[[pockets]]
-position = [0.0, 0.0]
-radius = 0.1
-[[pockets]]
-id = "far"
-position = [1.0, 0.0]
-radius = 0.1
-[[balls]]
-id = "a"
-position = {place}
-"""
-
 
 def test_pockets_of_a_file_have_numbers_for_ids() -> None:
-    scene = loads(FILE.format(place="[0.5, 0.0]"))
+    scene = loads(POCKETS.format(place="[0.5, 0.0]"))
     assert scene.pockets == (Pocket("1", (0.0, 0.0), 0.1), Pocket("far", (1.0, 0.0), 0.1))
     assert loads(scene.to_toml()) == scene
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (FILE.format(place="[0.05, 0.0]"), 'balls[0].position = [0.05, 0.0]: ball "a" is within '
-         'pocket "1"'),
-        (FILE.replace('"far"', '"1"').format(place="[0.5, 0]"), 'pockets[1].id = "1": is the id of '
-         "pockets[0] already"),
-        (FILE.replace("radius = 0.1", "radius = 0").format(place="[0.5, 0]"),
-         "pockets[0].radius = 0: must be greater than 0"),
-        ("[[pockets]]\n" + FILE.format(place="[0.5, 0]"),
-         "pockets[0].position: is missing"),
-        (FILE.replace("[[pockets]]", "[pockets]", 1).format(place="[0.5, 0]"), "is not TOML"),
-        ("[[pockets]]\nsize = 1\n" + FILE.format(place="[0.5, 0]"), "pockets[0].size = 1: unknown "
-         "key (there are: id, position, radius)"),
-    ],
-)  # fmt: skip
-def test_what_is_wrong_with_pockets_is_said_in_a_line(text: str, message: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        loads(text, "file")
-    assert any(message in line for line in str(caught.value).splitlines())
 
 
 def test_a_state_may_not_have_a_ball_in_a_pocket() -> None:

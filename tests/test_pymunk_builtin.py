@@ -21,10 +21,9 @@ from pool_pymunk import (
     Run,
     Scene,
     Table,
-    load,
     simulate,
 )
-from pool_pymunk.solvers.pymunk_builtin import LOOKS, Builtin
+from pool_pymunk.solvers.pymunk_builtin import Builtin
 
 R = 0.05
 FINE = 1e-6  # s
@@ -101,30 +100,6 @@ def test_a_product_with_zero_is_zero() -> None:
     assert builtin(scene).end.velocity[0] == pytest.approx((0.0, 0.25), abs=1e-15)
     ours = simulate(scene, solver="event-driven").end.velocity[0]
     assert ours == pytest.approx((-0.8, 0.25 - 0.1 * 1.8), abs=1e-15)
-
-
-# -- surface friction ------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("dt", [1 / 240, 1e-3, 1e-4])
-def test_a_ball_stops_half_a_step_late(dt: float) -> None:
-    """Every step keeps the speed of its start, so the ball passes v^2 / 2 a by about v dt / 2."""
-    speed, angle = 1.5, 0.6
-    velocity = (speed * math.cos(angle), speed * math.sin(angle))
-    ball = Ball("a", (0.0, 0.0), R, 0.2, velocity=velocity)
-    scene = Scene((ball,), friction=Friction(0.1), physics=Physics(max_time=9.0))
-    a = scene.deceleration
-    distance = sum((speed - k * a * dt) * dt for k in range(math.ceil(speed / (a * dt))))
-    run = builtin(scene, dt=dt)
-    assert run.status == "settled"
-    x, y = run.final["a"]
-    assert math.hypot(x, y) == pytest.approx(distance, abs=1e-12)
-    assert math.atan2(y, x) == pytest.approx(angle, abs=1e-12)
-    assert distance - speed**2 / (2.0 * a) == pytest.approx(speed * dt / 2.0, rel=0.01)
-    (stop,) = run.events
-    assert (stop.kind, stop.balls, stop.t) == ("stop", ("a",), run.duration)
-    # A stop is looked for only now and then.
-    assert 0.0 <= stop.t - speed / a <= dt + 1.0 / LOOKS
 
 
 # -- what differs from our law: spin ---------------------------------------------------------------
@@ -233,20 +208,3 @@ def test_balls_that_stay_together_have_met_once() -> None:
     scene = on_plane(Ball("a", (0.0, 0.0), R, 0.2, velocity=(1.0, 0.0)),
                      Ball("b", (0.3, 0.0), R, 0.2), e=0.0)  # fmt: skip
     assert contact_list(builtin(scene)) == [("ball-ball", ("a", "b"), None)]
-
-
-# -- how a run ends --------------------------------------------------------------------------------
-
-
-def test_a_scene_at_rest_is_settled_at_once() -> None:
-    run = builtin(on_plane(Ball("a", (0.0, 0.0), R, 0.2)))
-    assert (run.status, run.steps, run.duration, run.events) == ("settled", 0, 0.0, ())
-
-
-def test_max_time_ends_a_run_with_the_step_that_reaches_it() -> None:
-    scene = load("report-corrected")
-    whole, part = builtin(scene, dt=1 / 240), builtin(scene, dt=1 / 240, max_time=0.3)
-    assert (part.status, part.steps, part.duration) == ("max_time", 72, 0.3)
-    assert part.events == tuple(event for event in whole.events if event.t <= 0.3)
-    assert len(part.events) == 3
-    assert (part.position[-1] == whole.at([0.3])[0][0]).all()

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from texts import RACK
 
 from pool_pymunk import Ball, Scene, SceneError, load, loads, rack, simulate
 from pool_pymunk.studies.uncertainty import written_uncertainty
 
 R, M = 0.028575, 0.17
-HEXAGON = {"shape": "hexagon", "apex": None, "center": (0.3, -0.7), "rings": 2}
 
 
 def gaps(balls: tuple[Ball, ...]) -> list[float]:
@@ -95,171 +95,22 @@ def test_a_rack_takes_ids_and_numbers_of_numpy() -> None:
     assert all(type(value) is float for ball in made for value in (*ball.position, ball.mass))
 
 
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"rows": 0}, "rows = 0: must be a whole number from 1 to 100"),
-        ({"rows": 2.5}, "rows = 2.5: must be a whole number from 1 to 100"),
-        ({"gap": -1e-9}, "gap = -1e-09: must be 0 or more"),
-        ({"gap": "wide"}, 'gap = "wide": must be a number'),
-        ({"angle": math.nan}, "angle = nan: must be a finite number"),
-        ({"apex": (1.0,)}, "apex = [1.0]: must be two numbers, [x, y]"),
-        ({"shape": "square"}, 'shape = "square": must be one of triangle, diamond, hexagon'),
-        (
-            {"shape": "diamond", "rows": 5},
-            "rows = 5: does not go with shape: a diamond has five rows",
-        ),
-        ({"ids": ["1"]}, 'ids = ["1"]: must be 15 ids, one for each ball (1 given)'),
-        ({"center": (0, 1)}, "center = [0.0, 1.0]: does not go with shape: a triangle has an apex"),
-        ({"rings": 2}, "rings = 2: does not go with shape: a triangle has rows"),
-        (
-            {"shape": "diamond", "rings": 2},
-            "rings = 2: does not go with shape: a diamond has five rows",
-        ),
-        ({"apex": None}, "apex: is missing"),
-        ({**HEXAGON, "rings": 0}, "rings = 0: must be a whole number from 1 to 100"),
-        ({**HEXAGON, "rings": None}, "rings: is missing"),
-        ({**HEXAGON, "center": None}, "center: is missing"),
-        ({**HEXAGON, "rows": 5}, "rows = 5: does not go with shape: a hexagon has rings"),
-        (
-            {**HEXAGON, "apex": (0.0, 1.0)},
-            "apex = [0.0, 1.0]: does not go with shape: a hexagon has a center",
-        ),
-        ({**HEXAGON, "ids": ["1"]}, 'ids = ["1"]: must be 19 ids, one for each ball (1 given)'),
-        ({**HEXAGON, "gap": -1.0}, "gap = -1.0: must be 0 or more"),
-        ({"color": "red"}, 'color = "red": must be "#rrggbb", six hexadecimal digits'),
-        (
-            {"color": ["#112233"]},
-            'color = ["#112233"]: must be 15 colours, one for each ball (1 given)',
-        ),
-        ({"rows": 1, "color": [1]}, 'color[0] = 1: must be text, in "quotes"'),
-        ({"ids": "123"}, 'ids = "123": must be ids, ["1", "2", ...]'),
-        ({"radius": -1.0}, "radius = -1.0: must be greater than 0"),
-        ({"mass": 0.0}, "mass = 0.0: must be greater than 0"),
-    ],
-)
-def test_what_is_wrong_is_said_in_a_line(wrong: dict[str, Any], message: str) -> None:
-    right: dict[str, Any] = {"apex": (0.0, 0.0), "radius": R, "mass": M}
-    with pytest.raises(SceneError) as caught:
-        rack(**{**right, **wrong})
-    assert str(caught.value) == message
-
-
 # -- files -----------------------------------------------------------------------------------------
-
-FILE = """
-[units]
-length = "in"
-[restitution]
-ball_ball = 0.9
-[friction]
-surface = 0.1
-[ball]
-radius = 1.125
-mass = 0.17
-[[balls]]
-id = "cue"
-cue = true
-position = [0, 0]
-[[racks]]
-rows = 3
-apex = [20, 0]
-gap = 0.01
-"""
 
 
 def test_a_file_has_its_racks_in_its_own_units() -> None:
-    scene = loads(FILE)
+    scene = loads(RACK)
     inch = 0.0254
     made = rack((20 * inch, 0.0), radius=1.125 * inch, mass=0.17, rows=3, gap=0.01 * inch)
     assert scene.balls[1:] == made
     assert loads(scene.to_toml()) == scene
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "lines"),
-    [
-        ("rows = 3", "", ["racks[0].rows: is missing (or a shape)"]),
-        ("apex = [20, 0]", "", ["racks[0].apex: is missing"]),
-        ("rows = 3", "rows = 101", ["racks[0].rows = 101: must be a whole number from 1 to 100"]),
-        ("rows = 3", 'rows = "3"', ['racks[0].rows = "3": must be a whole number from 1 to 100']),
-        ("rows = 3", 'shape = "o"', [
-            'racks[0].shape = "o": must be one of triangle, diamond, hexagon']),
-        ("rows = 3", "row = 3", [
-            "racks[0].row = 3: unknown key (there are: apex, radius, mass, rows, shape, angle, "
-            'gap, ids, color, center, rings); did you mean "rows"?',
-        ]),
-        ("gap = 0.01", "gap = -1", ["racks[0].gap = -1: must be 0 or more"]),
-        ("gap = 0.01", 'ids = ["a", "b"]', [
-            'racks[0].ids = ["a", "b"]: must be 6 ids, one for each ball (2 given)']),
-        ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "5"]', [
-            'racks[0].ids = ["1", "2", "3", "4", "5", "5"]: is the id of racks[0] already']),
-        ("apex = [20, 0]", 'apex = [20]\nids = ["a"]', [
-            "racks[0].apex = [20]: must be two numbers, [x, y]",
-            'racks[0].ids = ["a"]: must be 6 ids, one for each ball (1 given)']),
-        ("gap = 0.01", 'ids = "abc"', ['racks[0].ids = "abc": must be ids, ["1", "2", ...]']),
-        ("gap = 0.01", 'ids = ["1", "2", "3", "4", "5", "cue"]', [
-            'racks[0].ids = ["1", "2", "3", "4", "5", "cue"]: is the id of balls[0] already']),
-        ("[20, 0]", "[2, 0]", [
-            'racks[0].apex = [2, 0]: ball "1" overlaps ball "cue" by 0.25 in (0.22 radii)']),
-        ("[[racks]]", "[racks]", ["racks = {rows = 3, apex = [20, 0], gap = 0.01}: must be a list: "
-         "write [[racks]] above each of them"]),
-    ],
-)  # fmt: skip
-def test_what_is_wrong_with_a_files_rack(old: str, new: str, lines: list[str]) -> None:
-    with pytest.raises(SceneError) as caught:
-        loads(FILE.replace(old, new))
-    assert [str(problem) for problem in caught.value.problems] == lines
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "lines"),
-    [
-        ("rings = 2", "", ["racks[0].rings: is missing"]),
-        ("center = [20, 0]", "", ["racks[0].center: is missing"]),
-        ("center = [20, 0]", "apex = [20, 0]", [
-            "racks[0].apex = [20, 0]: does not go with shape: a hexagon has a center",
-            "racks[0].center: is missing"]),
-        ('shape = "hexagon"', "", ["racks[0].rows: is missing (or a shape)"]),
-        ("rings = 2", "rings = 2\nrows = 3", [
-            "racks[0].rows = 3: does not go with shape: a hexagon has rings"]),
-        ("rings = 2", 'rings = 0\nids = ["a"]', [
-            "racks[0].rings = 0: must be a whole number from 1 to 100"]),
-        ("gap = 0.01", 'ids = ["a"]', [
-            'racks[0].ids = ["a"]: must be 19 ids, one for each ball (1 given)']),
-        ("gap = 0.01", 'color = "wood"', [
-            'racks[0].color = "wood": must be "#rrggbb", six hexadecimal digits']),
-        ("gap = 0.01", 'color = ["#aabbcc"]', [
-            'racks[0].color = ["#aabbcc"]: must be 19 colours, one for each ball (1 given)']),
-        ("[20, 0]", "[6.5, 0]", [
-            'racks[0].center = [6.5, 0]: ball "14" overlaps ball "cue" by 0.27 in (0.24 radii)']),
-    ],
-)  # fmt: skip
-def test_what_is_wrong_with_a_files_hexagon(old: str, new: str, lines: list[str]) -> None:
-    text = FILE.replace("rows = 3\napex", 'shape = "hexagon"\nrings = 2\ncenter')
-    assert len(loads(text).balls) == 20
-    with pytest.raises(SceneError) as caught:
-        loads(text.replace(old, new))
-    assert [str(problem) for problem in caught.value.problems] == lines
-
-
-def test_a_rack_off_the_table_is_said_once() -> None:
-    text = FILE.replace(
-        "[restitution]", "[table]\nlength = 30\nwidth = 40\n[restitution]\ncushion=1"
-    )
-    with pytest.raises(SceneError) as caught:
-        loads(text.replace("[20, 0]", "[29, 20]"))
-    lines = [str(problem) for problem in caught.value.problems]
-    assert [line for line in lines if "racks" in line] == [
-        'racks[0].apex = [29, 20]: ball "1" overlaps cushion 1 by 0.12 in (0.11 radii)'
-    ]
-
-
 def test_shots_may_aim_at_a_ball_of_a_rack() -> None:
     shot = '[[shots]]\nspeed = 1.0\naim = "6"\n'
-    assert isinstance(loads(FILE + shot), Scene)
+    assert isinstance(loads(RACK + shot), Scene)
     with pytest.raises(SceneError, match=r'shots\[0\].aim = "7": there is no such ball'):
-        loads(FILE + shot.replace("6", "7"))
+        loads(RACK + shot.replace("6", "7"))
 
 
 @pytest.mark.parametrize(("name", "balls"), [("eight-ball", 16), ("nine-ball", 10)])

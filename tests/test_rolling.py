@@ -25,7 +25,6 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
-    SceneError,
     SettingError,
     Shot,
     State,
@@ -34,7 +33,6 @@ from pool_pymunk import (
     same_balls,
     simulate,
 )
-from pool_pymunk.solvers import SOLVERS
 
 ANSWERS = json.loads((DATA / "rolling_runs.json").read_text())
 G = 9.80665
@@ -43,7 +41,6 @@ BODIES: list[pymunk.Body] = []  # A shape of pymunk's does not keep its body ali
 SLIDING, ROLLING = 0.2, 0.01
 EXACT: list[tuple[str, float | None]] = [("event-driven", None)]
 EXACT += [("pymunk", 1 / 30), ("pymunk", 1 / 60), ("pymunk", 1 / 240)]
-BASELINES = [name for name, solver in SOLVERS.items() if not solver.rolls]
 
 
 def ball(id_: str = "C", x: float = 0.0, y: float = 0.0, **parts: Any) -> Ball:
@@ -225,20 +222,12 @@ def test_a_velocity_set_by_hand_leaves_the_roll() -> None:
 
 
 def test_settings_and_strikes_that_cannot_be() -> None:
-    with pytest.raises(SettingError, match=r"^rolling = 3\.0: must not be above the deceleration"):
-        table_of(rolling=3.0)
     table = table_of(rolling=None)
     one = table.add_ball(circle())
     with pytest.raises(SettingError, match=r"^roll = 1\.0: balls do not roll on a table without"):
         table.strike(one, (1.0, 0.0), roll=1.0)
     with pytest.raises(SettingError, match=r"^roll = inf: must be a finite number"):
         table.strike(one, (1.0, 0.0), roll=math.inf)
-
-
-@pytest.mark.parametrize("solver", BASELINES)
-def test_baselines_say_that_they_do_not_roll(solver: str) -> None:
-    with pytest.raises(SettingError, match=f"^solver = {solver}: does not roll balls, and the sce"):
-        simulate(scene(), solver=solver)
 
 
 # -- closed forms ----------------------------------------------------------------------------------
@@ -428,7 +417,6 @@ def test_a_roll_holds_a_ball_to_a_cushion(mu: float) -> None:
     assert run.final["C"][1] == pytest.approx(1.0 - R, abs=1e-12)
 
 
-@pytest.mark.heavy
 def test_a_ball_begins_to_roll_once_while_an_arc_presses_it() -> None:
     """The arc turns it in many pieces of its path, and none of their ends is an event."""
     start, dull = ball(x=0.5, y=R, velocity=(0.15, 0.0)), Restitution(cushion=0.2)
@@ -439,37 +427,6 @@ def test_a_ball_begins_to_roll_once_while_an_arc_presses_it() -> None:
 
 
 # -- input -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("parts", "said"),
-    [
-        ({"friction": Friction(SLIDING), "balls": (ball(roll=1.0),)}, "balls[0].roll"),
-        ({"friction": Friction(SLIDING), "shots": (Shot("s", "C", (1, 0), roll=1),)}, "shots[0]"),
-    ],
-)
-def test_a_roll_needs_rolling_friction(parts: dict[str, Any], said: str) -> None:
-    with pytest.raises(SceneError, match=r"friction\.rolling") as error:
-        scene(*parts.pop("balls", ()), **parts)
-    assert said in str(error.value)
-
-
-def test_rolling_friction_is_not_above_that_of_sliding() -> None:
-    with pytest.raises(SceneError, match=r"rolling = 0\.3"):
-        Friction(0.2, rolling=0.3)
-
-
-def test_a_ball_that_rolls_for_ever_needs_a_latest_time() -> None:
-    with pytest.raises(SceneError, match="max_time"):
-        scene(friction=Friction(SLIDING, rolling=0.0), shots=(Shot("s", "C", (1.0, 0.0)),))
-
-
-def test_a_start_has_one_roll_a_ball_and_only_where_balls_roll() -> None:
-    start = State(((0.0, 0.0),), ((1.0, 0.0),), frozenset(), ((1.0, 0.0),))
-    with pytest.raises(SceneError, match=r"friction\.rolling"):
-        exact(scene(friction=Friction(SLIDING)), start)
-    with pytest.raises(SceneError, match=r"start\.roll"):
-        exact(scene(), start._replace(roll=()))
 
 
 def test_a_file_says_rolling_and_roll() -> None:

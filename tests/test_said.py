@@ -27,8 +27,6 @@ from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, planned
 from pool_pymunk.studies.uncertainty import digits_sentence
 
-pytestmark = pytest.mark.heavy
-
 # Its name is also that of a function.
 tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 

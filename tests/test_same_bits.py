@@ -37,7 +37,6 @@ from pool_pymunk import (
 )
 from pool_pymunk.fast import compiled
 
-pytestmark = pytest.mark.heavy
 FILE = DATA / "same_bits.json"
 LAWS = ("coulomb", "published")
 SHOTS = 5_000  # of each law in a kind of scene

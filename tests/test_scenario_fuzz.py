@@ -6,6 +6,7 @@ import copy
 import json
 import math
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scenes import lines_run
+from texts import text_of as scenario_text
 
 from pool_pymunk import load, loads
 from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.problems import LARGEST, SMALLEST
 from pool_pymunk.model.scenario import bundled
-
-pytestmark = pytest.mark.heavy
 
 FILE = "fuzz.toml"
 LINE = re.compile(rf"{re.escape(FILE)}: .+?( = .+)?: .+")
@@ -31,25 +31,7 @@ EXTREMES = (
     -1e308, math.inf, -math.inf, math.nan, 2**53, 2**63, -(2**63), 10**400, -(10**400), 1e-9, 1e9,
 )  # fmt: skip
 
-SCENARIO: dict[str, Any] = {
-    "title": "fuzzed",
-    "units": {"length": "cm", "mass": "g", "speed": "m/s"},
-    "table": {"length": 200.0, "width": 100.0},
-    "physics": {"law": "coulomb", "gravity": 9.8, "max_time": 10.0},
-    "restitution": {"ball_ball": 0.9, "cue_ball": 0.8, "cushion": 0.7},
-    "friction": {"surface": 0.1, "cushion": 0.2, "ball_ball": 0.05},
-    "ball": {"radius": 3.0, "mass": 160.0, "color": "#123456"},
-    "balls": [
-        {"id": "C", "cue": True, "position": [20.0, 50.0], "radius": 2.0},
-        {"id": "1", "position": [60.0, 50.0], "velocity": [0.1, 0.2], "mass": 100.0},
-        {"id": "Königin 8", "position": [90.0, 30.0], "color": "#abcdef"},
-    ],
-    "shots": [
-        {"name": "a", "velocity": [1.0, 0.0], "published": {"C": [1.0, 2.0], "1": [3.0, 4.0]}},
-        {"name": "b", "speed": 2.0, "angle": 30.0, "ball": "1", "from": "previous"},
-        {"name": "c", "speed": 2.0, "aim": "nearest", "from": "start"},
-    ],
-}
+SCENARIO = tomllib.loads(scenario_text("fuzzed"))
 OUTLINE = [[0.0, 0.0], [200.0, 0.0], [200.0, 100.0], [100.0, 80.0], [0.0, 100.0]]
 
 Path_ = tuple[str | int, ...]

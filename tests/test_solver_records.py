@@ -252,24 +252,6 @@ def test_the_looks_tell_the_lines_apart_by_colour_and_in_grey() -> None:
     assert len({solver.marker for solver in SOLVERS.values()}) == len(SOLVERS)
 
 
-@pytest.mark.parametrize(
-    ("facts", "message"),
-    [
-        ({"dt": 1e-3, "exact": True, "late": True}, "it cannot be exact where its contacts are"),
-        ({"dt": None, "late": True}, "it has no step, but its record speaks of steps"),
-        ({"dt": None, "finest": 1e-6}, "it has no step, but its record speaks of steps"),
-        ({"dt": None, "ladder": (1e-3,)}, "it has no step, but its record speaks of steps"),
-        ({"dt": None, "stability_steps": (1e-3,)}, "it has no step, but its record"),
-        ({"dt": None, "quick_stability_steps": (1e-3,)}, "it has no step, but its record"),
-    ],
-)
-def test_a_record_that_contradicts_itself_is_an_error(
-    facts: dict[str, object], message: str
-) -> None:
-    with pytest.raises(ValueError, match=f"solver odd: {message}"):
-        Solver(name="odd", solve=explicit, about="", **facts)  # type: ignore[arg-type]
-
-
 def test_the_reference_solver_is_found_by_what_it_can_do(
     registry: dict[str, Solver], tmp_path: Path
 ) -> None:

@@ -63,7 +63,6 @@ ROWS = [
 ]
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("key", ROWS)
 def test_every_row(key: Key, monkeypatch: pytest.MonkeyPatch) -> None:
     """A cell breaks where the table says and nowhere else, and whatever breaks has a reason."""

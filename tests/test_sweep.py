@@ -286,32 +286,6 @@ def test_a_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
-@pytest.mark.parametrize(
-    ("wrong", "line"),
-    [
-        ({"samples": None}, "samples = None: is missing where there is no grid"),
-        ({"samples": 0}, "samples = 0: must be 1 or more"),
-        ({"vary": {"angel": (0, 1)}}, "vary = angel: there is no such key"),
-        ({"vary": {"angle": 1.0}}, "vary['angle'] = 1.0: must be a range (low, high)"),
-        ({"vary": {"start": (0, 1)}}, "vary['start'] = (0, 1): must be one width"),
-        ({"vary": {"speed": (3, 1)}}, "vary['speed'] = (3, 1): must be 0 <= low <= high"),
-        ({"vary": {"speed": (-1, 1)}}, "vary['speed'] = -1: must be 0 or more"),
-        ({"vary": {"mass": (0, 1)}}, "vary['mass'] = (0, 1): must be 0 <= low <= high"),
-        ({"grid": {"start": (0, 1, 3)}}, "grid['start'] = (0, 1, 3): must be (low, high, count)"),
-        ({"grid": {"angle": (0, 1, 3)}}, "grid = angle: is varied already"),
-        ({"grid": {"mass": (1, 2, 3)}, "samples": 5}, "samples = 5: the grid has 3 points"),
-        ({"chunk": 0}, "chunk = 0: must be 1 or more"),
-        ({"seed": -1}, "seed = -1: must be 0 or more"),
-    ],
-)
-def test_bad_arguments_are_one_line(tmp_path: Path, wrong: dict[str, Any], line: str) -> None:
-    how: dict[str, Any] = {"vary": VARY, "samples": 10}
-    with pytest.raises(SettingError) as caught:
-        sweep(load("report"), 1, **(how | wrong), out=tmp_path / "new")
-    assert str(caught.value).startswith(line)
-    assert not (tmp_path / "new").exists()
-
-
 def test_a_full_disk_keeps_what_was_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -335,29 +309,6 @@ def test_a_full_disk_keeps_what_was_finished(
     monkeypatch.undo()
     assert exit_code(*line.split()) == 0
     assert "50 played" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("report --samples 5", "--shot: is missing; there are 1 (Simulation 1)"),
-        ("report --shot 1 --vary angle --samples 5", "--vary = angle: must be KEY=LOW:HIGH"),
-        ("report --shot 1 --vary angle=a:b --samples 5", '--vary angle = "a": must be an angle'),
-        ("report --shot 1 --vary speed=1kg:2kg --samples 5", "--vary speed = "),
-        ("report --shot 1 --grid angle=1:2 --samples 5", "--grid angle = 1:2: must be LOW:HIGH"),
-        ("report --shot 1 --vary angle=1:2 --vary angle=1:3 --samples 5", "stands there twice"),
-        ("report --shot 1 --samples 5 --workers 0", "--workers = 0: must be 1 or more"),
-        (
-            "report --shot 1 --samples 5 --workers 1 --cluster tcp://x:1",
-            "--workers: a --cluster has workers",
-        ),
-    ],
-)
-def test_a_bad_command_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str, said: str
-) -> None:
-    assert said in refusal(capsys, "sweep", *line.split(), "--out", tmp_path / "new")
-    assert not (tmp_path / "new").exists()
 
 
 def test_the_command_plays_units_and_grids(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pymunk
 import pytest
-from commands import exit_code, refusal
+from commands import exit_code
 from hard_scenes import exact
 from scenes import largest_distance, random_scene, seeds
 
@@ -208,7 +208,6 @@ def test_where_every_step_is_exact_no_step_is_searched_for() -> None:
 TABLES = ("rectangle", "hexagon", "L", "open plane")
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", seeds(20))
 def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
@@ -218,7 +217,6 @@ def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
     assert largest_distance(run, exact(scene)) < 1e-6
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 def test_discrete_contacts_keep_the_word_that_is_given() -> None:
     """An estimate may refuse what is within the tolerance, but must not pass what is not."""
@@ -289,7 +287,6 @@ def pinball(dt: float) -> list[Point]:
     return [(body.position.x, body.position.y)]
 
 
-@pytest.mark.heavy
 @pytest.mark.slow
 def test_a_world_of_other_shapes() -> None:
     choice = choose_step(pinball, 1e-2, smallest=1e-4)
@@ -327,23 +324,3 @@ def test_run_ends_with_1_where_it_falls_short(
     assert "Why: at 0.00104 s, the smallest step tried, the contacts or their order" in answer.out
     assert answer.err == "error: Simulation 1: the tolerance is not reached\n"
     assert (tmp_path / "shot-1.npz").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["0.01in", "--solver", "event-driven"], "it is exact and has no step"),
-        (["0.01in", "--solver", "pymunk-builtin"], "its physics is not the scene's"),
-        (["0.01in", "--dt", "0.01"], "--tolerance = 0.01in: give either --tolerance or --dt"),
-        (["0.01in", "--solver", "magic"], "there is no such solver"),
-        (["0.01yd"], '--tolerance = "0.01yd": must be a length, such as 1 cm (m, cm, mm, in)'),
-        (["0"], '--tolerance = "0": must be greater than 0'),
-        (["-1mm"], '--tolerance = "-1mm": must be greater than 0'),
-        (["nan"], '--tolerance = "nan": must be a length'),
-    ],
-)  # fmt: skip
-def test_bad_tolerances_get_one_line(
-    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    line = refusal(capsys, "run", "report", "--out", tmp_path, "--tolerance", *arguments)
-    assert message in line
