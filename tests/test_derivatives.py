@@ -188,14 +188,12 @@ def compared(law: str, table: str, count: int, draw: Callable[..., Scene] = rand
         done += assert_agrees(draw(law, table, rng), rng)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("table", OUTLINES)
 @pytest.mark.parametrize("law", ["coulomb", "published"])
 def test_derivatives_agree_with_forty_digits(law: str, table: str) -> None:
     compared(law, table, 2)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     "table",
     ["rectangle", *(pytest.param(t, marks=pytest.mark.slow) for t in OUTLINES if t != "rectangle")],
@@ -214,7 +212,6 @@ def test_derivatives_of_many_scenes_agree_with_forty_digits(law: str, table: str
     compared(law, table, 3, exactly_rolling_scene)
 
 
-@pytest.mark.heavy
 def test_derivatives_by_pymunk_and_with_pockets_agree_with_forty_digits() -> None:
     compared("coulomb", "rectangle", 3, random_pocket_scene)
     rng = random.Random(7)
@@ -513,7 +510,6 @@ def test_powers_and_signs_are_differentiated() -> None:
     assert bool(x) and not Dual(0.0, (1.0,))
 
 
-@pytest.mark.heavy
 def test_rounding_is_never_larger_than_the_table_by_far() -> None:
     rng = random.Random(1)
     balls: list[Ball] = []

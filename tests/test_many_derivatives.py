@@ -53,7 +53,6 @@ def compare(kind: str, seed: int, count: int) -> int:
 
 
 @needs_numba
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_random_shots_have_the_derivatives_of_their_runs(kind: str) -> None:
     compiled = sum(compare(kind, seed, 2) for seed in range(6))
@@ -85,7 +84,6 @@ def compare_single(kind: str, count: int) -> None:
 
 
 @needs_numba
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
 def test_a_single_run_has_the_same_derivatives_and_rounding_by_the_fast_pass(
     kind: str, monkeypatch: pytest.MonkeyPatch
@@ -111,7 +109,6 @@ def in_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("in_python")
-@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ROLLING[:5])
 def test_some_shots_of_balls_that_roll_have_the_derivatives_of_their_runs(kind: str) -> None:
     assert sum(compare(kind, seed, 1) for seed in range(4)) >= 2

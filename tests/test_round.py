@@ -103,7 +103,6 @@ def test_a_ball_runs_along_an_arc_as_the_equation_has_it(
     assert off < 2e-5
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("rubs", [0.0, 0.1])
 @pytest.mark.parametrize(("solver", "dt"), EXACT)
 def test_a_ball_rolls_along_an_arc_as_the_equation_has_it(
@@ -321,7 +320,6 @@ def test_random_round_scenes_in_forty_digits() -> None:
         agrees(scene)
 
 
-@pytest.mark.heavy
 @pytest.mark.seeded
 def test_pockets_on_arcs_in_forty_digits() -> None:
     scenes = [*with_pockets_on_arcs(5)]

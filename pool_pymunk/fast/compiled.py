@@ -232,7 +232,7 @@ def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
     """Return the folder for what is compiled from the present sources of a function."""
     digest = hashlib.sha256(sys.version.encode())
     for name in sources(root):
-        digest.update(_source(name).encode())
+        digest.update(source_of(name).encode())
     try:
         folder = Path(os.environ.get(CACHE) or _user_cache()) / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
@@ -242,7 +242,7 @@ def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
     return folder
 
 
-def _source(name: str) -> str:
+def source_of(name: str) -> str:
     """Return the source of a module, which may not be imported yet."""
     loader: Any = getattr(find_spec(name), "loader", None)
     return str(loader.get_source(name))
