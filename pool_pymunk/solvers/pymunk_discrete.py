@@ -195,6 +195,6 @@ SOLVER = Solver(
     options={"friction": ("callback",)}, late=True, finest=5e-6,
     limits="answers overlaps at the end of a step, one after the other: it misses grazes and what "
     "tunnels, and every contact comes up to a step late",
-    ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5),
+    ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5),
     quick_stability_steps=(1e-3,), color="#56b4e9", marker="s",
 )  # fmt: skip
