@@ -524,6 +524,7 @@ def finished(process: subprocess.Popen[str]) -> tuple[float, float, str]:
 
 @needs_numba
 @pytest.mark.slow
+@takes_long
 def test_processes_that_start_together_share_one_cache(tmp_path: Path) -> None:
     together = [finished(process) for process in [script(tmp_path) for _ in range(3)]]
     compiling = sum("Compiling" in err for _, _, err in together)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import exit_code, refusal
+from scenes import takes_long
 
 from pool_pymunk import (
     Ball,
@@ -207,7 +208,10 @@ def test_several_starts_find_what_one_does_not() -> None:
 
 @pytest.mark.parametrize(
     "sets",
-    [pytest.param(25, marks=pytest.mark.slow), pytest.param(100, marks=pytest.mark.slow)],
+    [
+        pytest.param(25, marks=pytest.mark.slow),
+        pytest.param(100, marks=(pytest.mark.slow, takes_long)),
+    ],
 )
 def test_standard_errors_are_calibrated(sets: int) -> None:
     """The truth lies within two standard errors in 90 to 99 of 100 sets of noisy ends."""

@@ -77,7 +77,7 @@ def test_random_runs_are_those_of_python(kind: str, played: Counter[str]) -> Non
 @pytest.mark.seeded
 @pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
 def test_many_random_runs_are_those_of_python(kind: str, played: Counter[str]) -> None:
-    try_kind(kind, seeds(3 if kind.startswith(("hard", "frozen")) else 10), played)
+    try_kind(kind, seeds(3 if kind.startswith(("hard", "frozen", "crowd")) else 10), played)
 
 
 def test_bounds_cut_a_run_at_the_same_event(played: Counter[str]) -> None:
