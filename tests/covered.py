@@ -88,12 +88,12 @@ def of_collapse(kind: str, name: str) -> Scene:
     return replace(scene, restitution=Restitution(e, cushion=rng.choice((e, other))))
 
 
-def lasting(name: str) -> Scene:
+def in_contact(name: str) -> Scene:
     """Return a scene whose balls press on each other, or on cushions."""
     return press_scene(int(name.rpartition(" ")[2]))
 
 
-LASTING = "persistent contacts"
+IN_CONTACT = "persistent contacts"
 COLLAPSES = {f"collapse: {kind}": kind for kind in ("squeeze", "row", "corner")}
 DRAWS: dict[str, Draw] = {
     **{kind: partial(of_class, kind) for kind in CLASSES},
@@ -105,13 +105,13 @@ DRAWS: dict[str, Draw] = {
     "any rolls": partial(of_reference, reference.random_rolling_scene),
     **{kind: partial(of_shots, kind) for kind in (*KINDS[:6], *ROLLING[:6])},
     **{name: partial(of_collapse, kind) for name, kind in COLLAPSES.items()},
-    LASTING: lasting,
+    IN_CONTACT: in_contact,
 }  # fmt: skip
 
 
 def true_ends(kind: str, scene: Scene) -> list[tuple[Any, Any]]:
     """Return the ends of a scene by the reference for its class."""
-    if kind == LASTING:
+    if kind == IN_CONTACT:
         return [(place.real, place.imag) for place in press_run(scene).final]
     if kind in COLLAPSES:
         return [(place.real, place.imag) for place in hard_run(scene).final]
@@ -132,7 +132,7 @@ def answered(kind: str, name: str) -> tuple[Run, float] | None:
 
 def figure_of(kind: str, run: Run) -> float:
     """Return how far off (m) a run says that its ends may be; nan where that is not asked."""
-    if kind == LASTING:
+    if kind == IN_CONTACT:
         return run.rounding + run.policy_shift if run.policies == {PERSISTENT} else math.nan
     return math.nan if run.policies else run.rounding
 
@@ -140,14 +140,14 @@ def figure_of(kind: str, run: Run) -> float:
 def count(kind: str, runs: int) -> Counts:
     """Play this many runs of a class, and count; name those that are not covered, or absurd."""
     ratios, total, above, absurd, unknown = [], 0, 0, 0, 0
-    least, fine = FINEST if kind == LASTING else (LEAST, 0.0)
+    least, fine = FINEST if kind == IN_CONTACT else (LEAST, 0.0)
     for k in range(runs):
         found = answered(kind, f"{kind} {k}")
         if found is None:
             continue
         run, off = found
         says = figure_of(kind, run)
-        if math.isnan(says) and (run.policies or kind == LASTING):
+        if math.isnan(says) and (run.policies or kind == IN_CONTACT):
             unknown += 1
             continue
         says_too_much, is_above = says > ABSURD and off < SMALL, off > max(says, fine)
