@@ -30,7 +30,7 @@ BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
 SHARE = float(os.environ.get("POOL_SHARE", "1"))  # of the random scenes of slow tests
 # These tests take a minute or more each; `.ci/run`, which plays a share, leaves them out.
 takes_long = pytest.mark.skipif(SHARE < 1.0, reason="it takes a minute or more")
-MANY = 10  # From so many scenes on, a share of them is played.
+MANY = 20  # From so many scenes on, a share of them is played.
 INCH = 0.0254
 TABLES = {
     "rectangle": Table.rectangle(2.0, 1.0),
