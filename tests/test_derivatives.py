@@ -468,6 +468,22 @@ def test_a_law_may_ask_whether_a_velocity_is_zero() -> None:
     assert np.allclose(change / 1e-7, found.final[..., 0], atol=1e-4)
 
 
+def test_a_ball_that_touches_another_and_then_falls_has_none() -> None:
+    """A small change makes it hit the other one, which then does not stay where it is."""
+    r = 0.03
+    scene = Scene(
+        (Ball("a", (0.5, 0.5), r, 0.2, velocity=(1.5, 0.0)), Ball("b", (1.0, 0.5 + 2 * r), r, 0.2)),
+        Table.rectangle(2.0, 1.0),
+        Restitution(0.9, cushion=0.8),
+        Friction(0.05),
+        pockets=(Pocket("p", (1.7, 0.5), 0.05),),
+    )
+    found = simulate(scene, solver="event-driven").derivatives()
+    assert [event.kind for event in found.run.events] == ["pocket"]
+    assert found.warnings[0].startswith("a path touches what it does not hit (at 0.353791 s)")
+    assert np.isnan(found.final[1]).all()
+
+
 def test_a_pocketed_ball_whose_way_is_not_known_has_none() -> None:
     pockets = (Pocket("p", (1.0, 0.0), 0.06),)
     scene = head_on(ball("a", 0, 0, 3.0), ball("b", 0.5, 0), law="published", pockets=pockets)

@@ -250,6 +250,8 @@ def test_numbers_of_persistent_contacts() -> None:
     assert "After thirty hits of a ball, each within 0.05 s of the one before" in page
     assert "by a factor of 1.3 with each hit, for fifty hits at most" in page
     assert [variant.coarser for variant in COARSER] == [30, 300]
+    assert [variant.sure * (math.sqrt(variant.coarser) - 1.0) for variant in COARSER] == [4.0, 4.0]
+    assert "the figure is four times that" in " ".join(page.split())
     assert "30 and 300 times as much is left out" in page
 
 

@@ -27,7 +27,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk import simulate_many as play
-from pool_pymunk.fast import compiled, many
+from pool_pymunk.fast import compiled, derivatives, many
 from pool_pymunk.fast.derivatives import follow_run
 from pool_pymunk.fast.tables import can_compile
 from pool_pymunk.physics import changes
@@ -70,7 +70,7 @@ def differences(run: Run) -> Iterator[Any]:
 
 
 def compare_single(kind: str, count: int) -> None:
-    """Compare what both passes know of a run; numba sums otherwise, and events amplify it."""
+    """Compare what both passes know of a run; numba sums in another order."""
     for seed in seeds(count):
         scene = some_scene(kind, seed)
         batch = play(scene, *shots_of(scene, 1, seed), derivatives="mass")  # This compiles.
@@ -90,6 +90,33 @@ def test_a_single_run_has_the_same_derivatives_and_rounding_by_the_fast_pass(
 ) -> None:
     monkeypatch.setattr(compiled, "has_form", lambda *_: True)
     compare_single(kind, 3)
+
+
+@needs_numba
+def test_a_pass_that_finds_more_than_it_has_room_for_leaves_the_run_to_python(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A ball passes two that touch its path; there is room for one row."""
+    monkeypatch.setattr(compiled, "has_form", lambda *_: True)
+    asked = list[int | None]()
+
+    def followed(g: Any, run: Run) -> int | None:
+        asked.append(follow_run(g, run))
+        return asked[-1]
+
+    scene, r = some_scene("rectangle", 0), 0.03
+    balls = tuple(Ball(f"{k}", (0.5 + 0.2 * k, 0.5 + 2 * r * (k > 0)), r, 0.2) for k in range(3))
+    balls = (replace(balls[0], velocity=(1.5, 0.0)), *balls[1:])
+    scene = replace(scene, balls=balls, table=None, friction=Friction(0.2), shots=())
+    run = simulate(scene, solver="event-driven")
+    changes.FASTER[:] = [followed]
+    first = run.derivatives("position")
+    monkeypatch.setattr(derivatives, "FEW", -6)
+    second = run.derivatives("position")
+    assert asked == [0, None]
+    assert len(first.warnings) == 2
+    assert first.warnings == second.warnings
+    np.testing.assert_array_equal(first.final, second.final)
 
 
 @needs_numba

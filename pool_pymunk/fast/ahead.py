@@ -29,8 +29,8 @@ def compile(  # noqa: A001  It is called by its full name.
     alone. A kind takes up to a minute once on each machine, and some 0.6 s in each process then.
     From then on ``event-driven`` plays single runs by it in this process, and ``Billiards`` its
     steps, with the same bits. With ``derivatives``, the pass for :meth:`Run.derivatives`,
-    ``run.rounding`` and fits is compiled, too; that takes half as long again. What is there then is
-    left out of later garbage collections (``gc.freeze``).
+    ``run.rounding`` and fits is compiled, too; that adds half of the time. Later garbage
+    collections leave out what is there then (``gc.freeze``).
     Raises ModuleNotFoundError if numba is not installed.
 
     >>> from pool_pymunk import compile, load

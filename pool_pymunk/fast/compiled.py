@@ -11,12 +11,13 @@ from __future__ import annotations
 import hashlib
 import inspect
 import os
+import platform
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from functools import cache
-from importlib import import_module
+from importlib import import_module, metadata
 from importlib.util import find_spec
 from pathlib import Path
 from types import FunctionType
@@ -118,7 +119,9 @@ _forms: dict[tuple[Callable[..., int], tuple[bool, bool]], bool] = {}  # what is
 
 
 def _note(function: Callable[..., int], form: tuple[bool, bool]) -> Path:
-    return cache_folder(function) / f"{function.__name__}-{form[0]:d}{form[1]:d}.ready"
+    """Return the file of a note: other machines and other versions of numba compile anew."""
+    where = f"{form[0]:d}{form[1]:d}-{metadata.version('numba')}-{platform.node()}"
+    return cache_folder(function) / f"{function.__name__}-{where}.ready"
 
 
 @cache

@@ -40,7 +40,7 @@ from pool_pymunk.results.run import Run
 
 BALL = np.dtype([("at", I), ("met", I), ("gone", I), ("mass", F), ("radius", F)])
 UNKNOWN = -1  # A shot has not been followed.
-FEW = 64  # touches of a run find room besides its events, for each of which there is room for two
+FEW = 64  # More touches find room than four for each event; beyond that Python follows the run.
 CONTACT = np.dtype([(name, F, shape) for name, shape in ONE.items()])
 
 
@@ -311,10 +311,12 @@ def _no(*_: Any) -> bool:
 
 def _warn(g: Any, why: int, t: float) -> None:
     found, used = g.kept.found, g.kept.used
-    is_told = used[1] > 0 and found[used[1] - 1, 0] == t and found[used[1] - 1, 1] == why
-    if used[1] < len(found) and not is_told:
+    last = min(used[1], len(found)) - 1
+    if last >= 0 and found[last, 0] == t and found[last, 1] == why:
+        return
+    if used[1] < len(found):
         found[used[1], 0], found[used[1], 1] = t, why
-        used[1] += 1
+    used[1] += 1
 
 
 def _keep(g: Any, k: int, i: int, j: int, t: float) -> None:

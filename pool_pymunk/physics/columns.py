@@ -28,9 +28,9 @@ MOST_SIDES = 4  # of a kink of a law
 # `of_radius` (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P);
 # `ever` (N, P) tells which inputs have changed it. `late` (P) tells how late the last event is.
 # `one` has the numbers of one contact, and `z`, `parts` and `bad` its changes. Errors have random
-# `signs`, which are empty else, those of errors that are `alike`, the row and the kind that were
-# `drawn` last, and `anchors` of walls. What is `kept` are reasons that were found, how late events
-# are, and changes; Python keeps its paths there, too.
+# `signs` (without errors there are none), and those of errors that are `alike`. The row and the
+# kind of event that came last are `drawn`, and `anchors` are points of the walls. What the pass
+# has found is `kept`: reasons, how late events are, and changes. Python keeps its paths there, too.
 Follow = namedtuple(
     "Follow",
     "rows following events walls cushions own cue law discs faces corners ball "

@@ -186,12 +186,15 @@ def follow_of(
 
 
 def followed(g: Any, run: Run) -> int | None:
-    """Follow the changes through a run by compiled code; return what that returns, or None."""
+    """Follow the changes through a run by compiled code, if that is loaded (``FASTER``)."""
     return changes.FASTER[0](g, run) if changes.FASTER else None
 
 
 def listed(g: Any) -> Any:
-    """Return the same with lists in place of arrays, which Python reads faster, and start."""
+    """Return the pass with lists in place of arrays, because Python reads them faster.
+
+    The balls are on their first paths.
+    """
     rows, one = g.rows.tolist(), {name: getattr(g.one, name).tolist() for name in columns.ONE}
     g.kept.paths.rows = rows
     g = g._replace(
