@@ -24,7 +24,15 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import write_rows
 from pool_pymunk.studies import Mask, known
-from pool_pymunk.studies.fit_doubts import CAUCHY, SAME, Optimum, doubts, loss, scipy
+from pool_pymunk.studies.fit_doubts import (
+    CAUCHY,
+    SAME,
+    Optimum,
+    doubts,
+    loss,
+    on_one_thread,
+    scipy,
+)
 from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
 
 # These limits were chosen so that the fits of tests/test_fit.py find their minima.
@@ -183,7 +191,8 @@ def fit(
     count, first = argument("starts", starts, whole(1)), argument("seed", seed, whole(0))
     anew = argument("aims_anew", aims_anew, flag)
     load(scene)
-    return _Minimizer(Forecast(scene, names, rows, law, anew), error, first, on_done).fit(count)
+    with on_one_thread():
+        return _Minimizer(Forecast(scene, names, rows, law, anew), error, first, on_done).fit(count)
 
 
 def input_names(scene: Scene, free: str | Sequence[str], shots: Sequence[int] = ()) -> inputs.Names:

@@ -47,10 +47,20 @@ ROUNDING = 1e-9  # m; nobody measures places better, so what is smaller is round
 
 def scipy(part: str) -> Any:
     """Return a part of SciPy, or say how to get it."""
+    return _library(f"scipy.{part}", "SciPy")
+
+
+def on_one_thread() -> Any:
+    """Keep linear algebra on one thread: with tall thin matrices, others mostly wait for it."""
+    scipy("optimize")  # Only what is imported can be kept.
+    return _library("threadpoolctl", "threadpoolctl").threadpool_limits(1, "blas")
+
+
+def _library(module: str, name: str) -> Any:
     try:
-        return import_module(f"scipy.{part}")
+        return import_module(module)
     except ImportError:
-        raise ImportError("fit needs SciPy: pip install '.[fit]' in a clone") from None
+        raise ImportError(f"fit needs {name}: pip install '.[fit]' in a clone") from None
 
 
 def weights(residuals: Array, scale: float) -> Array:
