@@ -18,7 +18,7 @@ from frozen import FORMS, random_frozen_scene
 from hard_kinds import random_hard_scene
 from scenes import TABLES, random_scene
 
-from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, rack
+from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, Table, rack
 from pool_pymunk.fast import asked, compiled, loop, many
 from pool_pymunk.fast.derivatives import TWINS
 from pool_pymunk.fast.tables import can_compile
@@ -89,6 +89,23 @@ def many_balls(rnd: random.Random, law: str, rows: int, gap: float | None = None
     cue = Ball("C", (-0.3, rnd.uniform(-0.02, 0.02)), 0.03, 0.2, cue=True, velocity=(4.0, 0.1))
     friction = Friction(0.2, 0.1, 0.05)
     return Scene((cue, *balls), None, Restitution(0.9), friction, Physics(law=law))
+
+
+def great_crowd(count: int, rolls: bool = False) -> Scene:
+    """Return so many balls on a table, which all move; they need a larger record."""
+    rnd, columns = random.Random(count), 10
+    angles = [rnd.uniform(0.0, math.tau) for _ in range(count)]
+    balls = tuple(
+        Ball(
+            f"{k}", (0.09 * (k % columns + 1), 0.09 * (k // columns + 1)), 0.03, 0.17,
+            velocity=(math.cos(angle), math.sin(angle)),
+        )
+        for k, angle in enumerate(angles)
+    )  # fmt: skip
+    return Scene(
+        balls, Table.rectangle(0.99, 0.09 * (count // columns + 2)), Restitution(0.9, cushion=0.8),
+        Friction(0.2, 0.1, 0.05, rolling=0.02 if rolls else None),
+    )  # fmt: skip
 
 
 def uncompiled(*_: bool) -> Any:

@@ -188,7 +188,7 @@ def starts(count: int) -> Iterator[Start]:
 def test_compiled_collapses_have_the_same_bits() -> None:
     leapt = 0
     begin, next_hits = compiled.alone(collapse.begin), compiled.alone(collapse.next_hits)
-    c = record_of(records.COLLAPSE)
+    c = record_of(records.parts_of(64)["collapse"])
     for start in starts(200):
         contacts, before = start
         rows, velocity = as_arrays(start)
@@ -210,7 +210,7 @@ def test_compiled_collapses_have_the_same_bits() -> None:
 @needs_numba
 def test_compiled_means_over_orders_have_the_same_bits() -> None:
     begin, go_on = compiled.alone(together.begin_orders), compiled.alone(together.next_in_order)
-    o = record_of(records.ORDERS)
+    o = record_of(records.parts_of(64)["orders"])
     for start in starts(30):
         contacts, before = start
         rows, velocity = as_arrays(start)

@@ -30,6 +30,7 @@ from shots import (
     ROLLING,
     ROLLS,
     check_bits,
+    great_crowd,
     needs_numba,
     shots_of,
     some_scene,
@@ -77,6 +78,15 @@ def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind:
     count = 2 if kind == "crowd" else 10
     hard = sum(compare(kind, seed, count).by_reference for seed in range(13))
     assert hard <= 13 * count * (0.2 if kind == "hard" else 0.02)
+
+
+@needs_numba
+def test_shots_of_a_great_crowd_have_a_larger_record() -> None:
+    crowd = great_crowd(70)
+    position, velocity = shots_of(crowd, 1, 3)
+    batch = simulate_many(crowd, position, velocity, max_time=0.1)
+    check_bits(batch, range(1))
+    assert batch.by_reference == 0
 
 
 @pytest.mark.slow

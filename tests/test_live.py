@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from press_scenes import AT_A_CUSHION
 from scenes import seeds
-from shots import KINDS, ROLLING, needs_numba, some_scene
+from shots import KINDS, ROLLING, great_crowd, needs_numba, some_scene
 
 from pool_pymunk import Billiards, Law, Restitution, Scene, Table, load, rack
 from pool_pymunk.engine import contacts
@@ -75,7 +75,7 @@ def check_same(
     scene: Scene, steps: int, meddle: Meddle = lambda *_: None, hears: bool = True, law: Any = None
 ) -> None:
     """Check that a table has the same story with the loop and without."""
-    ahead.compile(replace(scene, balls=scene.balls[:1], shots=()))
+    ahead.compile(scene)
     assert contacts.LOOPS
     mine = story(scene, steps, meddle, hears, law)
     kept, contacts.LOOPS[:] = contacts.LOOPS[:], []
@@ -166,6 +166,12 @@ def test_what_the_loop_has_no_room_for_is_played_by_the_engine(played: Counter[b
     )  # fmt: skip
     check_same(scene, 30)
     assert played[False] > 0 < played[True]
+
+
+@pytest.mark.slow
+def test_a_great_crowd_is_that_of_python(played: Counter[bool]) -> None:
+    check_same(great_crowd(130, rolls=True), 40)
+    assert played[True] > 0 == played[False]
 
 
 def test_laws_of_ones_own_are_played_by_the_engine(played: Counter[bool]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from press_scenes import AT_A_CUSHION, HEAD_ON, ON_A_CIRCLE
 from scenes import seeds
-from shots import KINDS, ROLLING, ROLLS, needs_numba, some_scene
+from shots import KINDS, ROLLING, ROLLS, great_crowd, needs_numba, some_scene
 
 from pool_pymunk import Run, Scene, load, simulate, simulate_many
 from pool_pymunk.engine import asked
@@ -78,6 +78,14 @@ def test_random_runs_are_those_of_python(kind: str, played: Counter[str]) -> Non
 @pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
 def test_many_random_runs_are_those_of_python(kind: str, played: Counter[str]) -> None:
     try_kind(kind, seeds(3 if kind.startswith(("hard", "frozen", "crowd")) else 10), played)
+
+
+@pytest.mark.slow
+def test_a_great_crowd_is_that_of_python(played: Counter[str]) -> None:
+    crowd = great_crowd(130, rolls=True)
+    ahead.compile(crowd)
+    check_same(crowd, max_time=0.5)
+    assert played["compiled"] == 1
 
 
 def test_bounds_cut_a_run_at_the_same_event(played: Counter[str]) -> None:

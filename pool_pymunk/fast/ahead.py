@@ -8,25 +8,29 @@ import time
 
 from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.many import simulate_many
+from pool_pymunk.fast.records import CROWD, MOST_BALLS
 from pool_pymunk.fast.tables import Form, loop_form
 from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
+from pool_pymunk.model.plain import argument, whole
 
 FORMS: dict[Form, str] = {
-    (False, False): "balls that slide",
-    (True, False): "balls that roll",
-    (False, True): "balls that slide between arcs, or posts with coefficients of their own",
-    (True, True): "balls that roll between arcs, or posts with coefficients of their own",
+    Form(False, False): "balls that slide",
+    Form(True, False): "balls that roll",
+    Form(False, True): "balls that slide between arcs, or posts with coefficients of their own",
+    Form(True, True): "balls that roll between arcs, or posts with coefficients of their own",
 }
+FORMS |= {form._replace(many=True): f"{CROWD} {what}, at most" for form, what in FORMS.items()}
 
 
 def compile(  # noqa: A001  It is called by its full name.
-    scene: Scene | None = None, *, derivatives: bool = False
+    scene: Scene | None = None, *, derivatives: bool = False, balls: int = MOST_BALLS
 ) -> None:
     """Compile shots for this machine, or load them, and say so on standard error.
 
     By default this is done for all four kinds of scenes: balls may roll or only slide, and there
     may be arcs, or posts with coefficients of their own. With a ``scene`` it is done for its kind
-    alone. A kind takes up to a minute once on each machine, and some 0.6 s in each process then.
+    alone. Scenes and tables of more than 64 ``balls``, and of 512 at most, have four other loops. A
+    loop takes up to a minute once on each machine, and some 0.6 s in each process then.
     From then on ``event-driven`` plays single runs by it in this process, and ``Billiards`` its
     steps, with the same bits. With ``derivatives``, the pass for :meth:`Run.derivatives`,
     ``run.rounding`` and fits is compiled, too; that adds half of the time. Later garbage
@@ -37,10 +41,11 @@ def compile(  # noqa: A001  It is called by its full name.
     >>> compile(load("two-balls"))  # doctest: +SKIP
     balls that slide: ready after 0.6 s
     """
+    many = argument("balls", balls, whole(1, CROWD)) > MOST_BALLS
     if not compiled.is_there():
         message = "compile() needs numba: pip install '.[fast]' in a clone"
         raise ModuleNotFoundError(message, name="numba")
-    forms = list(FORMS) if scene is None else [loop_form(scene)]
+    forms = [form for form in FORMS if form.many == many] if scene is None else [loop_form(scene)]
     for form in forms:
         began = time.perf_counter()
         if form in single.loaded:
@@ -64,10 +69,11 @@ def load(scene: Scene) -> None:
 
 
 def plainest(form: Form) -> Scene:
-    """Return a scene of a form with one ball, which rests."""
-    rolls, differ = form
-    table = Table.circle(1.0) if differ else Table.rectangle(2.0, 2.0)
-    friction = Friction(0.2, 0.1, rolling=0.01 if rolls else None)
-    return Scene(
-        (Ball("1", (1.0, 1.0), 0.03, 0.2),), table, Restitution(0.9, cushion=0.8), friction
-    )
+    """Return a scene of a form with as few balls as it has; they rest."""
+    side = 2.0 if form.many else 1.0
+    table = Table.circle(side) if form.differ else Table.rectangle(2.0 * side, 2.0 * side)
+    friction = Friction(0.2, 0.1, rolling=0.01 if form.rolls else None)
+    count = MOST_BALLS + 1 if form.many else 1
+    places = [(side + 0.1 * (k % 9 - 4), side + 0.1 * (k // 9 - 4)) for k in range(count)]
+    balls = tuple(Ball(f"{k}", place, 0.03, 0.2) for k, place in enumerate(places))
+    return Scene(balls, table, Restitution(0.9, cushion=0.8), friction)

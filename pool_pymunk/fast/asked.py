@@ -26,7 +26,6 @@ from pool_pymunk.fast.records import (
     IN_COLLAPSE,
     IS_CUT,
     IS_OVER,
-    MOST_BALLS,
     MOST_TOGETHER,
     NOTHING,
     WHOLE,
@@ -428,7 +427,7 @@ def note_impulse(w: Work, i: int, other: int, began: float, impulse: Vector) -> 
     if m < r.helds and r.held[m][3] < began:
         forget_held(w, m)
         m = r.helds
-    if m == MOST_TOGETHER:
+    if m == len(r.held):
         w.is_hard = 1
         return
     one = r.held[m]
@@ -474,19 +473,19 @@ def has_room(w: Work, balls: int, contacts: int) -> bool:
     g = w.press
     g.rolls = may_roll(w.ball[0])
     g.pull, g.drag = pull_and_drag(w)
-    if balls > MOST_BALLS or contacts > MOST_TOGETHER or w.scene.keeps == CHANGES:
+    if balls > len(g.mass) or contacts > MOST_TOGETHER or w.scene.keeps == CHANGES:
         w.is_hard = 1
     return bool(not w.is_hard)
 
 
 def has_room_to_wait(w: Work) -> bool:
-    return bool(w.groups.waits < MOST_TOGETHER)
+    return bool(w.groups.waits < len(w.groups.until))
 
 
 def next_place(w: Work) -> int:
-    if w.groups.used == MOST_TOGETHER:
+    if w.groups.used == len(w.groups.one):
         w.is_hard = 1
-        return MOST_TOGETHER - 1
+        return int(w.groups.used - 1)
     w.groups.used += 1
     return int(w.groups.used - 1)
 

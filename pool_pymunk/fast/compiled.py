@@ -76,8 +76,8 @@ def is_there() -> bool:
 
 
 @cache
-def play_shots(rolls: bool, differ: bool) -> Any:
-    """Return the compiled loop for scenes whose balls roll, or not, and whose walls differ, or not.
+def play_shots(*form: bool) -> Any:
+    """Return the compiled loop for scenes of a form (fast/tables.py).
 
     At its first call numba compiles it, if this machine has not compiled it yet.
     """
@@ -97,7 +97,7 @@ def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
     return _compiled(follow, _say_that_it_compiles, **UNCOUNTED)
 
 
-def note_form(function: Callable[..., int], form: tuple[bool, bool]) -> None:
+def note_form(function: Callable[..., int], form: tuple[bool, ...]) -> None:
     """Note that this machine has compiled a function for scenes of a form (fast/tables.py)."""
     if not _forms.get((function, form)):
         _forms[function, form] = True
@@ -105,7 +105,7 @@ def note_form(function: Callable[..., int], form: tuple[bool, bool]) -> None:
             _note(function, form).touch()
 
 
-def has_form(function: Callable[..., int], form: tuple[bool, bool]) -> bool:
+def has_form(function: Callable[..., int], form: tuple[bool, ...]) -> bool:
     """Tell whether this machine has compiled a function for scenes of a form.
 
     numba is not imported for it.
@@ -115,12 +115,13 @@ def has_form(function: Callable[..., int], form: tuple[bool, bool]) -> bool:
     return _forms[function, form]
 
 
-_forms: dict[tuple[Callable[..., int], tuple[bool, bool]], bool] = {}  # what is known of them
+_forms: dict[tuple[Callable[..., int], tuple[bool, ...]], bool] = {}  # what is known of them
 
 
-def _note(function: Callable[..., int], form: tuple[bool, bool]) -> Path:
+def _note(function: Callable[..., int], form: tuple[bool, ...]) -> Path:
     """Return the file of a note: other machines and other versions of numba compile anew."""
-    where = f"{form[0]:d}{form[1]:d}-{metadata.version('numba')}-{platform.node()}"
+    flags = "".join(f"{flag:d}" for flag in form)
+    where = f"{flags}-{metadata.version('numba')}-{platform.node()}"
     return cache_folder(function) / f"{function.__name__}-{where}.ready"
 
 

@@ -131,9 +131,8 @@ def find_cluster(w: Work, sides: Sides) -> None:
     spread(w, found)
     at.dues = 0
     for i in range(balls):
-        for j in range(i + 1, balls):
-            is_near = at.is_near[i] and at.is_near[j]
-            if is_near and (has_met(at, i, j) or touches_ball(w, i, j)):
+        for j in range(i + 1, balls if at.is_near[i] else 0):
+            if at.is_near[j] and (has_met(at, i, j) or touches_ball(w, i, j)):
                 note_due(w, i, j)
     for i in range(balls):
         for n in range(len(sides)):
@@ -151,8 +150,8 @@ def cluster_around(w: Work, sides: Sides, i: int) -> None:
     at.is_near[i], at.queue[0], r.hits = 1, i, 0
     spread(w, 1)
     for k in range(balls):
-        for j in range(k + 1, balls):
-            if at.is_near[k] and at.is_near[j] and touches_ball(w, k, j):
+        for j in range(k + 1, balls if at.is_near[k] else 0):
+            if at.is_near[j] and touches_ball(w, k, j):
                 note_touching(w, k, j)
     for k in range(balls):
         for n in range(len(sides)):
@@ -165,7 +164,7 @@ def cluster_around(w: Work, sides: Sides, i: int) -> None:
 def note_touching(w: Work, i: int, other: int) -> None:
     """Put a contact among those of a group, if there is room."""
     r = w.groups
-    if r.hits == MOST_TOGETHER:
+    if r.hits == len(r.hit):
         w.is_hard = 1
         return
     r.hit[r.hits][0], r.hit[r.hits][1] = i, other

@@ -11,18 +11,19 @@ from __future__ import annotations
 import math
 import weakref
 from functools import partial
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import Hit, What, hit_of
-from pool_pymunk.engine.groups import FORM, holds
+from pool_pymunk.engine.groups import FORM, NONE, contact_of
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.fast.loop import ENTER, GO_ON, HITS, PAUSED, STOPS
 from pool_pymunk.fast.records import (
-    INSTANT,
+    CROWD,
     MOST_BALLS,
     MOST_TOGETHER,
     NOTHING,
@@ -55,8 +56,11 @@ from pool_pymunk.world.steps import Steps
 NUMBERS = (
     "members", "loosened", "waits", "hits", "todos", "begun", "used", "free", "begun_t", "coarser",
 )  # fmt: skip
+# An instant that is handed back must not have changed these, nor its numbers.
+KEPT = "ball", "due", "last", "now", "errors", "is_hard", "in_doubt", "collapses", "groups"
+LISTS = "leader", "contact", "one", "other", "following", "on"  # of the contacts of groups
 UNKNOWN = -math.inf  # What is due next must be asked for.
-FREE: dict[bool, list[Any]] = {}  # records of engines that are gone
+FREE: dict[tuple[bool, bool], list[Any]] = {}  # records of engines that are gone
 # The engine plays; the engine has taken over what the record had; the loop plays.
 OFF, TAKEN, ON = range(3)
 
@@ -68,7 +72,7 @@ class Loop:
         self.loaded, self.engine, self.table = loaded, engine, table
         self.state, self.next_t, self.given_up = OFF, math.inf, -math.inf
         self.until = -math.inf  # s; the end of the present step
-        self.form: Form = False, False
+        self.form = Form(False, False)
         self.array: Any = None
         self.walls: tuple[Any, ...] = ()
         self.balls = 0
@@ -128,12 +132,12 @@ class Loop:
         """Tell whether the compiled loop knows all that is on the table."""
         engine, law = self.engine, self.engine.law
         differ = own_of(engine.walls) is None
-        self.form = type(engine.surface) is Rolling, differ
+        self.form = Form(type(engine.surface) is Rolling, differ, len(engine.paths) > MOST_BALLS)
         is_bounded = engine.tally.most < math.inf or engine.tally.most_unlisted < math.inf
         return (
             engine.compiled and self.form in self.loaded and not is_bounded
             and type(engine.surface) in (Sliding, Rolling) and knows(engine.walls)
-            and len(engine.paths) <= MOST_BALLS and engine.is_finite
+            and len(engine.paths) <= CROWD and engine.is_finite
             and self._has_room(engine.groups)
             and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
             and engine.recorder is self.table.callbacks
@@ -143,8 +147,9 @@ class Loop:
 
     def _has_room(self, own: Any) -> bool:
         """Tell whether the record has room for an engine's groups, and for what met just now."""
-        many = own.used, own.waits, own.hits, self.engine.instant.mets, len(own.persisted)
-        return bool(max(many) <= MOST_TOGETHER)
+        most = CROWD if self.form.many else MOST_TOGETHER
+        is_met = self.engine.instant.mets <= MOST_TOGETHER
+        return is_met and bool(max(own.used, own.waits, own.hits, len(own.persisted)) <= most)
 
     def ask(self, what: int, until: float = 0.0) -> tuple[int, bool]:
         """Ask the compiled loop to enter, or to go on until a time (s).
@@ -181,19 +186,18 @@ class Loop:
     def _hold(self) -> None:
         """Have a record of the right form, and arrays of the walls."""
         engine = self.engine
-        if self.array is None or self.array.dtype != WORKS[self.form[0]]:
-            self.array = record_of(self.engine, self.form[0])
+        if self.array is None or self.array.dtype != WORKS[self.form.rolls, self.form.many]:
+            self.array = record_of(self.engine, self.form)
             self.work, self.scene = self.array[0], self.array["scene"][0]
             self.ball, self.due = self.array["ball"][0], self.array["due"][0]
             self.groups, self.track = self.array["groups"][0], self.array["track"][0]
             self.instant = self.array["instant"][0]
-            raw, fields = self.array.view(np.uint8), self.array.dtype.fields
-            track, instant, groups = (fields[name][1] for name in ("track", "instant", "groups"))
-            numbers = instant + INSTANT.fields["ball"][1]  # They come first.
-            # what an instant that is handed back must not have changed
-            self.parts = raw[:track], raw[instant:numbers], self.instant["met"], raw[groups:]
+            self.lists = SimpleNamespace(**{name: self.groups[name] for name in LISTS})
+            numbers = [name for name in self.instant.dtype.names if self.instant[name].ndim == 0]
+            instant = [self.array["instant"][name] for name in (*numbers, "met")]
+            self.parts = [*(self.array[name] for name in KEPT), *instant]
         self.walls, self.balls = tuple(engine.walls), len(engine.paths)
-        differ = self.form[1]
+        differ = self.form.differ
         owned = [(wall.restitution, wall.friction) for wall in engine.walls] if differ else ()
         self.arrays = arrays_of(engine.walls, None, owned)
         self.no_shots = nothing(differ)[1:]
@@ -222,7 +226,7 @@ class Loop:
     def _write_ball(self, i: int, is_there: bool) -> None:
         engine = self.engine
         t, x, y, vx, vy, ax, ay, end, slows, wx, wy = engine.paths[i]
-        roll = ([wx, wy],) if self.form[0] else ([],)
+        roll = ([wx, wy],) if self.form.rolls else ([],)
         moves = is_there and engine.rested[i] == math.inf
         self.ball[i] = (
             t, x, y, vx, vy, ax, ay, end, slows, *roll, engine.speeds[i], engine.noises[i], NOWHERE,
@@ -245,7 +249,7 @@ class Loop:
     def _rows(self) -> list[tuple[str, int]]:
         """Return the names of the rows of groups, and how many of each the record takes."""
         _, contacts = self.engine.groups.room
-        many = {"N": self.balls, "C": min(contacts, MOST_TOGETHER)}
+        many = {"N": self.balls, "C": min(contacts, len(self.groups["one"]))}
         rows = [(name, lengths(shape, *many.values())[0]) for name, (_, shape) in FORM.items()]
         return [row for row in rows if row[1]]
 
@@ -362,12 +366,10 @@ class Loop:
         engine.now, done = float(self.array["now"][0]), 0
         rows = track["row"][: track["rows"]].tolist()
         for t, i, other, *impulse, count in track["event"][: track["events"]].tolist():
-            for row in rows[done : int(count)]:
-                self._follow(row, changed)
+            self._follow(rows[done : int(count)], changed)
             done = max(done, int(count))
             self._tell_event(t, int(i), int(other), impulse)
-        for row in rows[done:]:
-            self._follow(row, changed)
+        self._follow(rows[done:], changed)
         starts = enumerate(self.ball["t"][: self.balls].tolist())
         changed |= {i: None for i, began in starts if began != engine.paths[i].t}
         self._read_balls([i for i in changed if i not in self.table.near.gone])
@@ -379,19 +381,19 @@ class Loop:
         own.members = int(self.groups["members"])
         own.leader[: self.balls] = self.groups["leader"][: self.balls].tolist()
 
-    def _follow(self, row: list[float], changed: dict[int, None]) -> None:
-        """Put a ball on the path of a breakpoint."""
-        ball, t, x, y, vx, vy, ax, ay, wx, wy = row
-        i, engine = int(ball), self.engine
-        changed[i] = None
-        if vx == vy == ax == ay == 0.0:
-            path = standing(t, x, y)
-        else:
-            path = engine.surface.path(t, (x, y), (vx, vy), (wx, wy))
-            if path.ax != ax or path.ay != ay:
-                path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
-        engine.paths[i] = path
-        engine.near.begin(i, path, engine.radii[i], t, path.end)
+    def _follow(self, rows: list[list[float]], changed: dict[int, None]) -> None:
+        """Put balls on the paths of their last breakpoints among these."""
+        engine, last = self.engine, {int(row[0]): row for row in rows}
+        for i, (_, t, x, y, vx, vy, ax, ay, wx, wy) in last.items():
+            changed[i] = None
+            if vx == vy == ax == ay == 0.0:
+                path = standing(t, x, y)
+            else:
+                path = engine.surface.path(t, (x, y), (vx, vy), (wx, wy))
+                if path.ax != ax or path.ay != ay:
+                    path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
+            engine.paths[i] = path
+            engine.near.begin(i, path, engine.radii[i], t, path.end)
 
     def _tell_event(self, t: float, i: int, other: int, impulse: list[float]) -> None:
         """Tell the recorder of an event of a ball."""
@@ -446,7 +448,8 @@ class Loop:
     def presses(self, i: int, other: int) -> bool:
         """Tell whether a contact has a force now."""
         other = other if other >= 0 else self._side_of(-1 - other)
-        return bool(holds(self.array["groups"].view(np.recarray)[0], i, other))
+        k = contact_of(self.lists, i, other)
+        return k != NONE and bool(self.lists.on[k])
 
     def forget(self, hit: Hit) -> None:
         """Forget a persistent contact of which somebody has heard."""
@@ -459,16 +462,17 @@ class Loop:
                 return
 
 
-def record_of(engine: ContactEngine, rolls: bool) -> Any:
+def record_of(engine: ContactEngine, form: Form) -> Any:
     """Return a record for an engine; that of an engine that is gone serves again.
 
     It takes a millisecond or more to make one.
     """
-    free = FREE.setdefault(rolls, [])
+    its = form.rolls, form.many
+    free = FREE.setdefault(its, [])
     try:  # Another thread may take the last one.
         record = free.pop()
     except IndexError:
-        record = np.zeros(1, dtype=WORKS[rolls])
+        record = np.zeros(1, dtype=WORKS[its])
     weakref.finalize(engine, free.append, record)
     return record
 

@@ -173,7 +173,7 @@ def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: A
     """Play all ordinary shots, chunk by chunk on some threads; hard ones keep their mark."""
     form = loop_form(source.scene)
     play, count = compiled.play_shots(*form), len(out.status)
-    table = table_of(source.scene, form[1])
+    table = table_of(source.scene, form.differ)
 
     def work(part: slice) -> int:
         play_chunk(play, source, table, out, part, watcher)

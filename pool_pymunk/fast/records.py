@@ -20,14 +20,14 @@ Moving = Any  # one record of BALLS
 Sides = Any  # an array of one of SIDES
 
 # Records have fixed sizes, and a shot that needs more goes to the engine. With twice of the next
-# three numbers, shots of the report are as fast as now.
-MOST_BALLS = 64
+# three numbers, shots of the report are as fast as now. Scenes of more balls have larger records.
+MOST_BALLS, CROWD = 64, 512
 MOST_TOGETHER = 64  # A shot with more contacts at one instant goes to the engine.
 MOST_ROWS = 4096  # A track with more breakpoints goes to the engine.
 ROOM = 65_536  # This many breakpoints of some shots are kept together, in 6 MB a thread.
 NOTHING = -1  # stands for no ball, no side, no pocket
 
-N, C, F, I = MOST_BALLS, MOST_TOGETHER, np.float64, np.int64  # noqa: E741
+C, F, I = MOST_TOGETHER, np.float64, np.int64  # noqa: E741
 
 NUMBERS = 8  # of a side, at most
 # The sides of a wall are those from `first` up to `last`. Where walls `differ`, there may be arcs,
@@ -70,11 +70,6 @@ DUE = np.dtype(
      ("ball_t", F), ("piece_t", F), ("press_t", F), ("path_end", F), ("until", F)]
 )  # fmt: skip
 
-COUNT = np.dtype(
-    [("answered", I), ("events", I), ("hits", I), ("cushions", I), ("first_hit", I),
-     ("duration", F), ("pocket", I, N), ("met", I, N)]
-)  # fmt: skip
-
 ERRORS = np.dtype([("share", F), ("state", I), ("of_places", I), ("opens", I)])
 
 # What a shot keeps: nothing, what derivatives need, or all that a run tells.
@@ -105,47 +100,68 @@ CONTACT = np.dtype(
 )  # fmt: skip
 
 
-def form_of(form: Any, balls: int = N, /, **scalars: Any) -> Any:
-    """Return the form of a record with these rows and numbers."""
-    rows = [(name, kind, lengths(shape, balls, C)) for name, (kind, shape) in form.items()]
+def form_of(form: Any, balls: int, contacts: int, /, **scalars: Any) -> Any:
+    """Return the form of a record with these rows, for so many balls and contacts, and numbers."""
+    rows = [(name, kind, lengths(shape, balls, contacts)) for name, (kind, shape) in form.items()]
     return np.dtype([*scalars.items(), *rows])
 
 
-# Rows by ball have room for the ball -1 at the end. `is_near` and `queue` are for what touches,
-# and `listed` is the order in which a listing answers a group.
-INSTANT = form_of(
-    answers.BY_BALL | answers.BY_CONTACT | together.ROOM | {
+def parts_of(balls: int) -> dict[str, Any]:
+    """Return the forms of the parts of a record of so many balls.
+
+    Rows by ball of an instant have room for the ball -1 at the end. There `is_near` and `queue` are
+    for what touches, and `listed` is the order in which a listing answers a group. Of groups,
+    `asked` tells which waits wake their balls.
+    """
+    of_instant = answers.BY_BALL | answers.BY_CONTACT | together.ROOM | {
         "contact": (CONTACT, ("C",)), "hitting": (CONTACT, ("C",)), "group": (CONTACT, ("C",)),
         "is_near": (int, ("N",)), "queue": (int, ("N",)), "listed": (int, ("C",)),
-    },
-    N + 1, began=F, most=I, rounds=I, mets=I, dues=I, contacts=I, misses=I, turns=I, balls=I,
-    is_asked=I, is_played_out=I, unlisted=I,
-)  # fmt: skip
-PRESS = form_of(FORM, balls=I, contacts=I, steps=I, pull=F, drag=F, rolls=I)
-# `asked` tells which waits wake their balls.
-GROUPS = form_of(
-    groups.FORM | HELD, helds=I, coarser=F, members=I, loosened=I, waits=I, hits=I,
-    todos=I, begun=I, used=I, free=I, begun_t=F,
-)  # fmt: skip
+    }  # fmt: skip
+    return {
+        "count": np.dtype(
+            [("answered", I), ("events", I), ("hits", I), ("cushions", I), ("first_hit", I),
+             ("duration", F), ("pocket", I, balls), ("met", I, balls)]
+        ),
+        "track": TRACK,
+        "instant": form_of(
+            of_instant, balls + 1, C, began=F, most=I, rounds=I, mets=I, dues=I, contacts=I,
+            misses=I, turns=I, balls=I, is_asked=I, is_played_out=I, unlisted=I,
+        ),
+        "press": form_of(FORM, balls, C, balls=I, contacts=I, steps=I, pull=F, drag=F, rolls=I),
+        "collapse": form_of(
+            collapse.FORM, balls, C, contacts=I, balls=I, noise=F, can_leap=I, most=I, least=F,
+            played=I, spent=I, is_over=I, rounds=I, wait=I, pause=I, first=I, period=I, parts=I,
+            movers=I,
+        ),
+        "collapses": I,
+        "orders": form_of(
+            together.ORDERS, balls, C, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I,
+            is_over=I,
+        ),
+        "groups": form_of(
+            groups.FORM | HELD, balls, balls, helds=I, coarser=F, members=I, loosened=I, waits=I,
+            hits=I, todos=I, begun=I, used=I, free=I, begun_t=F,
+        ),
+    }  # fmt: skip
 
-COLLAPSE = form_of(
-    collapse.FORM, contacts=I, balls=I, noise=F, can_leap=I, most=I, least=F, played=I, spent=I,
-    is_over=I, rounds=I, wait=I, pause=I, first=I, period=I, parts=I, movers=I,
-)  # fmt: skip
 
-ORDERS = form_of(together.ORDERS, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I, is_over=I)
+def work_of(rolls: bool, balls: int) -> Any:
+    """Return the form of the record in which shots of so many balls are played.
 
-# A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
+    A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
+    """
+    return np.dtype(
+        [("scene", SCENE), ("ball", BALLS[rolls], balls), ("now", F), ("errors", ERRORS),
+         ("is_hard", I), ("in_doubt", I), ("next_t", F, balls), ("due", DUE, balls),
+         ("pair_t", F, (balls, balls)), ("anew", I, balls), ("last", F, (balls, 6)),
+         *parts_of(balls).items()]
+    )  # fmt: skip
+
+
+# These are the forms of records by whether balls roll, and whether they are a crowd.
 WORKS = {
-    rolls: np.dtype(
-        [("scene", SCENE), ("ball", ball, N), ("now", F), ("errors", ERRORS), ("is_hard", I),
-         ("in_doubt", I), ("next_t", F, N), ("due", DUE, N), ("pair_t", F, (N, N)), ("anew", I, N),
-         ("last", F, (N, 6)),
-         ("count", COUNT), ("track", TRACK), ("instant", INSTANT), ("press", PRESS),
-         ("collapse", COLLAPSE), ("collapses", I), ("orders", ORDERS),
-         ("groups", GROUPS)]
-    )
-    for rolls, ball in BALLS.items()
+    (rolls, many): work_of(rolls, CROWD if many else MOST_BALLS)
+    for rolls in BALLS for many in (False, True)
 }  # fmt: skip
 
 

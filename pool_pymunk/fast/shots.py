@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEVER_SETTLES
 from pool_pymunk.fast.records import NOTHING, WORKS, Shots
-from pool_pymunk.fast.tables import coefficients_of, cue_of, law_number, together_number
+from pool_pymunk.fast.tables import (
+    coefficients_of,
+    cue_of,
+    law_number,
+    loop_form,
+    together_number,
+)
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -89,7 +95,8 @@ class Source(NamedTuple):
 
     def work(self, keeps: bool) -> Any:
         """Return a record in which shots can be played, and which may keep their tracks."""
-        work = np.zeros(1, dtype=WORKS[self.scene.surface.rolls]).view(np.recarray)[0]
+        form = loop_form(self.scene)
+        work = np.zeros(1, dtype=WORKS[form.rolls, form.many]).view(np.recarray)[0]
         own, latest = work.scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)
         own.watched, own.keeps, own.coarser, own.most = self.watched, keeps, 1.0, NEVER_SETTLES

@@ -95,8 +95,9 @@ def arrays_of(scene: Scene) -> SceneArrays:
     if found is None:
         form = loop_form(scene)
         balls, knows = scene.balls, can_compile(scene, Law())
+        table = table_of(scene, form.differ) if knows else TableArrays(None, None, None, None)
         found = scene.found[SceneArrays] = SceneArrays(
-            form, knows, table_of(scene, form[1]) if knows else TableArrays(None, None, None, None),
+            form, knows, table,
             np.array([[ball.mass for ball in balls]]), np.array([ball.radius for ball in balls]),
             np.array([coefficients_of(scene)]), cue_of(scene),
         )  # fmt: skip
@@ -110,7 +111,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> EngineTrace | None:
     is_known = arrays.knows and law_number(law) != NOTHING and together_number(law) != NOTHING
     if play is None or not is_known or (latest is None and not scene.always_rests):
         return None
-    desk, balls = desk_of(arrays.form[0]), len(scene.balls)
+    desk, balls = desk_of(arrays.form), len(scene.balls)
     desk.prepare(scene, settings)
     shots, out, kept = shots_of(scene, start), desk.out_of(balls), Kept()
     while True:
@@ -127,8 +128,8 @@ def solve(scene: Scene, start: State, settings: Settings) -> EngineTrace | None:
 class Desk:
     """A desk is the record in which a thread plays runs, with views of what it reads and writes."""
 
-    def __init__(self, rolls: bool) -> None:
-        array = np.zeros(1, dtype=WORKS[rolls])
+    def __init__(self, form: Form) -> None:
+        array = np.zeros(1, dtype=WORKS[form.rolls, form.many])
         self.work = array[0]
         self.scene, self.errors, self.ball = array["scene"][0], array["errors"][0], array["ball"][0]
         self.now, self.last = array["now"], array["last"][0]
@@ -169,11 +170,11 @@ class Desk:
             self.errors[key] = value
 
 
-def desk_of(rolls: bool) -> Desk:
-    """Return this thread's desk for scenes whose balls roll, or not."""
-    name = f"desk{rolls:d}"
+def desk_of(form: Form) -> Desk:
+    """Return this thread's desk for scenes of a form."""
+    name = f"desk{form.rolls:d}{form.many:d}"
     if not hasattr(own, name):
-        setattr(own, name, Desk(rolls))
+        setattr(own, name, Desk(form))
     found: Desk = getattr(own, name)
     return found
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.kinds import KINDS
-from pool_pymunk.fast.records import MOST_BALLS, NOTHING, NUMBERS, SIDES, TableArrays
+from pool_pymunk.fast.records import CROWD, MOST_BALLS, NOTHING, NUMBERS, SIDES, TableArrays
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Coulomb, Law, Published
 from pool_pymunk.physics.sides import Arc, Wall, core_of
@@ -24,7 +24,12 @@ TOGETHER = Coulomb.together, Published.together, Law.together
 AT_ONCE, AS_LISTED, IN_ORDERS = range(len(TOGETHER))
 
 
-Form = tuple[bool, bool]  # whether balls roll, and whether walls differ
+class Form(NamedTuple):
+    """A loop is compiled for each form of scenes: ``many`` have more than MOST_BALLS balls."""
+
+    rolls: bool
+    differ: bool  # walls do
+    many: bool = False
 
 
 def law_number(law: Law) -> int:
@@ -49,7 +54,7 @@ def together_number(law: Law) -> int:
 
 def loop_form(scene: Scene) -> Form:
     """Return the form of the compiled loop that plays a scene."""
-    return scene.surface.rolls, walls_differ(scene)
+    return Form(scene.surface.rolls, walls_differ(scene), len(scene.balls) > MOST_BALLS)
 
 
 def walls_differ(scene: Scene) -> bool:
@@ -109,7 +114,7 @@ def own_of(walls: Sequence[Wall]) -> tuple[float, float] | None:
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
     is_known = knows(scene.cushions) and type(scene.surface) in (Sliding, Rolling)
-    return is_known and len(scene.balls) <= MOST_BALLS and law_number(law) != NOTHING
+    return is_known and len(scene.balls) <= CROWD and law_number(law) != NOTHING
 
 
 def plain(table: TableArrays) -> TableArrays:

@@ -107,11 +107,14 @@ class Callbacks(Recorder):
     def tell_all(self) -> None:
         """Call the callbacks of this instant, and keep their errors for the step's end."""
         state, pending, self.pending = self.state, self.pending, []
-        stepped = state.show_instant()
+        stepped, has_told = state.show_instant(), False
         for name, said, paths in pending:
             callback = self.of(name)
             if callback is None:
                 continue
+            if has_told:  # The callback before this one may have changed paths.
+                state.show_instant()
+            has_told = True
             for ball, path in paths.items():
                 ball.before = path
             state.phase, self._before = Phase.TELLING, state.bodies.read()
@@ -124,7 +127,6 @@ class Callbacks(Recorder):
                 state.phase = Phase.ANSWERING
                 for ball in paths:
                     ball.before = None
-            state.show_instant()
         state.show_step(stepped)
 
     def follow(self) -> None:
