@@ -35,7 +35,7 @@ from pool_pymunk import (
     written_uncertainty,
 )
 from pool_pymunk.cli import main
-from pool_pymunk.engine import decisions, groups
+from pool_pymunk.engine import decisions, persisting
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.path import LOST
 from pool_pymunk.physics.persistent import UNSEEN
@@ -246,7 +246,12 @@ def test_numbers_of_persistent_contacts() -> None:
     assert (UNSEEN, DEVIATION) == (1e-10, 4e-9)
     assert r"$\varepsilon = 10^{-10}$ radii in all" in page
     assert "less than $10^{-8}$ radii" in page
-    assert (groups.FEW, groups.AGO, groups.GROWTH, groups.MOST) == (30, 0.05, 1.3, 50)
+    assert (persisting.FEW, persisting.AGO, persisting.GROWTH, persisting.MOST) == (
+        30,
+        0.05,
+        1.3,
+        50,
+    )
     assert "After thirty hits of a ball, each within 0.05 s of the one before" in page
     assert "by a factor of 1.3 with each hit, for fifty hits at most" in page
     assert [variant.coarser for variant in COARSER] == [30, 300]

@@ -22,7 +22,7 @@ from scenes import seeds, share_of
 from shots import check_bits, in_the_loop, needs_numba
 
 from pool_pymunk import Batch, Friction, Scene, load, simulate_many
-from pool_pymunk.engine.groups import WEAR, is_slow
+from pool_pymunk.engine.persisting import WEAR, is_slow
 from pool_pymunk.fast import loop
 from pool_pymunk.physics.persistent import persists
 

@@ -16,12 +16,13 @@ from pool_pymunk.engine.policies import velocity_after
 from pool_pymunk.engine.recorder import Begun, Persisted
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.collapse import Collapse
+from pool_pymunk.physics.complementarity import decide
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
 from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
-from pool_pymunk.physics.pressed import BALL, Press, copy_of, decide
+from pool_pymunk.physics.pressed import BALL, Press, copy_of
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once

@@ -6,7 +6,7 @@ of other balls, and puts them in a queue. The earliest prediction happens next. 
 :class:`~pool_pymunk.engine.recorder.Recorder` listens.
 
 What is due at an instant is answered by :mod:`pool_pymunk.engine.instants`, and contacts that
-persist by :mod:`pool_pymunk.engine.groups`; compiled shots use both, too.
+persist by :mod:`pool_pymunk.engine.modes`; compiled shots use both, too.
 
 - *Grazing*: a path that is tangent up to rounding misses a corner.
 - *Touching*: two balls that touch have a contact now if they close faster than rounding explains.
@@ -19,7 +19,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 from typing import Any
 
-from pool_pymunk.engine import decisions, groups, instants
+from pool_pymunk.engine import decisions, groups, instants, modes, persisting
 from pool_pymunk.engine.answers import Instant
 from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
@@ -239,7 +239,7 @@ class ContactEngine:
         noise, other = self.noises[i], self.noises[j]
         noise = noise if noise > other else other
         t = pair_time(a, b, radii[i] + radii[j], self.now, until, noise)
-        if t < math.inf and not (self._may_press(hit, t) and groups.takes(self, None, i, j, t)):
+        if t < math.inf and not (self._may_press(hit, t) and persisting.takes(self, None, i, j, t)):
             self.push(t, hit)
 
     def _may_press(self, hit: Hit, t: float) -> bool:
@@ -258,7 +258,11 @@ class ContactEngine:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
         hit = What("wall", i, wall)
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
-        if t < math.inf and self._may_press(hit, t) and groups.takes(self, None, i, -1 - wall, t):
+        if (
+            t < math.inf
+            and self._may_press(hit, t)
+            and persisting.takes(self, None, i, -1 - wall, t)
+        ):
             return math.inf
         if t < math.inf:
             self.push(t, hit)
@@ -290,11 +294,11 @@ class ContactEngine:
             instants.end_path(self, None, what.i)
             return
         if what.kind == "piece":
-            groups.go_on(self, None, what.i)
+            modes.go_on(self, None, what.i)
             return
         if what.kind == "press":
             self.queue.presses.pop((what.i, t), None)
-            groups.begin_at(self, None, what.i)
+            modes.begin_at(self, None, what.i)
             return
         self._find_due(what)
         instants.answer(self, None)
@@ -362,7 +366,7 @@ class ContactEngine:
 
     def release(self, i: int, gap: float = 0.0) -> bool:
         """Take the group of a ball apart; tell whether there was one."""
-        return self.groups.members > 0 and groups.release(self, i, gap)
+        return self.groups.members > 0 and modes.release(self, i, gap)
 
     def tell(self, hit: Hit) -> None:
         """Tell the recorder about a persistent contact that is over."""
@@ -376,7 +380,7 @@ class ContactEngine:
         for i, leader in enumerate(self.groups.leader[: len(self.paths)]):
             if i == leader:
                 groups.find_state(self, i, self.now)
-                groups.note_impulses(self, self.groups.began[i])
+                modes.note_impulses(self, self.groups.began[i])
         for hit in list(self.groups.persisted):
             self.tell(hit)
 

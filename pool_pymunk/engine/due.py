@@ -21,7 +21,7 @@ class What(NamedTuple):
     """A prediction has a kind and a ball ``i``; ``j`` > ``i`` is a hit's other ball, or the wall.
 
     At a "stop" the ball comes to its path's end, at a "look" to the horizon, at a "piece" to the
-    end of a half of one (:mod:`pool_pymunk.engine.groups`). At a "press" its contacts persist from
+    end of a half of one (:mod:`pool_pymunk.engine.modes`). At a "press" its contacts persist from
     now on, if nothing else comes at this instant.
     """
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pool_pymunk.engine import decisions, groups
+from pool_pymunk.engine import decisions, modes, persisting
 from pool_pymunk.engine.answers import HIT, play_out, resolve, squared
 from pool_pymunk.engine.asked import (
     begin,
@@ -144,13 +144,13 @@ def is_absorbed(w: Any, sides: Any) -> bool:
     """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
     at, is_over = w.instant, True
     for k in range(at.dues):
-        if not groups.is_faint(w, sides, at.due[k][0], at.due[k][1]):
+        if not persisting.is_faint(w, sides, at.due[k][0], at.due[k][1]):
             return False
     for k in range(at.dues):  # What is predicted from here on is another hit.
         use_up(w, sides, at.due[k][0], at.due[k][1])
-    groups.begin_at(w, sides, at.due[0][0])
+    modes.begin_at(w, sides, at.due[0][0])
     for k in range(at.dues):
-        is_over &= groups.is_absorbed(w, sides, at.due[k][0], at.due[k][1])
+        is_over &= persisting.is_absorbed(w, sides, at.due[k][0], at.due[k][1])
     return is_over
 
 
@@ -168,9 +168,9 @@ def take_apart(w: Any) -> None:
         return
     gap = gap_at_hit(w.errors)
     for k in range(at.dues):
-        found |= groups.release(w, at.due[k][0], gap)
+        found |= modes.release(w, at.due[k][0], gap)
         if at.due[k][1] >= 0:
-            found |= groups.release(w, at.due[k][1], gap)
+            found |= modes.release(w, at.due[k][1], gap)
     if found:
         note_order(w)
 
@@ -187,7 +187,7 @@ def answer_hit(w: Any, sides: Any, i: int, j: int) -> None:
     nx, ny = one.normal
     along, noise = (nx, ny), max(noise_of(w, i), noise_of(w, j))
     closing = approach((ax, ay), (bx, by), along)
-    if groups.is_slow(closing, pull, r) and is_absorbed_alone(w, sides, i, j):
+    if persisting.is_slow(closing, pull, r) and is_absorbed_alone(w, sides, i, j):
         return
     has_many = has_many_rounds(w, j if speed_of(w, j) > speed_of(w, i) else i)
     note_met(w, i, j)
@@ -207,11 +207,11 @@ def answer_hit(w: Any, sides: Any, i: int, j: int) -> None:
     begin(w, i, (x, y), after_a, roll_of(w, i), noise)
     begin(w, j, (u, v), after_b, roll_of(w, j), noise)
     predict(w, sides, (i, j))
-    groups.note_hit(w, i)
-    groups.note_hit(w, j)
+    persisting.note_hit(w, i)
+    persisting.note_hit(w, j)
     closing = approach(velocity_of(w, i), velocity_of(w, j), along)
-    if closing >= 0.0 or groups.is_slow(closing, pull, r):
-        groups.look_again(w, sides, i, j)
+    if closing >= 0.0 or persisting.is_slow(closing, pull, r):
+        persisting.look_again(w, sides, i, j)
 
 
 def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
@@ -222,7 +222,7 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     nx, ny = one.normal
     across, closing = (nx, ny), wall_approach((vx, vy), (nx, ny))
     strongest = pull_of(w) + abs(one.curvature) * squared((vx, vy))
-    if groups.is_slow(closing, strongest, r) and is_absorbed_alone(w, sides, i, other):
+    if persisting.is_slow(closing, strongest, r) and is_absorbed_alone(w, sides, i, other):
         return
     has_many = has_many_rounds(w, i)
     note_met(w, i, other)
@@ -239,10 +239,10 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), noise)
     begin(w, i, (x, y), after, roll_after(w, i), noise)
     predict(w, sides, (i,))
-    groups.note_hit(w, i)
+    persisting.note_hit(w, i)
     closing = wall_approach(velocity_of(w, i), across)
-    if closing >= 0.0 or groups.is_slow(closing, strongest, r):
-        groups.look_again(w, sides, i, other)
+    if closing >= 0.0 or persisting.is_slow(closing, strongest, r):
+        persisting.look_again(w, sides, i, other)
 
 
 # -- rounds ----------------------------------------------------------------------------------------
@@ -324,7 +324,7 @@ def answer_round(w: Any, sides: Any, has_many: bool) -> None:
         if path_of(w, one.a).end > w.now and path_of(w, one.b).end > w.now and not is_moved:
             meet(w, sides, one.a, one.b)
     for k in range(at.dues):
-        groups.look_after(w, sides, at.due[k][0], at.due[k][1])
+        persisting.look_after(w, sides, at.due[k][0], at.due[k][1])
 
 
 def answer_cluster(w: Any, sides: Any) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from pool_pymunk.engine import asked, decisions
 from pool_pymunk.engine.answers import MISSED, answer_lone, squared
-from pool_pymunk.engine.groups import release
+from pool_pymunk.engine.modes import release
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.policies import velocity_after
 from pool_pymunk.fast import due, instant, kinds, moves
@@ -37,15 +37,16 @@ from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
 from pool_pymunk.physics import contact, laws
 from pool_pymunk.physics.changes import ROLL
+from pool_pymunk.physics.complementarity import decide
 from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
+from pool_pymunk.physics.forces import is_own as asks_own
+from pool_pymunk.physics.forces import kept_steady as keeps_steady
+from pool_pymunk.physics.forces import own_pull as asks_pull
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed, respond
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
-from pool_pymunk.physics.pressed import BALL, decide
-from pool_pymunk.physics.pressed import is_own as asks_own
-from pool_pymunk.physics.pressed import kept_steady as keeps_steady
-from pool_pymunk.physics.pressed import own_pull as asks_pull
+from pool_pymunk.physics.pressed import BALL
 from pool_pymunk.physics.pressed import root_of as finds_root
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by

@@ -23,7 +23,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
 
-from pool_pymunk.engine import groups, instants
+from pool_pymunk.engine import groups, instants, persisting
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.due import not_taken
 from pool_pymunk.physics import changes, touches
@@ -52,15 +52,19 @@ DUALS = "pool_pymunk.fast.duals"  # Here numba learns dual numbers, for laws wit
 APART = (
     "pool_pymunk.engine.answers",
     "pool_pymunk.engine.groups",
+    "pool_pymunk.engine.modes",
+    "pool_pymunk.engine.persisting",
     "pool_pymunk.fast.asked",
     "pool_pymunk.fast.instant",
     "pool_pymunk.physics.collapse",
+    "pool_pymunk.physics.complementarity",
+    "pool_pymunk.physics.forces",
     "pool_pymunk.physics.persistent",
     "pool_pymunk.physics.pieces",
     "pool_pymunk.physics.pressed",
     "pool_pymunk.physics.together",
 )
-OFTEN = (groups.note_hit, groups.forget_all, groups.forget_ball, groups.is_slow)
+OFTEN = (persisting.note_hit, groups.forget_all, groups.forget_ball, persisting.is_slow)
 RARE = (
     instants.answer_round, instants.answer_several, instants.answer_cluster,
     instants.is_absorbed, instants.take_apart, instants.take_all_in,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from pool_pymunk.engine import decisions
-from pool_pymunk.engine.groups import holds, takes
+from pool_pymunk.engine.groups import holds
 from pool_pymunk.engine.near import box, horizon
+from pool_pymunk.engine.persisting import takes
 from pool_pymunk.fast.kinds import time_of_contact
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
 from pool_pymunk.physics.pairs import pair_time

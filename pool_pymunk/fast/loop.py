@@ -2,7 +2,7 @@
 
 It finds what happens next in a table of pairs, as the engine does in its queue. What happens then
 is answered by the engine's own functions (:mod:`pool_pymunk.engine.instants` and
-:mod:`pool_pymunk.engine.groups`), so every bit of an end is the same. A shot is ``HARD``, and goes
+:mod:`pool_pymunk.engine.modes`), so every bit of an end is the same. A shot is ``HARD``, and goes
 to the engine, if too many contacts come at once, their impulses are unknown, or a ball is lost.
 """
 
@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pool_pymunk.engine import decisions, groups
-from pool_pymunk.engine.groups import begin_at, go_on
+from pool_pymunk.engine import decisions, groups, modes
 from pool_pymunk.engine.instants import answer, end_path
+from pool_pymunk.engine.modes import begin_at, go_on
 from pool_pymunk.engine.near import NOWHERE, box, piece
 from pool_pymunk.fast import asked  # noqa: F401  It gives functions their twins.
 from pool_pymunk.fast.due import (
@@ -49,9 +49,9 @@ from pool_pymunk.fast.records import (
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.changes import ROLL, STOP
+from pool_pymunk.physics.complementarity import decide
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
 from pool_pymunk.physics.pieces import part_of, piece_of
-from pool_pymunk.physics.pressed import decide
 from pool_pymunk.physics.surface import NO_ROLL, roll_at
 
 # How a shot ends. A shot that may not start is hard, too, and one that keeps all that a run tells
@@ -382,7 +382,7 @@ def tell_all(w: Work) -> None:
     for i in range(w.scene.balls):
         if w.groups.leader[i] == i:
             groups.find_state(w, i, w.now)
-            groups.note_impulses(w, w.groups.began[i])
+            modes.note_impulses(w, w.groups.began[i])
     for m in range(w.groups.helds):
         keep_held(w, m)
     for i in range(w.scene.balls):

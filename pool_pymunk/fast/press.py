@@ -58,7 +58,7 @@ class RecordPress(Press):
         return Piece(time, after, int(fell), bool(faded))
 
     def decide(self) -> bool:
-        """Find forces that fit, as `decide` in physics/pressed.py."""
+        """Find forces that fit, as `decide` in physics/complementarity.py."""
         return bool(self.ask(DECIDE)[0])
 
     def find_end(self, steps: int, longest: float, time: float) -> None:

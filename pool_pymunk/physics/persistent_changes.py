@@ -18,26 +18,28 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.physics import pieces
+from pool_pymunk.physics.forces import (
+    ALONG,
+    NORMAL,
+    fill_system,
+    find_forces,
+    number_unknowns,
+    take_forces,
+)
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.pressed import (
-    ALONG,
     FORM,
-    NORMAL,
     REST,
     ROLL,
     SLIP,
     Press,
-    fill_system,
-    find_forces,
     gap_of,
     lengths,
     look,
-    number_unknowns,
     opening,
     roll_into,
     room,
     rows_of,
-    take_forces,
 )
 from pool_pymunk.physics.surface import SHARE
 

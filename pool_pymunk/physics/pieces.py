@@ -10,30 +10,24 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from pool_pymunk.physics.complementarity import FADED, SLOW, set_free, set_phases, spare_hold
+from pool_pymunk.physics.forces import find_forces, is_own, solve
 from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.pressed import (
-    FADED,
     LET_GO,
     MOST_STEPS,
     NEAR,
     REST,
     ROLL,
     SLIP,
-    SLOW,
     STUCK,
-    find_forces,
     gap_of,
-    is_own,
     look,
     opening,
     roll_into,
     room,
-    set_free,
-    set_phases,
     sign,
     smallest,
-    solve,
-    spare_hold,
     wrings,
 )
 from pool_pymunk.physics.surface import GYRATION, SHARE

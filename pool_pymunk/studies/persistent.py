@@ -27,6 +27,8 @@ from pool_pymunk.physics.changes import (
     TURNS,
     TWICE,
 )
+from pool_pymunk.physics.complementarity import FADED, SLOW
+from pool_pymunk.physics.forces import find_forces
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.persistent import UNSEEN
@@ -41,7 +43,7 @@ from pool_pymunk.physics.persistent_changes import (
     settled,
     slip_of,
 )
-from pool_pymunk.physics.pressed import FADED, REST, SLIP, SLOW, find_forces, size_of
+from pool_pymunk.physics.pressed import REST, SLIP, size_of
 from pool_pymunk.physics.pressed import ROLL as ROLLS
 from pool_pymunk.results.run import Run
 

@@ -1,0 +1,526 @@
+"""Groups of balls in persistent contact move in pieces, by the forces that keep their gaps closed.
+
+Each ball of a group gets two short paths for a piece. What ends the piece is due like the end of
+any path: a force, a slip or a speed falls to zero, or a side ends. A hit on a ball of a group takes
+the group apart; what presses after it is a group again. Groups are in
+:mod:`pool_pymunk.engine.groups`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pool_pymunk.engine.asked import (
+    begins_to_rest,
+    begins_to_roll,
+    coefficients,
+    count_unlisted,
+    find_piece,
+    find_touching,
+    finds_forces,
+    has_room,
+    has_room_to_wait,
+    lead,
+    motion,
+    moves_on,
+    next_place,
+    noise_of,
+    note_impulse,
+    note_let_go,
+    note_piece,
+    path_from,
+    path_of,
+    predict_loose,
+    pull_and_drag,
+    push_piece,
+    push_press,
+    read_shape,
+    roll_of,
+)
+from pool_pymunk.engine.groups import (
+    NONE,
+    find_state,
+    free_contacts,
+    load,
+    loosen,
+    put_ball,
+    put_contact,
+    set_leader,
+    wait_of,
+)
+from pool_pymunk.engine.persisting import least_radius, stays
+from pool_pymunk.physics.complementarity import guess, set_scale
+from pool_pymunk.physics.path import Path
+from pool_pymunk.physics.pieces import (
+    DEVIATION,
+    Piece,
+    change,
+    clear_total,
+    close,
+    halves,
+    is_even,
+    join,
+    moves,
+    settle,
+)
+from pool_pymunk.physics.pressed import REST, ROLL, STUCK, find_units, look, opening
+
+# s; the first piece of a mode is no longer. Where a contact has just opened it is shorter, because
+# the gap is still narrower than pieces deviate.
+FIRST, OPENED = 5e-5, 1e-6
+# After this many changes of the mode at one instant, or groups that begin at it for each ball, a
+# group has no forces for a moment.
+MOST_CHANGES = 50
+
+
+def begin_at(w: Any, sides: Any, i: int) -> None:
+    """Let the contacts around ball ``i`` press that persist from now on."""
+    r = w.groups
+    end_waits(w)
+    find_touching(w, sides, i)
+    kept = 0
+    for k in range(r.hits):
+        one, other = r.hit[k][0], r.hit[k][1]
+        if stays(w, sides, one, other):
+            r.hit[kept][0], r.hit[kept][1] = one, other
+            kept += 1
+    r.hits = kept
+    for k in range(kept):
+        for b in (r.hit[k][0], r.hit[k][1]):
+            if b >= 0:
+                release(w, b, 0.0)
+    r.begun = r.begun + 1 if r.begun_t == w.now else 1
+    r.begun_t = w.now
+    if kept > 0 and has_room(w, 2 * kept, kept):
+        gather(w, sides)
+        if r.begun > MOST_CHANGES * w.press.balls:
+            wait_all(w)
+        else:
+            join_sides(w)
+            guess(w.press, w.press.state)
+            close(w.press, w.press.state)
+            decide_mode(w, 0, w.now, 0)
+            play_pieces(w)
+    predict_loose(w, sides)
+
+
+def end_waits(w: Any) -> None:
+    """Predict the hits of contacts again whose wait is over."""
+    r = w.groups
+    for m in range(r.waits):
+        if r.until[m] <= w.now and r.until[m] > -math.inf:
+            r.ended[m], r.until[m] = r.until[m], -math.inf
+            for b in (r.wait[m][0], r.wait[m][1]):
+                if b >= 0:
+                    loosen(r, b)
+
+
+def gather(w: Any, sides: Any) -> None:
+    """Put the balls and contacts of a new group into the press."""
+    g, r = w.press, w.groups
+    g.balls = g.contacts = 0
+    for k in range(r.hits):
+        for b in (r.hit[k][0], r.hit[k][1]):
+            if b >= 0:
+                insert(g, b)
+    for m in range(g.balls):
+        i = g.ball[m]
+        (x, y, vx, vy), (wx, wy) = motion(w, i), roll_of(w, i)
+        put_ball(w, m, i, 0, 0)
+        put_state(g.state, 6 * m, (x, y, vx, vy, wx, wy))
+    for k in range(r.hits):
+        i, other = r.hit[k][0], r.hit[k][1]
+        _, mu = coefficients(w, sides, i, other)
+        put_contact(w, k, i, other)
+        g.mu[k], g.what[k] = mu, read_shape(w, sides, i, other, g.edge[k])
+        g.on[k], g.over[k], g.slides[k], g.into[k] = 1, 0, 0, 0
+    g.contacts, g.small[2] = r.hits, r.coarser
+    find_units(g)
+    clear_total(g)
+    set_scale(g, g.state)
+
+
+def insert(g: Any, i: int) -> None:
+    """Put a ball among those of the press, which are in the order of their numbers, once."""
+    m = g.balls
+    for n in range(g.balls):
+        if g.ball[n] == i:
+            return
+    while m > 0 and g.ball[m - 1] > i:
+        g.ball[m] = g.ball[m - 1]
+        m -= 1
+    g.ball[m] = i
+    g.balls += 1
+
+
+def put_state(s: Any, p: int, values: tuple[float, float, float, float, float, float]) -> None:
+    """Put a ball's six numbers into a state."""
+    s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5] = values
+
+
+def join_sides(w: Any) -> None:
+    """Take away the speeds at which the sides of a new group part or close."""
+    g, r, noise, fastest = w.press, w.groups, 0.0, 0.0
+    for m in range(g.balls):
+        noise = max(noise, noise_of(w, g.ball[m]))
+    for k in range(g.contacts):
+        fastest = max(fastest, abs(opening(g, g.state, k)))
+    if fastest > noise:
+        join(g, g.state, noise)
+        for m in range(g.balls):  # All of them leave their paths.
+            set_leader(r, g.ball[m], g.ball[0])
+
+
+def release(w: Any, i: int, gap: float) -> bool:
+    """Take the group of a ball apart, at the present time; tell whether there was one.
+
+    A variant opens the gaps (m) of a group that is hit: their order is unknown then.
+    """
+    r, leader = w.groups, w.groups.leader[i]
+    if leader == NONE:
+        return False
+    cut(w, leader)
+    if gap != 0.0:
+        open_gaps(w.press, gap)
+    for m in range(w.press.balls):
+        let_go(w, m)
+    free_contacts(r, leader)
+    return True
+
+
+def open_gaps(g: Any, gap: float) -> None:
+    """Move the balls of a press away from a wall that one of them touches, or from each other."""
+    x = y = 0.0
+    for m in range(g.balls):
+        x, y = x + g.state[6 * m] / g.balls, y + g.state[6 * m + 1] / g.balls
+    look(g, g.state)
+    for k in range(g.contacts - 1, -1, -1):
+        if g.other[k] < 0:
+            p, r = 6 * g.one[k], g.radius[g.one[k]]
+            x, y = g.state[p] - r * g.normal[k][0], g.state[p + 1] - r * g.normal[k][1]
+    least = math.inf
+    for m in range(g.balls):
+        least = min(least, g.radius[m])
+    share = gap / (2.0 * least)
+    for m in range(g.balls):
+        g.state[6 * m] += share * (g.state[6 * m] - x)
+        g.state[6 * m + 1] += share * (g.state[6 * m + 1] - y)
+
+
+def let_go(w: Any, m: int) -> None:
+    """Let ball ``m`` of the press go on by itself."""
+    s, p, i = w.press.state, 6 * m, w.press.ball[m]
+    set_leader(w.groups, i, NONE)
+    path = path_from(w, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
+    if moves_on(path):
+        lead(w, i, path)
+        loosen(w.groups, i)
+    else:
+        rest(w, m)
+    note_let_go(w, i)
+
+
+def rest(w: Any, m: int) -> None:
+    """Let ball ``m`` of the press rest, if it has moved."""
+    s = w.press.state
+    if begins_to_rest(w, w.press.ball[m], s[6 * m], s[6 * m + 1]):
+        loosen(w.groups, w.press.ball[m])
+
+
+def wait_all(w: Any) -> None:
+    """Let no contact of the press have a force for a moment."""
+    for k in range(w.press.contacts):
+        wait(w, k)
+
+
+def wait(w: Any, k: int) -> None:
+    """Let a contact have no force for a moment, in which no ball sinks in to be seen.
+
+    Each time the moment is twice as long, because what presses so weakly hardly moves a ball.
+    """
+    g, r = w.press, w.groups
+    i, other = g.ball[g.one[k]], g.place[k]
+    m = wait_of(r, i, other)
+    if m == NONE:
+        m = new_wait(w)
+        r.wait[m][0], r.wait[m][1], r.until[m], r.ended[m] = i, other, -math.inf, -math.inf
+    if r.until[m] > w.now:
+        return
+    pull, _ = pull_and_drag(w)
+    first = math.sqrt(2.0 * DEVIATION * least_radius(w, i, other) / max(pull, 1.0))
+    ended = max(r.until[m], r.ended[m])
+    r.length[m] = first if ended == -math.inf or ended < w.now - r.length[m] else 2.0 * r.length[m]
+    r.until[m] = w.now + r.length[m]
+    push_press(w, i, r.until[m])
+
+
+def new_wait(w: Any) -> int:
+    """Return the number of a new wait; it takes that of the oldest one if there is no room."""
+    r = w.groups
+    if has_room_to_wait(w):
+        r.waits += 1
+        return int(r.waits - 1)
+    oldest = 0
+    for m in range(r.waits):
+        if max(r.until[m], r.ended[m]) < max(r.until[oldest], r.ended[oldest]):
+            oldest = m
+    return oldest
+
+
+def cut(w: Any, leader: int) -> None:
+    """Put a group into the press as it is now, and note its impulses until now."""
+    g, began = w.press, w.groups.began[leader]
+    find_state(w, leader, w.now)
+    for p in range(6 * g.balls):
+        g.state[p] = g.end[p]
+    note_impulses(w, began)
+
+
+def note_impulses(w: Any, began: float) -> None:
+    """Note the impulses of the press's contacts, of a piece that ``began`` at a time (s)."""
+    g = w.press
+    for k in range(g.contacts):
+        if g.on[k] or g.total[k][0] != 0.0:
+            note_impulse(w, g.ball[g.one[k]], g.place[k], began, (g.total[k][1], g.total[k][2]))
+    clear_total(g)
+
+
+def go_on(w: Any, sides: Any, i: int) -> None:
+    """Go on at the end of a half of a piece, or of the piece."""
+    r, leader = w.groups, w.groups.leader[i]
+    if leader == NONE:  # A ball at rest has kept its path.
+        return
+    end = r.began[leader] + r.span[leader]
+    if w.now == path_of(w, i).end < end:
+        load(w, leader)
+        load_end(w)
+        set_out(w, leader, 1)
+    else:
+        is_cut = w.now < end
+        cut(w, leader)
+        r.todos = 0
+        if is_cut or (r.fell[leader] < 0 and not r.faded[leader] and not any_stuck(w.press)):
+            keep_start(w, leader, r.span[leader] if is_cut else r.after[leader])
+        else:
+            for m in range(w.press.balls):
+                w.press.stuck[m] = 0
+            turn(w, leader)
+        play_pieces(w)
+    predict_loose(w, sides)
+
+
+def load_end(w: Any) -> None:
+    """Put the end of the piece of the group in the press into it, and the first rates."""
+    g = w.press
+    for m in range(g.balls):
+        for p in range(6):
+            g.end[6 * m + p] = w.groups.end[g.ball[m]][p]
+
+
+def any_stuck(g: Any) -> bool:
+    """Tell whether a ball of the press is stuck."""
+    stuck = False
+    for m in range(g.balls):
+        stuck |= g.stuck[m] == STUCK
+    return stuck
+
+
+def keep_start(w: Any, leader: int, longest: float) -> None:
+    """Let the group in the press, whose mode goes on, have its next piece from now on."""
+    g, r = w.press, w.groups
+    for m in range(g.balls):
+        for p in range(6):
+            r.state[g.ball[m]][p] = g.state[6 * m + p]
+    r.began[leader], r.longest[leader] = w.now, longest
+    r.todo[r.todos] = leader
+    r.todos += 1
+
+
+def play_pieces(w: Any) -> None:
+    """Play the next pieces of the groups that wait for them; their modes may change at once."""
+    r = w.groups
+    while r.todos > 0:
+        r.todos -= 1
+        leader = r.todo[r.todos]
+        load(w, leader)
+        piece = find_piece(w, r.longest[leader])
+        keep_piece(w, leader, piece)
+        note_piece(w, leader, piece)
+        if piece.time == 0.0:
+            r.changes[leader] += 1
+            turn(w, leader)
+        else:
+            r.changes[leader] = 0
+            set_out(w, leader, 0)
+
+
+def keep_piece(w: Any, leader: int, piece: Piece) -> None:
+    """Keep the piece of the group in the press."""
+    g, r = w.press, w.groups
+    r.span[leader], r.after[leader], r.fell[leader], r.faded[leader] = piece
+    r.steps[leader] = g.steps
+    for m in range(g.balls):
+        i = g.ball[m]
+        if piece.time > 0.0 and r.stuck[i] != STUCK:
+            r.stuck[i] = 0
+        for p in range(6):
+            r.end[i][p] = g.end[6 * m + p]
+    k, c = 0, r.contact[leader]
+    while c != NONE:
+        for n in range(3):
+            r.total[c][n] = g.total[k][n]
+        k, c = k + 1, r.following[c]
+
+
+def turn(w: Any, leader: int) -> None:
+    """Change the mode of the group in the press at the end of its piece."""
+    g, r = w.press, w.groups
+    if r.faded[leader]:
+        settle(g, g.state)
+        for m in range(g.balls):
+            if g.phase[m] == ROLL != r.phase[g.ball[m]]:
+                begins_to_roll(w, g.ball[m], w.now)
+    before, fell = count_on(g), r.fell[leader]
+    if fell >= 0:
+        change(g, g.state, fell)
+        if r.span[leader] == 0.0 and fell < 4 * g.contacts and fell % 4 == 0:
+            wait(w, fell // 4)
+    changes = r.changes[leader]
+    free_contacts(r, leader)
+    decide_mode(w, changes, w.now, before)
+
+
+def count_on(g: Any) -> int:
+    """Return how many contacts of the press have a force."""
+    count = 0
+    for k in range(g.contacts):
+        count += g.on[k]
+    return count
+
+
+def decide_mode(w: Any, changes: int, began: float, before: int) -> None:
+    """Go on with the press in a mode that fits, or without forces for a moment if there is none.
+
+    So many contacts had a force ``before``.
+    """
+    g = w.press
+    if changes <= MOST_CHANGES and finds_forces(w):
+        note_impulses(w, began)
+        split(w, OPENED if count_on(g) < before else FIRST, changes)
+        return
+    join(g, g.state, 0.0)
+    note_impulses(w, began)
+    wait_all(w)
+    for m in range(g.balls):
+        let_go(w, m)
+
+
+def split(w: Any, longest: float, changes: int) -> None:
+    """Go on with the balls that contacts press together, and let go of the others."""
+    g, r = w.press, w.groups
+    for m in range(g.balls):
+        if g.phase[m] == REST:
+            rest(w, m)
+    find_parts(w)
+    for m in range(g.balls):
+        if r.leader[g.ball[m]] != NONE and not r.joined[m]:
+            let_go(w, m)
+    for m in range(g.balls - 1, -1, -1):  # The first part is played first.
+        if r.joined[m] and r.first[m] == m:
+            store(w, m)
+            leader = g.ball[m]
+            r.changes[leader], r.began[leader], r.longest[leader] = changes, w.now, longest
+            r.todo[r.todos] = leader
+            r.todos += 1
+
+
+def find_parts(w: Any) -> None:
+    """Find which balls of the press contacts join, and the ``first`` ball of each part."""
+    g, r = w.press, w.groups
+    for m in range(g.balls):
+        r.first[m], r.joined[m] = m, 0
+    for _ in range(g.balls):
+        for k in range(g.contacts):
+            if g.on[k] and moves(g, k):
+                i, j = g.one[k], g.other[k] if g.other[k] >= 0 else g.one[k]
+                r.first[i] = r.first[j] = min(r.first[i], r.first[j])
+                r.joined[i] = r.joined[j] = 1
+
+
+def store(w: Any, root: int) -> None:
+    """Keep the part of the press that has the ball ``root`` first."""
+    g, r = w.press, w.groups
+    leader, last, count = g.ball[root], NONE, 0
+    for m in range(root, g.balls):
+        if r.first[m] != root:
+            continue
+        i = g.ball[m]
+        set_leader(r, i, leader)
+        r.phase[i], r.stuck[i], r.next[i] = g.phase[m], g.stuck[m], NONE
+        for p in range(6):
+            r.state[i][p] = g.state[6 * m + p]
+        if last != NONE:
+            r.next[last] = i
+        last, count = i, count + 1
+    r.balls_of[leader], r.contacts_of[leader], r.contact[leader] = count, 0, NONE
+    r.is_new[leader] = 1
+    for n in range(3):
+        r.small[leader][n] = g.small[n]
+    for k in range(g.contacts - 1, -1, -1):  # The list is built from its end.
+        is_in = r.first[g.one[k]] == root
+        if is_in and (g.other[k] < 0 or r.first[g.other[k]] == root):
+            store_contact(w, k, leader)
+
+
+def store_contact(w: Any, k: int, leader: int) -> None:
+    """Keep contact ``k`` of the press, before the other ones of its group."""
+    g, r = w.press, w.groups
+    c = r.free
+    if c != NONE:
+        r.free = r.following[c]
+    else:
+        c = next_place(w)
+    r.following[c], r.contact[leader] = r.contact[leader], c
+    r.contacts_of[leader] += 1
+    r.one[c], r.other[c], r.what[c], r.mu[c] = g.ball[g.one[k]], g.place[k], g.what[k], g.mu[k]
+    r.on[c], r.over[c], r.slides[c], r.into[c] = g.on[k], g.over[k], g.slides[k], g.into[k]
+    for n in range(8):
+        r.edge[c][n] = g.edge[k][n]
+
+
+def set_out(w: Any, leader: int, is_second: int) -> None:
+    """Put the balls of the group in the press on the paths of a half of its piece."""
+    g, r, first = w.press, w.groups, NONE
+    began, span = r.began[leader], r.span[leader]
+    for m in range(g.balls):
+        if g.phase[m] != REST:
+            i = g.ball[m]
+            lead(w, i, half_of(g, m, (began, span), is_second))
+            loosen(r, i)
+            first = i if first == NONE else first
+    count_unlisted(w)
+    push_piece(w, first, path_of(w, first).end)
+
+
+def half_of(g: Any, m: int, when: tuple[float, float], is_second: int) -> Path:
+    """Return the path of ball ``m`` of the press in a half of its piece.
+
+    ``when`` tells when (s) the piece began, and its length (s).
+    """
+    (began, h), s, end, p = when, g.state, g.end, 6 * m
+    middle = h / 2.0
+    x, y, vx, vy, wx, wy = s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5]
+    if is_even(g, h):
+        ax, ay = (end[p + 2] - vx) / h, (end[p + 3] - vy) / h
+        return Path(began, x, y, vx, vy, ax, ay, began + h, False, wx, wy)
+    (ax, ay), (bx, by) = halves(g, h, m)
+    if not is_second:
+        return Path(began, x, y, vx, vy, ax, ay, began + middle, False, wx, wy)
+    x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
+    vx, vy = vx + middle * ax, vy + middle * ay
+    if g.phase[m] == ROLL:
+        wx, wy = vx, vy
+    else:
+        wx, wy = (wx + end[p + 4]) / 2.0, (wy + end[p + 5]) / 2.0
+    return Path(began + middle, x, y, vx, vy, bx, by, began + h, False, wx, wy)
