@@ -36,7 +36,6 @@ from pool_pymunk.fast.tables import AS_LISTED, AT_ONCE
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
 from pool_pymunk.physics import contact, laws
-from pool_pymunk.physics.changes import ROLL
 from pool_pymunk.physics.complementarity import decide
 from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
 from pool_pymunk.physics.forces import is_own as asks_own
@@ -44,6 +43,7 @@ from pool_pymunk.physics.forces import kept_steady as keeps_steady
 from pool_pymunk.physics.forces import own_pull as asks_pull
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed, respond
+from pool_pymunk.physics.motion_changes import ROLL
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
 from pool_pymunk.physics.pressed import BALL

@@ -26,7 +26,7 @@ from typing import Any, cast
 from pool_pymunk.engine import groups, instants, persisting
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.due import not_taken
-from pool_pymunk.physics import changes, touches
+from pool_pymunk.physics import changes, contact_changes, motion_changes, touches
 from pool_pymunk.physics.dual import dual
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc
@@ -68,8 +68,8 @@ OFTEN = (persisting.note_hit, groups.forget_all, groups.forget_ball, persisting.
 RARE = (
     instants.answer_round, instants.answer_several, instants.answer_cluster,
     instants.is_absorbed, instants.take_apart, instants.take_all_in,
-    not_taken, bent_to_arc, time_in, time_out, changes.touch, changes.is_bent,
-    changes.lose, changes.lose_velocity, changes.fall, changes.begin_to_roll,
+    not_taken, bent_to_arc, time_in, time_out, changes.touch, contact_changes.is_bent,
+    motion_changes.lose, changes.lose_velocity, changes.fall, changes.begin_to_roll,
     touches.touch_of_discs,
 )  # fmt: skip
 

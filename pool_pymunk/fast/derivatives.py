@@ -30,10 +30,10 @@ from pool_pymunk.fast.tables import (
 from pool_pymunk.fast.walls import nearest
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
-from pool_pymunk.physics import changes, columns, kinks
-from pool_pymunk.physics.changes import FOLLOWED
+from pool_pymunk.physics import changes, columns, contact_changes, kinks
 from pool_pymunk.physics.columns import ONE, Follow
 from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion_changes import FOLLOWED
 from pool_pymunk.physics.path import Path, from_breakpoint
 from pool_pymunk.physics.saltation import LAW, Geometry, taken_off
 from pool_pymunk.results.run import Run
@@ -279,7 +279,7 @@ def _saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
     """Do what the saltation matrix does; the parts are known already, except for errors."""
     if columns.is_of_errors(g):
         for p in range(len(g.late)):
-            g.late[p] = changes.put_parts(g, geometry, balls, p)
+            g.late[p] = contact_changes.put_parts(g, geometry, balls, p)
     (nx, ny), (wx, wy), size, of = geometry.normal, roll, len(g.change[0]), g.one.slopes[0]
     z, before, after, law, count = g.z, g.one.before, g.one.after, balls * size + LAW, 2 * balls
     taken, of_roll, of_push, of_mu = taken_off(g, geometry, roll)

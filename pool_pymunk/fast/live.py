@@ -43,9 +43,9 @@ from pool_pymunk.fast.tables import (
     together_number,
 )
 from pool_pymunk.model import Scene
-from pool_pymunk.physics.changes import ROLL, STOP
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.impulses import Impulse
+from pool_pymunk.physics.motion_changes import ROLL, STOP
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.pressed import lengths
 from pool_pymunk.physics.surface import Rolling, Sliding

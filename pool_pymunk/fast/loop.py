@@ -48,8 +48,8 @@ from pool_pymunk.fast.records import (
 )
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
-from pool_pymunk.physics.changes import ROLL, STOP
 from pool_pymunk.physics.complementarity import decide
+from pool_pymunk.physics.motion_changes import ROLL, STOP
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
 from pool_pymunk.physics.pieces import part_of, piece_of
 from pool_pymunk.physics.surface import NO_ROLL, roll_at

@@ -8,8 +8,8 @@ from typing import Any
 from pool_pymunk.engine.near import box
 from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
 from pool_pymunk.fast.records import COLUMNS, MOST_NOTES, MOST_ROWS, NOTHING, WHOLE, Moving, Work
-from pool_pymunk.physics.changes import STOP
 from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion_changes import STOP
 from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, standing
 from pool_pymunk.physics.surface import NO_ROLL, roll_at, slide_or_roll
 

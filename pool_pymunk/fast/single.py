@@ -42,11 +42,11 @@ from pool_pymunk.fast.tables import (
 )
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics import changes
-from pool_pymunk.physics.changes import ROLL, STOP
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import NO_FRICTION, Law
+from pool_pymunk.physics.motion_changes import ROLL, STOP
 from pool_pymunk.physics.path import Path
 from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.exact import EngineTrace, pockets

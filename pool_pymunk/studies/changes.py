@@ -15,11 +15,11 @@ from pool_pymunk.fast.tables import coefficients_of, cue_of, own_of_walls
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics import changes, columns
-from pool_pymunk.physics.changes import REASONS, ROLL, STOP
+from pool_pymunk.physics import changes, columns, motion_changes
 from pool_pymunk.physics.columns import Follow
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion_changes import REASONS, ROLL, STOP
 from pool_pymunk.physics.path import NOISE, Path, from_breakpoint
 from pool_pymunk.physics.saltation import AGREE, BLUR
 from pool_pymunk.physics.sides import pocket
@@ -80,7 +80,7 @@ class Changes(NamedTuple):
         g, after = self.pass_, t - self.pass_.rows[row][1]
         longest, three = after.max(), (change.copy(), change.copy(), change.copy())
         for share, own in zip((0.5, 1.0), three[1:], strict=True):
-            changes.carry(g, g.rows[row], own, g.rows[row][1] + share * longest)
+            motion_changes.carry(g, g.rows[row], own, g.rows[row][1] + share * longest)
         first, half, whole = (own[:2] for own in three)
         s = (after / (longest or 1.0))[:, np.newaxis, np.newaxis]
         found = np.asarray((1.0 - s) * ((1.0 - 2.0 * s) * first + 4.0 * s * half))

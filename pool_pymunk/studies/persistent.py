@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.engine.recorder import Begun
-from pool_pymunk.physics import changes, columns, pieces
-from pool_pymunk.physics.changes import (
+from pool_pymunk.physics import changes, columns, contact_changes, motion_changes, pieces
+from pool_pymunk.physics.complementarity import FADED, SLOW
+from pool_pymunk.physics.forces import find_forces
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.motion_changes import (
     BY_POLICY,
     FOLLOWED,
     GROWN,
@@ -27,9 +30,6 @@ from pool_pymunk.physics.changes import (
     TURNS,
     TWICE,
 )
-from pool_pymunk.physics.complementarity import FADED, SLOW
-from pool_pymunk.physics.forces import find_forces
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.persistent_changes import (
@@ -281,7 +281,7 @@ class GroupChanges:
         g, found = self.g, np.zeros((6, len(self.g.late)))
         live = self.of.get(i)
         if live is None:
-            changes.move(g, i, t)
+            motion_changes.move(g, i, t)
             g.kept.changes[i].append((t, g.ball[i].at, g.change[i].copy()))
         elif live.until == t:
             return np.asarray(live.z[live.rows(i)])
@@ -401,7 +401,7 @@ class GroupChanges:
                 after = g.rows[following]
                 lost = free_rate(row, motion_at(columns.path_of(g, n), t), g)
                 lost -= free_rate(after, after[2:6], g)
-                changes.move(g, n, t)
+                motion_changes.move(g, n, t)
                 g.change[n] += np.outer(lost, later)[: g.change.shape[1]]
                 g.ball[n].at = following
         g.late[:] = later
@@ -424,12 +424,12 @@ class GroupChanges:
         """Return how much later (s) a hit comes, how fast (m/s) it closes, and the balls' speed."""
         g, wide = self.g, np.zeros(len(self.g.late))
         balls, size, before = (i, other) if other >= 0 else (i,), len(g.change[0]), g.one.before
-        changes.read_motions(g, i, other, t)
+        contact_changes.read_motions(g, i, other, t)
         fastest = sum(size_of(*before[c * size : c * size + 2]) for c in range(len(balls)))
-        (nx, ny), _, closing, _, _ = changes.geometry_at(g, i, other)
+        (nx, ny), _, closing, _, _ = contact_changes.geometry_at(g, i, other)
         for n in balls:
             own, sign = g.change[n].copy(), 1.0 if n == other or other < 0 else -1.0
-            changes.carry(g, g.rows[g.ball[n].at], own, t)
+            motion_changes.carry(g, g.rows[g.ball[n].at], own, t)
             wide += sign * (nx * own[0] + ny * own[1]) - g.of_radius[n]
         return wide / closing, closing, fastest
 
@@ -453,7 +453,7 @@ def numbers_of(g: Any, piece: Begun) -> Numbers:
     for own, contact in zip(mu, piece.contacts, strict=True):
         if contact.cushion is None:
             own[:] = g.of_numbers[5]
-        elif not changes.owns(g, contact.cushion)[1]:
+        elif not contact_changes.owns(g, contact.cushion)[1]:
             own[:] = g.of_numbers[4]
     return Numbers(g.of_mass[list(piece.balls)], mu, g.of_numbers[3], g.of_numbers[6])
 
@@ -475,7 +475,7 @@ def free_rate(row: Any, motion: Any, g: Any) -> Array:
     """Return the rate (6,) of a ball on the path of a breakpoint."""
     found = np.zeros(6)
     if any(row[4:8]):
-        changes.put_rates(found, 0, g.change.shape[1], motion[2], motion[3], row)
+        contact_changes.put_rates(found, 0, g.change.shape[1], motion[2], motion[3], row)
     return found
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from pool_pymunk.model import SettingError
 from pool_pymunk.physics import changes, errors
-from pool_pymunk.physics.changes import CHAOS, FOLLOWED
 from pool_pymunk.physics.errors import COLUMNS, SURE
+from pool_pymunk.physics.motion_changes import CHAOS, FOLLOWED
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies.changes import follow_of, followed, listed
