@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import fields, replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -116,6 +117,23 @@ def test_python_plays_where_it_is_asked_to(played: Counter[str]) -> None:
     ahead.compile(load("two-balls"))
     simulate(load("two-balls"), solver=EXACT, max_time=1.0, compiled=False)
     assert not played
+
+
+def test_compiled_shots_are_loaded_where_a_long_run_has_variants(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = list[Scene]()
+    monkeypatch.setattr(ahead, "load", found.append)
+    plain, frozen = of_kind("rack", 3), of_kind("frozen", 1)
+    requests = import_module("pool_pymunk.solvers.request")
+    monkeypatch.setattr(requests, "LONG", 0.0)
+    for scene in (plain, frozen):
+        simulate(scene, solver=EXACT)
+    simulate(frozen, solver=EXACT, compiled=False)
+    simulate(frozen, solver="pymunk")
+    monkeypatch.setattr(requests, "LONG", 1e9)
+    simulate(frozen, solver=EXACT)
+    assert found == [frozen]
 
 
 def test_what_is_compiled_is_said(capsys: pytest.CaptureFixture[str]) -> None:

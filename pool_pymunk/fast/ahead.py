@@ -61,11 +61,15 @@ def compile(  # noqa: A001  It is called by its full name.
     gc.freeze()
 
 
-def load(scene: Scene) -> None:
-    """Load what this machine has compiled for scenes of this kind, and compile nothing."""
+def load(scene: Scene) -> bool:
+    """Load what this machine has compiled for scenes of this kind; tell whether that is there.
+
+    It compiles nothing.
+    """
     form = loop_form(scene)
     if form not in single.loaded and compiled.has_form(loop.play_shots, form):
         simulate_many(plainest(form))
+    return form in single.loaded
 
 
 def plainest(form: Form) -> Scene:
