@@ -32,7 +32,7 @@ def find_forces(g: Any, s: Any) -> float:
     count, misfit = number_unknowns(g), 0.0
     fill_system(g, s, count)
     if count:
-        misfit = solve(g, count)
+        misfit = solve(g, count, count)
         take_forces(g, s, count)
     return misfit
 
@@ -234,30 +234,32 @@ def reply(g: Any, p: int, i: int, sign: float, push: Any) -> Any:
     return sign * (fx * nx + fy * ny)
 
 
-def solve(g: Any, count: int) -> float:
-    """Solve the linear system in place; its last column becomes the solution of least norm.
+def solve(g: Any, count: int, last: int) -> float:
+    """Solve linear systems of one matrix in place, for the columns from ``count`` to ``last``.
 
-    Return the largest number that redundant rows leave, which is 0 where the system has a solution.
+    Each of them becomes the solution of least norm. Return the largest number that redundant rows
+    leave, which is 0 where the systems have solutions.
     """
-    rank, misfit = eliminate(g, count), 0.0
-    for q in range(count):
-        g.found[q] = 0.0
-    for p in range(count):
-        if p < rank:
-            g.found[g.column[p]] = g.matrix[p][count]
-        else:
-            misfit = max(misfit, abs(g.matrix[p][count]))
-    if rank < count:
-        least_norm(g, count, rank)
-    for q in range(count):
-        g.matrix[q][count] = g.found[q]
+    rank, misfit = eliminate(g, count, last), 0.0
+    for side in range(count, last + 1):
+        for q in range(count):
+            g.found[q] = 0.0
+        for p in range(count):
+            if p < rank:
+                g.found[g.column[p]] = g.matrix[p][side]
+            else:
+                misfit = max(misfit, abs(g.matrix[p][side]))
+        if rank < count:
+            least_norm(g, count, rank)
+        for q in range(count):
+            g.matrix[q][side] = g.found[q]
     return misfit
 
 
-def eliminate(g: Any, count: int) -> int:
+def eliminate(g: Any, count: int, last: int) -> int:
     """Eliminate forces row by row (Gauss and Jordan); return the number of independent ones.
 
-    ``column`` becomes the pivot's column of each row.
+    ``column`` becomes the pivot's column of each row, and ``last`` is the last column of all.
     """
     rank = 0
     for q in range(count):
@@ -269,13 +271,13 @@ def eliminate(g: Any, count: int) -> int:
             continue
         row = g.matrix[rank]
         if best != rank:
-            exchange(row, g.matrix[best], q, count)
+            exchange(row, g.matrix[best], q, last)
         pivot = row[q]
-        for m in range(q, count + 1):
+        for m in range(q, last + 1):
             row[m] /= pivot
         for p in range(count):
             if p != rank and g.matrix[p][q] != 0.0:
-                take_off(g.matrix[p], row, g.matrix[p][q], q, count)
+                take_off(g.matrix[p], row, g.matrix[p][q], q, last)
         g.column[rank] = q
         rank += 1
     return rank

@@ -109,18 +109,17 @@ def close(g: Any, s: Any) -> None:
         if g.on[k] and moves(g, k):
             g.chosen[count] = k
             count += 1
-    for first in (0, 2):
-        for p in range(count):
-            k = g.chosen[p]
-            wrong = opening(g, s, k) if first else gap_of(g, s, k)
-            g.matrix[p][count] = -wrong
-            for q in range(count):
-                m = g.chosen[q]
-                g.matrix[p][q] = g.unit[m] * shared(g, k, m)
-        solve(g, count)
-        for p in range(count):
-            k = g.chosen[p]
-            shift(g, s, k, g.unit[k] * g.matrix[p][count], (first, 0))
+    for p in range(count):
+        k = g.chosen[p]
+        g.matrix[p][count], g.matrix[p][count + 1] = -gap_of(g, s, k), -opening(g, s, k)
+        for q in range(count):
+            m = g.chosen[q]
+            g.matrix[p][q] = g.unit[m] * shared(g, k, m)
+    solve(g, count, count + 1)
+    for p in range(count):
+        k = g.chosen[p]
+        shift(g, s, k, g.unit[k] * g.matrix[p][count], (0, 0))
+        shift(g, s, k, g.unit[k] * g.matrix[p][count + 1], (2, 0))
 
 
 def join(g: Any, s: Any, least: float) -> None:
@@ -161,7 +160,7 @@ def push_together(g: Any, s: Any) -> None:
         g.matrix[p][count] = -opening(g, s, p)
         for q in range(count):
             g.matrix[p][q] = g.unit[q] * shared(g, p, q)
-    solve(g, count)
+    solve(g, count, count)
     for p in range(count):
         much = g.unit[p] * g.matrix[p][count]
         g.total[p][0] += much
