@@ -23,8 +23,7 @@ from pool_pymunk.model.plain import argument, between, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.solvers import find_shot, reference_solver, simulate
-from pool_pymunk.solvers.request import shot_before
+from pool_pymunk.solvers import find_shot, reference_solver, request
 
 A_BLOCK = 4  # numbers that a step of Philox makes
 LEAST = 2.0**-54  # half of the smallest random number above 0
@@ -174,10 +173,7 @@ class Variation:
     @cached_property
     def start(self) -> State:
         """The state at the moment of the shot, which may be the end of another shot."""
-        shot, exact = self._struck, reference_solver().name
-        first = shot and shot_before(self.scene, shot)
-        before = simulate(self.scene, first, solver=exact, law=self.law).end if first else None
-        return self.scene.start(shot, before)
+        return request(self.scene, reference_solver().name, law=self.law).start(self._struck)
 
     @cached_property
     def ball(self) -> int:
@@ -205,7 +201,7 @@ def check(scene: Scene, key: str, name: str, its: object) -> None:
     if isinstance(its, Normal | Uniform):
         (width,) = vars(its).values()
         argument(where, width, between(0.0))
-        if row.of == SHOT or row.group in ("position", "velocity"):
+        if row.of == SHOT:
             return
         if name not in names_in(scene).get(row.group, []):
             raise setting_error(key, name, "the scene leaves it out")
