@@ -19,7 +19,7 @@ import numpy as np
 from pool_pymunk.fast.places import may_lie
 from pool_pymunk.model import NEAREST, Point, Scene, Shot, Units
 from pool_pymunk.model import inputs as table
-from pool_pymunk.model.inputs import TABLE, names_in, parts, row_of
+from pool_pymunk.model.inputs import TABLE, names_in, parts
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
@@ -69,17 +69,8 @@ class Uncertainty:
 
     def widths(self, scene: Scene) -> Array:
         """Return half the width (N, 2) of each ball's position, in m."""
-        place = self.position
-        if not isinstance(place, Mapping):
-            place = dict.fromkeys(scene.index, (place, place))
-        if unknown := place.keys() - scene.index.keys():
-            raise SettingError(f"position of ball {min(unknown)}: there is no such ball")
-        found = np.array([place.get(id_, (0.0, 0.0)) for id_ in scene.index], dtype=float)
-        for name, width in self.inputs.items():
-            row, whose = row_of("inputs", name, scene)
-            if row.group == "position":
-                found[scene.index[whose], "xy".index(row.name)] = width
-        return found
+        own = self.by_name(scene)
+        return np.array([[own.get(f"{axis}.{id_}", 0.0) for axis in "xy"] for id_ in scene.index])
 
     def scaled(self, factor: float) -> Uncertainty:
         """Return the uncertainty, ``factor`` times as wide.
@@ -99,8 +90,14 @@ class Uncertainty:
 
         Raises SettingError for an input that is not there, is given twice, or goes too far.
         """
-        places = zip(names_in(scene)["position"], self.widths(scene).ravel().tolist(), strict=True)
-        found = dict(places) | {"speed": self.speed, "turn": math.degrees(self.angle)}
+        place = self.position
+        if not isinstance(place, Mapping):
+            place = dict.fromkeys(scene.index, (place, place))
+        if unknown := place.keys() - scene.index.keys():
+            raise SettingError(f"position of ball {min(unknown)}: there is no such ball")
+        found = {f"{axis}.{id_}": width for id_, both in place.items()
+                 for axis, width in zip("xy", both, strict=True)}  # fmt: skip
+        found |= {"speed": self.speed, "turn": math.degrees(self.angle)}
         for name, width in self.inputs.items():
             check(scene, "inputs", name, Uniform(width))
             key = "turn" if name == "angle" else name

@@ -102,7 +102,7 @@ class Plan:
             its = [shot.name, shot.ball, *struck, aim]
             its += [shot.roll] * self.scene.surface.rolls + list(shot.place or ())
         said = {
-            "format": 1,
+            "format": 2,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
             "shot": its,
