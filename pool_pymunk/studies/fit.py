@@ -34,7 +34,6 @@ from pool_pymunk.studies.fit_doubts import (
     scipy,
 )
 from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
-from pool_pymunk.studies.variation import uniforms
 
 # These limits were chosen so that the fits of tests/test_fit.py find their minima.
 MORE = 6  # rounds of further starts, where the residuals are implausible
@@ -322,7 +321,7 @@ class _Minimizer:
             close = CLOSE * (high - low) * 0.5 ** (k // 2)
             low, high = best.values - close, best.values + close
         halton = scipy("stats").qmc.Halton(len(self.names), scramble=False)
-        shift = np.hstack([uniforms(self.seed, name, range(1)) for name in self.names])
+        shift = np.random.default_rng(self.seed).random(len(self.names))
         looks = min(LOOKS * len(self.names), MOST_LOOKS)
         halton.fast_forward(k * looks)
         draws = (halton.random(looks) + shift) % 1.0
