@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pool_pymunk import Scene, SettingError, Uncertainty, load, sensitivity, simulate_many
+from pool_pymunk import Scene, Uncertainty, load, sensitivity, simulate_many
 from pool_pymunk.page.live import answers
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.studies.find import _ShotSearch
@@ -182,34 +182,6 @@ def test_the_scenes_own_numbers_are_those_of_the_shot() -> None:
         assert begun.own("angle") == math.degrees(math.atan2(vy, vx))
         assert begun.own("vx.C") == vx and begun.own("turn") == 0.0
     assert begun.own("mass.C") == REPORT.balls[0].mass
-
-
-BAD: list[tuple[str, Any, str]] = [
-    ("speed", Normal(-1.0), "inputs['speed'] = -1.0: must be 0 or more"),
-    ("speed", Uniform(math.nan), "inputs['speed'] = nan: must be a finite number"),
-    ("x.8", Normal("a"), "inputs['x.8'] = \"a\": must be a number"),  # type: ignore[arg-type]
-    ("speed", 0.1, "inputs['speed'] = 0.1: must be a Normal, Uniform, Between or Grid"),
-    ("speed", Between(3.0, 1.0), "inputs['speed'] = (3.0, 1.0): must be 0 <= low <= high"),
-    ("turn", Grid(0.0, 1.0, 0), "inputs['turn'] = 0: must be 1 or more"),
-    ("mass.Z", Normal(1.0), "inputs = mass.Z: there is no such ball"),
-    ("sped", Normal(1.0), "inputs = sped: there is no such key"),
-    ("friction.surface", Uniform(1.0), "inputs = friction.surface: the range -0.9 to 1.1 goes"),
-    ("roll", Normal(1.0), "inputs = roll: balls do not roll in a scene without friction.rolling"),
-]
-
-
-@pytest.mark.parametrize(("name", "its", "line"), BAD)
-def test_what_cannot_be_varied_is_refused_in_one_line(
-    name: str, its: Distribution, line: str
-) -> None:
-    with pytest.raises(SettingError) as caught:
-        Variation(REPORT, {name: its})
-    assert str(caught.value).startswith(line) and "\n" not in str(caught.value)
-
-
-def test_a_number_that_the_scene_leaves_out_has_no_errors() -> None:
-    with pytest.raises(SettingError, match="cue_ball: the scene leaves it out"):
-        Variation(load("two-balls"), {"restitution.cue_ball": Normal(0.1)})
 
 
 @pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")

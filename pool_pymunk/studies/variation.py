@@ -33,7 +33,7 @@ FIRST = {f"{row.name}.1": row.name for row in ROWS if row.of == SHOT}
 
 @dataclass(frozen=True)
 class Normal:
-    """These are normal errors of the scene's own number, with this standard deviation."""
+    """These are normal errors of the scene's own number, with a standard deviation."""
 
     deviation: float
 
@@ -50,7 +50,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class Uniform:
-    """These are errors of the scene's own number, all alike within this half-width."""
+    """These are errors of the scene's own number within a half-width, each as likely as any other."""
 
     half_width: float
 
@@ -61,7 +61,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Between:
-    """These are values from ``low`` to ``high``, all alike."""
+    """These are values from ``low`` to ``high``, each as likely as any other."""
 
     low: float
     high: float
@@ -146,6 +146,8 @@ class Variation:
     law: str | Law | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.inputs, Mapping):
+            raise setting_error("inputs", self.inputs, "must be distributions by names of inputs")
         for name, each in self.inputs.items():
             check(self.scene, "inputs", name, each)
 
@@ -160,7 +162,8 @@ class Variation:
         >>> [values.round(3).tolist() for values in both.draw(2).values()]
         [[0.0, 90.0], [0.21, 0.205]]
         """
-        found = numbers(self.inputs, shots, seed)
+        shots = shots if isinstance(shots, range) else argument("shots", shots, whole(0))
+        found = numbers(self.inputs, shots, argument("seed", seed, whole(0)))
         for name, its in self.inputs.items():
             if isinstance(its, Normal | Uniform):
                 found[name] = TABLE[parts(name)[0]].clipped(self.own(name) + found[name])
