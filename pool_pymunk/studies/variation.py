@@ -50,7 +50,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class Uniform:
-    """These are errors of the scene's own number within a half-width, each as likely as any other."""
+    """These are errors of the scene's own number within a half-width, all of them as likely."""
 
     half_width: float
 
@@ -61,7 +61,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Between:
-    """These are values from ``low`` to ``high``, each as likely as any other."""
+    """These are values from ``low`` to ``high``, all of them as likely."""
 
     low: float
     high: float
@@ -130,8 +130,8 @@ class Variation:
     The names are those of the table of inputs (:mod:`pool_pymunk.model.inputs`). A ``Normal`` or
     ``Uniform`` has errors of the scene's own number, a ``Between`` or ``Grid`` has values; all are
     in SI, angles in degrees. ``shot`` is chosen as in :func:`~pool_pymunk.simulate`; its speed,
-    direction and roll are those that ``speed``, ``angle``, ``turn`` and ``roll`` vary. Raises
-    SettingError, in one line that names the input.
+    direction and roll are those that ``speed``, ``angle``, ``turn`` and ``roll`` vary. ``law`` is
+    that of a shot from which it goes on. Raises SettingError, in one line that names the input.
 
     >>> from pool_pymunk import load, simulate_many
     >>> scene = load("report")

@@ -122,10 +122,9 @@ class Plan:
     def draw(self, shots: range) -> Drawn:
         """Return the inputs of these shots."""
         state, places = self.begun.start, inputs.names_in(self.scene)["position"]
-        keys = [key for key in (*self.grid, *self.vary) if key != "start"]
-        varied = {self.meaning(key): {**self.grid, **self.vary}[key] for key in keys}
-        drawn = numbers(varied, shots, self.seed)
-        columns = {key: drawn[self.meaning(key)] for key in keys}
+        varied = {key: its for key, its in {**self.grid, **self.vary}.items() if key != "start"}
+        named = {self.meaning(key): its for key, its in varied.items()}
+        columns = dict(zip(varied, numbers(named, shots, self.seed).values(), strict=True))
         position, velocity = (
             np.tile(np.array(each), (len(shots), 1, 1)) for each in (state.position, state.velocity)
         )
