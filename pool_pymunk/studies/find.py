@@ -120,6 +120,7 @@ def find(
     argument("tries", tries, whole(10 * TALL))
     argument("samples", samples, whole(10))
     argument("best", best, whole(1))
+    argument("seed", seed, whole(0))
     search.on_done = on_done or search.on_done
     return search.best(tries, samples, best)
 

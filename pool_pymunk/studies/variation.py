@@ -106,7 +106,9 @@ def numbers(
     >>> [values.tolist() for values in both.values()]
     [[1.0, 1.0, 2.0, 2.0], [0.0, 9.0, 0.0, 9.0]]
     """
-    shots = range(shots) if isinstance(shots, int) else shots
+    if not isinstance(shots, range):
+        shots = range(argument("shots", shots, whole(0)))
+    seed = argument("seed", seed, whole(0))
     found, inner = dict[str, Array](), points(inputs.values())
     for name, its in inputs.items():
         if isinstance(its, Grid):
@@ -162,8 +164,7 @@ class Variation:
         >>> [values.round(3).tolist() for values in both.draw(2).values()]
         [[0.0, 90.0], [0.21, 0.205]]
         """
-        shots = shots if isinstance(shots, range) else argument("shots", shots, whole(0))
-        found = numbers(self.inputs, shots, argument("seed", seed, whole(0)))
+        found = numbers(self.inputs, shots, seed)
         for name, its in self.inputs.items():
             if isinstance(its, Normal | Uniform):
                 found[name] = TABLE[parts(name)[0]].clipped(self.own(name) + found[name])

@@ -94,7 +94,10 @@ class Ask(Start):
 
 
 class AskCloud(Ask):
-    """This question asks for many shots; the error of the speed is a share of the speed."""
+    """This question asks for many shots, with the standard deviations of a player's errors.
+
+    The error of the angle is in degrees, that of the speed a share of the speed.
+    """
 
     angle_error: float = Field(0.0, ge=0.0, le=180.0)
     speed_error: float = Field(0.0, ge=0.0, le=1.0)
