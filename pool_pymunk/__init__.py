@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.sweep import Sweep, sweep
     from pool_pymunk.studies.tolerance import Choice, Outcome, choose_step, simulate_within
     from pool_pymunk.studies.uncertainty import Uncertainty, written_uncertainty
+    from pool_pymunk.studies.variation import Between, Grid, Normal, Uniform, Variation
     from pool_pymunk.world import Billiards, same_balls
 
 __version__ = "0.2.0"
@@ -53,6 +54,7 @@ __all__ = [
     "Atlas",
     "Ball",
     "Batch",
+    "Between",
     "Billiards",
     "Choice",
     "Collision",
@@ -62,8 +64,10 @@ __all__ = [
     "Fit",
     "Found",
     "Friction",
+    "Grid",
     "Law",
     "Material",
+    "Normal",
     "Outcome",
     "Pair",
     "PersistentContact",
@@ -81,7 +85,9 @@ __all__ = [
     "Sweep",
     "Table",
     "Uncertainty",
+    "Uniform",
     "Units",
+    "Variation",
     "atlas",
     "choose_step",
     "collide",
@@ -124,6 +130,7 @@ _HOMES = {
     "studies.sweep": "Sweep sweep",
     "studies.tolerance": "Choice Outcome choose_step simulate_within",
     "studies.uncertainty": "Uncertainty written_uncertainty",
+    "studies.variation": "Between Grid Normal Uniform Variation",
     "world": "Billiards same_balls",
 }
 

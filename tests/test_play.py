@@ -36,6 +36,7 @@ from pool_pymunk.page.live import answers, server, worker
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.page.live.server import LiveServer
 from pool_pymunk.page.live.worker import Worker
+from pool_pymunk.studies.variation import Normal, numbers
 
 STILL = [[0.0, 0.0]]
 Question = dict[str, Any]
@@ -290,11 +291,8 @@ def test_a_cloud_has_the_ends_of_shots_with_errors() -> None:
     status, cloud = answered(scene, "cloud", asked)
     assert status == 200 and cloud["compiled"] == compiled.is_there()
     first, struck = cloud["samples"] - 1, scene.index["C"]
-    errors = np.random.default_rng(0).standard_normal((answers.SAMPLES, 2))[first]
-    erring = asked | {
-        "angle": 180.0 + 0.5 * errors[0],
-        "speed": 2.0 * (1.0 + 0.02 * errors[1]),
-    }
+    drawn = numbers({"turn": Normal(0.5), "speed": Normal(0.02 * 2.0)}, first + 1)
+    erring = asked | {"angle": 180.0 + drawn["turn"][-1], "speed": 2.0 + drawn["speed"][-1]}
     end = simulated(scene, erring, solver="event-driven").final["C"]
     assert cloud["ends"][struck][-1] == pytest.approx(end, abs=1e-5)
     assert len(cloud["ends"][struck]) == cloud["samples"]

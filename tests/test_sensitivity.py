@@ -517,9 +517,7 @@ def test_the_chance_to_be_pocketed(offset: float, chance: float) -> None:
 def test_no_start_lies_in_a_pocket() -> None:
     """A ball rests a millimetre outside the rim; starts within a centimetre would be in it."""
     scene = replace(at_the_rim(0.001), balls=(Ball("a", (0.0, 0.101), 0.05, 0.2),))
-    starts = StartSampler(scene, Uncertainty(0.01).widths(scene)).starts(
-        200, np.random.default_rng(1)
-    )
+    starts = StartSampler(scene, Uncertainty(0.01).widths(scene)).starts(200, seed=1)
     assert np.hypot(*starts[:, 0].T).min() >= 0.1
 
 

@@ -27,7 +27,6 @@ from pool_pymunk import Scene, SettingError, load, simulate, sweep
 from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.sweep.job import Done
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
-from pool_pymunk.studies.uncertainty import normal, uniforms
 
 pytestmark = [
     pytest.mark.skipif(find_spec("pyarrow") is None, reason="pyarrow is not installed"),
@@ -75,15 +74,6 @@ def test_an_input_does_not_change_if_others_are_varied_too() -> None:
     np.testing.assert_array_equal(few.columns["angle"], plan().draw(range(10)).columns["angle"])
     other = plan(vary={"angle": (-5, 5)}, seed=1).draw(range(10))
     assert not np.array_equal(few.columns["angle"], other.columns["angle"])
-
-
-def test_numbers_are_drawn_as_they_shall_be() -> None:
-    numbers = uniforms(3, range(200_000), 4)
-    assert abs(numbers.mean() - 0.5) < 2e-3
-    assert 0.0 <= numbers.min() < numbers.max() < 1.0
-    errors = normal(numbers)
-    assert abs(errors.mean()) < 0.01
-    assert abs(errors.std() - 1.0) < 0.01
 
 
 def test_what_is_varied_lies_in_its_range() -> None:

@@ -23,6 +23,7 @@ from pool_pymunk.model.plain import argument, between, choice, size, whole
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.model.scenario import load
 from pool_pymunk.results.words import counted
+from pool_pymunk.studies.variation import Normal
 
 Flags = NDArray[np.bool_]
 On = str | Path | Scene | None  # the table that is asked for
@@ -248,9 +249,9 @@ class Game(ABC):
         if "place" in asked:
             asked["place"] = self.put(tables, asked["place"])
         if rng is not None and (self.angle_error or self.speed_error):
-            errors = rng.standard_normal(2)
-            asked["angle"] = asked["angle"] + self.angle_error * errors[:, 0]
-            asked["speed"] = np.maximum(asked["speed"] + self.speed_error * errors[:, 1], 0.0)
+            turn, faster = rng.random(2).T
+            asked["angle"] = asked["angle"] + Normal(self.angle_error).at(turn)
+            asked["speed"] = np.maximum(asked["speed"] + Normal(self.speed_error).at(faster), 0.0)
         batch = self._strike(tables.position, **asked)
         rest, pocketed, lost = batch.final.copy(), batch.pocketed >= 0, ~batch.ended
         if self.scene.pockets:

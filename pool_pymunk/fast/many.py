@@ -64,11 +64,12 @@ def simulate_many(
     from 1. All shots then begin as in :func:`simulate`; ``simulate_many(scene, 1)`` is enough.
 
     ``vary`` has what else differs from shot to shot: arrays (S,) by the names of the table of
-    inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``. ``speed``, ``angle``, ``turn`` and
-    ``roll`` are those of the shot's ball; without a shot, of the cue ball or else of the first ball
-    that moves. ``mass`` (kg) is that of all balls, and may be (S, N) too. The argument ``roll`` has
-    the rolls (m/s) in an array like ``velocity``. By default a ball's roll is its own share of its
-    velocity; for the ball of the shot, or of the scene's first shot, it is the share of that shot.
+    inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``; a :class:`~pool_pymunk.Variation`
+    draws such arrays. ``speed``, ``angle``, ``turn`` and ``roll`` are those of the shot's ball;
+    without a shot, of the cue ball or else of the first ball that moves. ``mass`` (kg) is that of
+    all balls, and may be (S, N) too. The argument ``roll`` has the rolls (m/s) in an array like
+    ``velocity``. By default a ball's roll is its own share of its velocity; for the ball of the
+    shot, or of the scene's first shot, it is the share of that shot.
     ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` (default: as many as cores)
     share the work, and change no result. ``on_done(n)`` is called with 0 when the first shots
     begin, and whenever ``n`` more are done. ``derivatives`` names the inputs of

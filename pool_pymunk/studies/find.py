@@ -13,7 +13,7 @@ from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.fast.places import may_lie
 from pool_pymunk.fast.shots import opening
 from pool_pymunk.model import Point, Scene, Shot
-from pool_pymunk.model.inputs import SHOT, input_value, row_of
+from pool_pymunk.model.inputs import SHOT, erring, row_of
 from pool_pymunk.model.plain import argument, read_pair, size, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -23,12 +23,11 @@ from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies import Mask
 from pool_pymunk.studies.derivatives import ball_number, derivatives
-from pool_pymunk.studies.uncertainty import normal, uniforms
+from pool_pymunk.studies.variation import Normal, numbers
 
 Range = tuple[float, float]
 Wanted = Callable[[Batch], Any]
 
-APART = 1 << 64  # is added to the seed for the random numbers of other inputs
 AT_ONCE = 100_000  # shots; with 16 balls they take some 70 MB
 # These say how long the search is, and which shots differ; they were chosen, and change no run.
 TALL = 60  # speeds on the grid of the first look; the rest of the tries are angles,
@@ -121,6 +120,7 @@ def find(
     argument("tries", tries, whole(10 * TALL))
     argument("samples", samples, whole(10))
     argument("best", best, whole(1))
+    argument("seed", seed, whole(0))
     search.on_done = on_done or search.on_done
     return search.best(tries, samples, best)
 
@@ -158,6 +158,8 @@ class _ShotSearch:
                 key = "speed_error" if row.quantity == "speed" else "angle_error"
                 raise setting_error("errors", name, f"is the player's: give it as {key}")
             self.others[name] = argument(f"errors[{name!r}]", error, size)
+        both = dict(zip(("turn", "speed"), self.errors, strict=True)) | self.others
+        self.player = {name: Normal(error) for name, error in both.items()}
 
     def read_goals(self, ends: Mapping[str, Point]) -> None:
         """Read where balls shall end."""
@@ -205,11 +207,7 @@ class _ShotSearch:
         angle, speed, roll, x, y, *others = tries.T
         values = {"angle": angle, "speed": np.maximum(speed, 0.0), "roll": roll}
         for name, errors in zip(self.others, others, strict=False):
-            if name == "roll":
-                values[name] = roll + errors
-            else:
-                row, _ = row_of("errors", name, self.scene)
-                values[name] = row.clipped(input_value(self.scene, name) + errors)
+            values[name] = roll + errors if name == "roll" else erring(self.scene, name, errors)
         starts, has_room = np.tile(self.position, (len(tries), 1, 1)), np.ones(len(tries), bool)
         if "x" in self.varied:
             starts[:, self.ball] = np.stack((x, y), axis=-1)
@@ -267,12 +265,9 @@ class _ShotSearch:
 
     def closely(self, spot: Array, samples: int) -> Found | None:
         """Move a spot to where most tries around it do what is asked, and measure their share."""
-        numbers = uniforms(self.seed, range(samples), 4)
-        more = uniforms(self.seed + APART, range(samples), 2 * len(self.others))
-        errors = np.zeros((samples, len(spot) + len(self.others)))
-        errors[:, :2] = np.stack([normal(numbers), normal(numbers[:, 2:])], axis=-1) * self.errors
-        for k, error in enumerate(self.others.values()):
-            errors[:, len(spot) + k] = error * normal(more[:, 2 * k :])
+        turn, speed, *others = numbers(self.player, samples, self.seed).values()
+        still = np.zeros((samples, len(spot) - 2))
+        errors = np.column_stack([turn, speed, still, *others])
         for k in range(STEPS):
             tries = self.around(spot, errors * NARROWER**k)
             does = self.does(tries)

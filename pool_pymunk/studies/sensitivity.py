@@ -39,6 +39,7 @@ from pool_pymunk.studies.changes import law_of
 from pool_pymunk.studies.compare import Beside, Reference, reference_of
 from pool_pymunk.studies.derivatives import follow
 from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of, launched
+from pool_pymunk.studies.variation import Uniform, numbers, offsets
 
 MAX_TIME = STATUSES.index("max_time")
 PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
@@ -244,33 +245,24 @@ class Study:
     def draw(self, samples: int, seed: int, scale: float = 1.0) -> tuple[dict[str, Array], int]:
         """Draw errors (S,) of the inputs by their names, and count balls that were moved apart."""
         scene, names = self.reference.scene, inputs.names_in(self.reference.scene)["position"]
-        rng = np.random.default_rng(seed)
-        of_shots = rng.uniform(-1.0, 1.0, (samples, len(self.chain), 2))
         widths = np.array([scale * self.widths.get(name, 0.0) for name in names])
         sampler = StartSampler(scene, widths.reshape(-1, 2), self.places)
-        off = sampler.starts(samples, rng) - self.places
-        errors = dict(zip(names, off.reshape(samples, -1).T, strict=True))
-        for name, width in self.widths.items():
-            kind, whose = inputs.parts(name)
-            row = inputs.TABLE[kind]
-            if kind in ("speed", "turn"):
-                errors[name] = scale * width * of_shots[:, int(whose) - 1, int(kind == "turn")]
-            elif name not in errors:
-                value = 0.0 if row.of == inputs.SHOT else inputs.input_value(scene, name)
-                drawn = value + scale * width * rng.uniform(-1.0, 1.0, samples)
-                errors[name] = row.clipped(drawn) - value
+        off = sampler.starts(samples, seed) - self.places
+        others = {name: Uniform(width) for name, width in self.widths.items() if name not in names}
+        errors = {name: scale * each for name, each in numbers(others, samples, seed).items()}
+        errors |= zip(names, off.reshape(samples, -1).T, strict=True)
         return errors, sampler.overlapping
 
     def play(
         self, errors: Mapping[str, Array], threads: int | None, done: Any = None
     ) -> tuple[dict[str, NDArray[Any]], Mask]:
         """Play samples through all shots of the chain; return arrays, and which are finished."""
-        scene, names = self.reference.scene, inputs.names_in(self.reference.scene)["position"]
-        off = np.array([errors[name] for name in names]).T.reshape(-1, *self.places.shape)
+        scene, samples = self.reference.scene, len(next(iter(errors.values())))
+        off = offsets(scene, errors, samples)
         starts = self.places + off
         values = {
-            name: inputs.input_value(scene, name) + errors[name]
-            for name in self.widths.keys() - set(names)
+            name: inputs.erring(scene, name, errors[name])
+            for name in self.widths.keys() - {*inputs.names_in(scene)["position"]}
             if inputs.TABLE[inputs.parts(name)[0]].of != inputs.SHOT
         }
         velocity = np.tile([ball.velocity for ball in scene.balls], (len(off), 1, 1))
@@ -423,7 +415,7 @@ def by_causes(
     >>> errors = Uncertainty(0.005 * 0.0254, angle=0.001)
     >>> alone = by_causes(sensitivity(load("report"), "Simulation 3", errors, 200))
     >>> [(name, round(each.worst.deviation / 0.0254, 3)) for name, each in alone.items()]
-    [('starts', 0.003), ('angle', 0.028)]
+    [('starts', 0.003), ('angle', 0.027)]
     """
     run, samples = found.reference, found.samples + found.unfinished
     causes = found.uncertainty.causes(run.scene)

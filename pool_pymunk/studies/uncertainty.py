@@ -19,19 +19,20 @@ import numpy as np
 from pool_pymunk.fast.places import may_lie
 from pool_pymunk.model import NEAREST, Point, Scene, Shot, Units
 from pool_pymunk.model import inputs as table
-from pool_pymunk.model.inputs import SHOT, TABLE, input_value, names_in, parts, row_of
+from pool_pymunk.model.inputs import TABLE, names_in, parts
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import points
 from pool_pymunk.solvers import SettingError
+from pool_pymunk.studies.variation import Uniform, check, numbers, offsets
 
 # Both were chosen: a start is drawn ATTEMPTS times at most, and moved apart in SWEEPS at most.
 ATTEMPTS, SWEEPS = 20, 2000
 APART = 2.5e-10  # of a radius; smaller pushes end the search, because scenes may overlap by 1e-6
 NEIGHBORS = 8.0  # widths; balls that overlap push others, so this is more than 2
-A_BLOCK = 4  # numbers that a step of Philox makes
+ANEW = 1 << 40  # A start that is drawn anew has the numbers of a shot so far behind.
 
 
 @dataclass(frozen=True)
@@ -68,17 +69,8 @@ class Uncertainty:
 
     def widths(self, scene: Scene) -> Array:
         """Return half the width (N, 2) of each ball's position, in m."""
-        place = self.position
-        if not isinstance(place, Mapping):
-            place = dict.fromkeys(scene.index, (place, place))
-        if unknown := place.keys() - scene.index.keys():
-            raise SettingError(f"position of ball {min(unknown)}: there is no such ball")
-        found = np.array([place.get(id_, (0.0, 0.0)) for id_ in scene.index], dtype=float)
-        for name, width in self.inputs.items():
-            row, whose = row_of("inputs", name, scene)
-            if row.group == "position":
-                found[scene.index[whose], "xy".index(row.name)] = width
-        return found
+        own = self.by_name(scene)
+        return np.array([[own.get(f"{axis}.{id_}", 0.0) for axis in "xy"] for id_ in scene.index])
 
     def scaled(self, factor: float) -> Uncertainty:
         """Return the uncertainty, ``factor`` times as wide.
@@ -98,22 +90,19 @@ class Uncertainty:
 
         Raises SettingError for an input that is not there, is given twice, or goes too far.
         """
-        places = zip(names_in(scene)["position"], self.widths(scene).ravel().tolist(), strict=True)
-        found = dict(places) | {"speed": self.speed, "turn": math.degrees(self.angle)}
-        # The random numbers of a roll are drawn after all others.
-        for name, width in sorted(self.inputs.items(), key=lambda one: one[0] == "roll"):
-            row, _ = row_of("inputs", name, scene)
+        place = self.position
+        if not isinstance(place, Mapping):
+            place = dict.fromkeys(scene.index, (place, place))
+        if unknown := place.keys() - scene.index.keys():
+            raise SettingError(f"position of ball {min(unknown)}: there is no such ball")
+        found = {f"{axis}.{id_}": width for id_, both in place.items()
+                 for axis, width in zip("xy", both, strict=True)}  # fmt: skip
+        found |= {"speed": self.speed, "turn": math.degrees(self.angle)}
+        for name, width in self.inputs.items():
+            check(scene, "inputs", name, Uniform(width))
             key = "turn" if name == "angle" else name
-            if row.of == SHOT:
-                if found.get(key):
-                    raise setting_error("inputs", name, "is uncertain already")
-            elif row.group != "position":
-                if not any(name in names for names in names_in(scene).values()):
-                    raise setting_error("inputs", name, "the scene leaves it out")
-                ends = input_value(scene, name) + width * np.array([-1.0, 1.0])
-                if row.bad(ends).any():
-                    said = f"the range {ends[0]:g} to {ends[1]:g} goes too far: it {row.limits}"
-                    raise setting_error("inputs", name, said)
+            if key in ("speed", "turn") and found[key]:
+                raise setting_error("inputs", name, "is uncertain already")
             found[key] = width
         return {name: width for name, width in found.items() if width}
 
@@ -251,24 +240,6 @@ def launched(scene: Scene, shot: Shot, position: Array) -> Array:
     return np.array([(math.cos(a) * shot.speed, math.sin(a) * shot.speed) for a in angles])
 
 
-def uniforms(seed: int, shots: range, count: int) -> Array:
-    """Return ``count`` numbers in [0, 1) for each of the shots (S, count), by their numbers.
-
-    >>> bool((uniforms(7, range(5, 9), 6)[1] == uniforms(7, range(6, 7), 6)[0]).all())
-    True
-    """
-    blocks = -(-count // A_BLOCK)
-    source = np.random.Philox(key=seed)
-    source.advance(shots.start * blocks)
-    return np.random.Generator(source).random((len(shots), blocks * A_BLOCK))[:, :count]
-
-
-def normal(numbers: Array) -> Array:
-    """Return normal numbers (S,), each made from two uniform ones (Box and Muller)."""
-    first, second = numbers[:, 0], numbers[:, 1]
-    return np.asarray(np.sqrt(-2.0 * np.log1p(-first)) * np.cos(2.0 * np.pi * second))
-
-
 class StartSampler:
     """A start sampler draws starts around ``places`` (m), by default those of the scene's balls.
 
@@ -276,7 +247,9 @@ class StartSampler:
     """
 
     def __init__(self, scene: Scene, widths: Array, places: Any = None) -> None:
-        self.scene, self.widths, self.overlapping = scene, widths, 0
+        self.scene, self.overlapping = scene, 0
+        names = zip(names_in(scene)["position"], widths.ravel().tolist(), strict=True)
+        self.spread = {name: Uniform(width) for name, width in names}
         own = [ball.position for ball in scene.balls]
         self.base = np.array(own if places is None else places)
         self.radius = np.array([ball.radius for ball in scene.balls])
@@ -291,13 +264,13 @@ class StartSampler:
             if edge.distance(x, y) < self.radius[i] + far
         ]
 
-    def starts(self, samples: int, rng: np.random.Generator) -> Array:
+    def starts(self, samples: int, seed: int) -> Array:
         """Draw positions (S, N, 2), in m."""
         starts = np.empty((samples, *self.base.shape))
         missing = np.ones(samples, dtype=bool)
-        for _ in range(ATTEMPTS):
-            shape = int(missing.sum()), *self.base.shape
-            drawn = self.base + self.widths * rng.uniform(-1.0, 1.0, shape)
+        for k in range(ATTEMPTS):
+            errors = numbers(self.spread, range(k * ANEW, k * ANEW + samples), seed)
+            drawn = self.base + offsets(self.scene, errors, samples)[missing]
             self.overlapping += int((~may_lie(self.scene, drawn)).sum())
             starts[missing] = self.apart(drawn)
             missing[missing] = ~may_lie(self.scene, starts[missing]).all(axis=1)

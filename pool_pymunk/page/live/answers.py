@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pool_pymunk.fast import compiled, simulate_many
+from pool_pymunk.fast.shots import opening
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
 from pool_pymunk.model.places import Surroundings, placed
 from pool_pymunk.model.problems import Point, listed, setting_error, shown
@@ -30,6 +31,7 @@ from pool_pymunk.render.table import round_number
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver, reference_solver, request
+from pool_pymunk.studies.variation import Normal, numbers
 
 LONGEST = 60.0  # s; a run is ended at this time at the latest,
 MOST_EVENTS = 5_000  # and after this many events.
@@ -92,7 +94,10 @@ class Ask(Start):
 
 
 class AskCloud(Ask):
-    """This question asks for many shots; the error of the speed is a share of the speed."""
+    """This question asks for many shots, with the standard deviations of a player's errors.
+
+    The error of the angle is in degrees, that of the speed a share of the speed.
+    """
 
     angle_error: float = Field(0.0, ge=0.0, le=180.0)
     speed_error: float = Field(0.0, ge=0.0, le=1.0)
@@ -173,23 +178,21 @@ class Answers:
         places, speeds = np.array(state.position), np.array(state.velocity)
         places[[self.scene.index[id_] for id_ in state.off]] = np.nan
         struck = self.scene.index[asked.ball]
-        # The errors are the same every time.
-        turn, gain = np.random.default_rng(0).standard_normal((SAMPLES, 2)).T
-        angle = np.radians(asked.angle + asked.angle_error * turn)
-        speed = np.maximum(asked.speed * (1.0 + asked.speed_error * gain), 0.0)
-        strikes = np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
-        rolls, spent, ends = None, 0.0, np.empty((0, *places.shape))
+        turn, faster = Normal(asked.angle_error), Normal(asked.speed_error * asked.speed)
+        drawn = numbers({"turn": turn, "speed": faster}, SAMPLES)
+        speed = np.maximum(asked.speed + drawn["speed"], 0.0)
+        values = {"angle": asked.angle + drawn["turn"], "speed": speed}
+        values["roll"] = np.full(SAMPLES, asked.roll or 0.0)
+        spent, ends = 0.0, np.empty((0, *places.shape))
         while len(ends) < SAMPLES and spent < CLOUD_TIME:
-            some = strikes[len(ends) : 2 * len(ends) + SOME]
-            velocity = np.tile(speeds, (len(some), 1, 1))
-            velocity[:, struck] = some
-            if state.roll is not None:
-                rolls = np.tile(state.roll, (len(some), 1, 1))
-                rolls[:, struck] = (asked.roll or 0.0) * some
+            some = {key: each[len(ends) : 2 * len(ends) + SOME] for key, each in values.items()}
+            shape = (len(some["speed"]), 1, 1)
+            starts = np.tile(places, shape), np.tile(speeds, shape)
+            *begun, _, rolls = opening(self.scene, *starts, some, struck, state.roll)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # The page itself says that numba is missing.
                 batch = simulate_many(
-                    self.scene, places, velocity, roll=rolls, law=asked.law, max_time=self.latest
+                    self.scene, *begun, roll=rolls, law=asked.law, max_time=self.latest
                 )
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])

@@ -1,14 +1,9 @@
-"""This module says which shots a sweep plays, and draws them by their numbers.
-
-The random numbers of a shot depend on the seed and on the shot's number alone (Philox, a
-counter-based generator: Salmon et al., SC 2011), whatever chunk, worker or machine plays it.
-"""
+"""This module says which shots a sweep plays, and draws them by their numbers."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,28 +13,38 @@ import numpy as np
 
 from pool_pymunk.fast import Batch, simulate_many
 from pool_pymunk.fast.shots import opening
-from pool_pymunk.model import Point, Scene, Shot, State, inputs
+from pool_pymunk.model import Scene, Shot, inputs
 from pool_pymunk.model.plain import argument, between, flag, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.solvers import find_shot, reference_solver, request, simulate
-from pool_pymunk.solvers.request import shot_before
-from pool_pymunk.studies.uncertainty import StartSampler, launched, normal, uniforms
+from pool_pymunk.solvers import find_shot, reference_solver, request
+from pool_pymunk.studies.uncertainty import StartSampler, launched
+from pool_pymunk.studies.variation import (
+    Between,
+    Distribution,
+    Grid,
+    Normal,
+    Uniform,
+    Variation,
+    numbers,
+    offsets,
+    points,
+    read_range,
+)
 
-SPREADS = ("start", "noise.speed", "noise.angle")  # each of these takes one width
+# Each of these takes one width.
+SPREADS: dict[str, type[Uniform | Normal]] = {
+    "start": Uniform,
+    "noise.speed": Normal,
+    "noise.angle": Normal,
+}
 UNITS = {row.name: inputs.SI[row.quantity] for row in inputs.TABLE.values()} | {
     "start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg",
     "duration": "s",
 }  # fmt: skip
-# These inputs have fixed columns of random numbers; any other input has a stream by its name.
-SLOT = {"speed": 0, "angle": 1, "turn": 1, "mass": 2} | {
-    key: 3 + column for key, column in inputs.column_of("coefficients").items()
-}
-NOISE_SLOT = {"noise.speed": 10, "noise.angle": 12}  # A normal number takes two uniform ones.
-START_SLOT = 16
-OF_SHOT = {"speed", "angle", "turn", "roll", *NOISE_SLOT}  # These change the struck ball.
+OF_SHOT = {"speed", "angle", "turn", "roll", "noise.speed", "noise.angle"}
 
 
 class Drawn(NamedTuple):
@@ -68,8 +73,8 @@ class Plan:
 
     scene: Scene
     shot: Shot | None
-    vary: Mapping[str, tuple[float, ...]]
-    grid: Mapping[str, tuple[float, float, int]]
+    vary: Mapping[str, Distribution]
+    grid: Mapping[str, Grid]
     samples: int
     seed: int
     chunk: int
@@ -93,62 +98,50 @@ class Plan:
         shot, its = self.shot, None
         if shot is not None:
             aim = shot.aim if self.aims_anew else None
-            its = [shot.name, shot.ball, *self._struck_velocity, aim]
+            struck = self.begun.start.velocity[self.begun.ball]
+            its = [shot.name, shot.ball, *struck, aim]
             its += [shot.roll] * self.scene.surface.rolls + list(shot.place or ())
         said = {
-            "format": 1,
+            "format": 2,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
             "shot": its,
             "law": self.law.name,
-            "vary": {key: list(values) for key, values in sorted(self.vary.items())},
-            "grid": {key: list(values) for key, values in self.grid.items()},
+            "vary": {key: list(vars(its).values()) for key, its in sorted(self.vary.items())},
+            "grid": {key: list(vars(its).values()) for key, its in self.grid.items()},
             **{key: getattr(self, key) for key in ("samples", "seed", "chunk")},
         }
         digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
         return said | {"hash": digest}
 
     @cached_property
-    def _state(self) -> State:
-        """The state at the moment of the shot, which may be the end of another shot."""
-        first, exact = self.shot and shot_before(self.scene, self.shot), reference_solver().name
-        before = simulate(self.scene, first, solver=exact, law=self.law).end if first else None
-        return self.scene.start(self.shot, before)
-
-    @cached_property
-    def ball(self) -> int:
-        """The number of the struck ball; without a shot that of the first ball that moves."""
-        moves = (i for i, v in enumerate(self._state.velocity) if v != (0.0, 0.0))
-        return self.scene.index[self.shot.ball] if self.shot else next(moves, 0)
-
-    @property
-    def _struck_velocity(self) -> Point:
-        return self._state.velocity[self.ball]
-
-    @property
-    def _share(self) -> float:
-        """The roll of the struck ball, as a share of its velocity."""
-        return (self.shot or self.scene.balls[self.ball]).roll
+    def begun(self) -> Variation:
+        """The scene at the moment of the shot, in which nothing varies."""
+        return Variation(self.scene, {}, self.shot, self.law)
 
     def draw(self, shots: range) -> Drawn:
         """Return the inputs of these shots."""
-        numbers = uniforms(self.seed, shots, START_SLOT + 2 * len(self.scene.balls))
-        columns, state = self._columns(shots, numbers), self._state
+        state, places = self.begun.start, inputs.names_in(self.scene)["position"]
+        varied = {key: its for key, its in {**self.grid, **self.vary}.items() if key != "start"}
+        named = {self.meaning(key): its for key, its in varied.items()}
+        columns = dict(zip(varied, numbers(named, shots, self.seed).values(), strict=True))
         position, velocity = (
             np.tile(np.array(each), (len(shots), 1, 1)) for each in (state.position, state.velocity)
         )
         position[:, [self.scene.index[id_] for id_ in state.off]] = np.nan
-        if "start" in self.vary:
-            (width,) = self.vary["start"]
-            position += width * (2.0 * numbers[:, START_SLOT:].reshape(position.shape) - 1.0)
+        if isinstance(start := self.vary.get("start"), Uniform):
+            errors = numbers(dict.fromkeys(places, start), shots, self.seed)
+            position += offsets(self.scene, errors, len(shots))
             if not state.off:  # Overlapping balls are moved apart.
-                widths = np.full(position.shape[1:], width)
+                widths = np.full(position.shape[1:], start.half_width)
                 position = StartSampler(self.scene, widths, state.position).apart(position)
         of_balls = {self.meaning(key): each for key, each in columns.items() if key not in OF_SHOT}
         position, velocity, vary, _ = opening(self.scene, position, velocity, of_balls)
         carried = state.roll if self.shot is not None and self.shot.from_previous else None
         its = self._of_shot(columns, position, velocity)
-        _, velocity, _, roll = opening(self.scene, position, velocity, its, self.ball, carried)
+        _, velocity, _, roll = opening(
+            self.scene, position, velocity, its, self.begun.ball, carried
+        )
         return Drawn(self._named(columns, position), position, velocity, vary, roll)
 
     def play(self, drawn: Drawn, **how: Any) -> Batch:
@@ -157,42 +150,15 @@ class Plan:
         how = {"law": self.law, **how}
         return simulate_many(self.scene, position, velocity, vary=vary, roll=roll, **how)
 
-    def _columns(self, shots: range, numbers: Array) -> dict[str, Array]:
-        """Return what is varied, by its keys; the values of the grid's last key change fastest."""
-        columns: dict[str, Array] = {}
-        inner = math.prod(steps for _, _, steps in self.grid.values())
-        for key, (low, high, steps) in self.grid.items():
-            inner //= steps
-            step = np.arange(shots.start, shots.stop) // inner % steps
-            columns[key] = np.linspace(low, high, steps)[step]
-        for key, (low, *others) in self.vary.items():
-            if key in NOISE_SLOT:
-                columns[key] = low * normal(numbers[:, NOISE_SLOT[key] :])
-            for high in others:
-                if key in SLOT:
-                    drawn = numbers[:, SLOT[key]]
-                else:  # Its random numbers do not depend on the other inputs.
-                    own = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) << 64
-                    drawn = uniforms(self.seed + own, shots, 1)[:, 0]
-                columns[key] = low + (high - low) * drawn
-        return columns
-
     def meaning(self, key: str) -> str:
         """Return the name of the input that a key of a sweep stands for."""
         if key == "mass":
-            return f"mass.{self.scene.balls[self.ball].id}"
+            return f"mass.{self.scene.balls[self.begun.ball].id}"
         return "turn" if key == "angle" else key
 
     def own(self, key: str) -> float:
         """Return the value of a key that was not varied."""
-        kind, whose = inputs.parts(self.meaning(key))
-        array, axis = inputs.TABLE[kind].column or ("", 0)
-        if array in ("position", "velocity"):
-            return float(getattr(self._state, array)[self.scene.index[whose]][axis])
-        if array == "struck":
-            speed = math.hypot(*self._struck_velocity)
-            return {"speed": speed, "roll": self._share}.get(kind, 0.0)
-        return inputs.input_value(self.scene, self.meaning(key))
+        return self.begun.own(self.meaning(key))
 
     def _of_shot(
         self, columns: Mapping[str, Array], position: Array, velocity: Array
@@ -200,10 +166,10 @@ class Plan:
         """Return the speed, turn and roll of the struck ball."""
         moves = "start" in self.vary or any(key[:2] in ("x.", "y.") for key in columns)
         if self.aims_anew and self.shot is not None and self.shot.aim is not None and moves:
-            velocity[:, self.ball] = launched(self.scene, self.shot, position)
-        its: dict[str, Any] = {"roll": columns.get("roll", self._share)}
+            velocity[:, self.begun.ball] = launched(self.scene, self.shot, position)
+        its: dict[str, Any] = {"roll": columns.get("roll", self.own("roll"))}
         if columns.keys() & (OF_SHOT - {"roll"}):
-            own = np.hypot(*velocity[:, self.ball].T)
+            own = np.hypot(*velocity[:, self.begun.ball].T)
             speed = columns.get("speed", own) + columns.get("noise.speed", 0.0)
             turn = sum(columns.get(key, 0.0) for key in ("angle", "turn", "noise.angle"))
             its |= {"speed": np.maximum(speed, 0.0), "turn": turn}
@@ -234,16 +200,15 @@ def make_plan(
     asked = request(scene, reference_solver().name, law=law, max_time=max_time)
     latest = asked.settings.max_time
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
-    varied = {key: _range(scene, key, value, "vary") for key, value in (vary or {}).items()}
+    varied = {key: _distribution(scene, key, value) for key, value in (vary or {}).items()}
     steps = {key: _grid(scene, key, value) for key, value in (grid or {}).items()}
     if both := varied.keys() & steps.keys():
         raise setting_error("grid", min(both), "is varied already")
-    points = math.prod(count for _, _, count in steps.values())
     if samples is None and not steps:
         raise setting_error("samples", None, "is missing where there is no grid")
-    total = points if samples is None else argument("samples", samples, whole(1))
-    if steps and total != points:
-        raise setting_error("samples", total, f"the grid has {points:,} points")
+    total = points(steps.values()) if samples is None else argument("samples", samples, whole(1))
+    if steps and total != points(steps.values()):
+        raise setting_error("samples", total, f"the grid has {points(steps.values()):,} points")
     chosen, seed = find_shot(scene, shot), argument("seed", seed, whole(0))
     chunk, used = argument("chunk", chunk, whole(1)), asked.settings.law_of(scene)
     anew = argument("aims_anew", aims_anew, flag)
@@ -254,34 +219,33 @@ def make_plan(
         if other != key:
             raise setting_error("vary", key, f"means the same as {other}")
     moving = OF_SHOT & {*seen, *seen.values()}
-    if moving and plan._struck_velocity == (0.0, 0.0):
+    if moving and plan.own("speed") == 0.0:
         raise setting_error("shot", None, f"there is no shot whose {min(moving)} could be varied")
     return plan
 
 
-def _range(scene: Scene, key: str, value: Any, name: str) -> tuple[float, ...]:
+def _distribution(scene: Scene, key: str, value: Any) -> Distribution:
     """Read a range (low, high), or one width."""
-    where, values = f"{name}[{key!r}]", list(np.ravel(value))
-    if key in SPREADS:
-        if len(values) != 1:
-            raise setting_error(where, str(value), "must be one width")
-        return (argument(where, values[0], between(0.0)),)
-    row = inputs.TABLE["mass"]
-    if key != "mass":
-        row, _ = inputs.row_of(name, key, scene, (*SPREADS, "mass"))
-    if len(values) != 2:
-        raise setting_error(where, str(value), "must be a range (low, high)")
-    low, high = (argument(where, each, between(row.low)) for each in values)
-    if not low <= high <= row.high or (row.size and low == 0.0):
-        limit = " <= 1" if row.high == 1.0 else ""
-        raise setting_error(where, str(value), f"must be {row.low:g} <= low <= high{limit}")
-    return low, high
+    where = f"vary[{key!r}]"
+    if key not in SPREADS:
+        return Between(*read_range(where, value, _row(scene, key, "vary")))
+    if np.size(value) != 1:
+        raise setting_error(where, str(value), "must be one width")
+    return SPREADS[key](argument(where, np.ravel(value)[0], between(0.0)))
 
 
-def _grid(scene: Scene, key: str, value: Any) -> tuple[float, float, int]:
+def _grid(scene: Scene, key: str, value: Any) -> Grid:
     """Read (low, high, count)."""
+    where = f"grid[{key!r}]"
     if key in SPREADS or np.ndim(value) != 1 or len(value) != 3:
         message = "must be (low, high, count), of a key that takes a range"
-        raise setting_error(f"grid[{key!r}]", str(value), message)
-    low, high = _range(scene, key, value[:2], "grid")
-    return low, high, argument(f"grid[{key!r}]", value[2], whole(1))
+        raise setting_error(where, str(value), message)
+    ends = read_range(where, value[:2], _row(scene, key, "grid"))
+    return Grid(*ends, argument(where, value[2], whole(1)))
+
+
+def _row(scene: Scene, key: str, name: str) -> inputs.Input:
+    """Return the row of a key in the table of inputs; SettingError names the argument."""
+    if key == "mass":
+        return inputs.TABLE[key]
+    return inputs.row_of(name, key, scene, (*SPREADS, "mass"))[0]
