@@ -48,7 +48,7 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.solvers import Settings
 from pool_pymunk.solvers.request import Request
-from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, estimate
+from pool_pymunk.studies.grid import NO_ESTIMATE, Estimate, estimate
 
 
 def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:

@@ -35,10 +35,10 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import Settings, Solver, find_solver, reference_solver
 from pool_pymunk.studies.compare import Comparison
+from pool_pymunk.studies.grid import Column, in_order, order, sentences, tradeoff
 from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite
 from pool_pymunk.studies.stability.trial import LISTED
 from pool_pymunk.studies.tolerance import simulate_within
-from pool_pymunk.studies.tradeoff import ladders_of, order, sentences, tradeoff
 
 # m; how far an end in the scenario two-balls is off for each second by which the hit is late:
 # the balls close at 2.5 m/s, and then go 0.7 m in a direction that is off by that over 2 r.
@@ -130,10 +130,8 @@ def test_it_simulates_at_its_own_step(added: Solver) -> None:
 
 
 def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: Path) -> None:
-    assert list(ladders_of())[-2:] == [added.name, reference_solver().name]
-    result = tradeoff(
-        load("two-balls"), ladders_of([added.name, reference_solver().name]), budget=0
-    )
+    assert in_order()[-2:] == [added.name, reference_solver().name]
+    result = tradeoff(load("two-balls"), Column(added.name).at_steps(every=True))
     found = result.of(added.name)
     assert tuple(setting.dt for setting in found) == added.ladder
     assert all(setting.dt and setting.largest < LATENESS * setting.dt for setting in found)
@@ -259,8 +257,8 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
     registry["truth"] = replace(registry.pop("event-driven"), name="truth")
     assert reference_solver() is registry["truth"]
     scene, data = load("two-balls"), tmp_path / "data.json"
-    assert list(ladders_of())[-1] == columns()[0].name == "truth"
-    result = tradeoff(scene, {"pymunk": (1 / 60,), "truth": (None,)}, budget=0)
+    assert in_order()[-1] == columns()[0].name == "truth"
+    result = tradeoff(scene, [Column("pymunk", 1 / 60), Column("truth")])
     assert any(line.startswith("Without a step: truth in ") for line in sentences(result))
     cell = check(HEAD_ON, "truth", quick=True)
     assert cell.run and cell.worst is None
@@ -291,7 +289,7 @@ OTHERWISE = {  # a text that has a solver's name in it, and why it may
     ("world/checks.py", 'is a solver of its own now; ask for solver="pymunk-discrete"'),
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
-    ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down
+    ("studies/grid.py", "pymunk"),  # the library, whose version is written down
     # the library, and its classes
     (
         "world/billiards.py",

@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import typer
@@ -23,13 +22,8 @@ NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
 Widths = float | Mapping[str, tuple[float, float]]  # m, of all starts or of each ball's
 
 
-class Setup(NamedTuple):
-    """A setting has a solver, a step (s; None: its own), a law (None: the scene's), and options."""
-
-    solver: str
-    dt: float | None = None
-    law: str | None = None
-    options: Mapping[str, Any] = MappingProxyType({})
+ALL = "all"  # of --solvers
+LONGEST = f"takes longest; --solvers {ALL} plays it, too"
 
 
 class How(NamedTuple):
@@ -72,18 +66,39 @@ class How(NamedTuple):
                 found[name] = options
         return found, left_out
 
-    def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setup:
+    def columns(
+        self, scene: lib.Scene, typed: str | None, names: Iterable[str], dt: float | None = None,
+        every: bool = False,
+    ) -> tuple[list[lib.grid.Column], dict[str, str]]:  # fmt: skip
+        """Return the columns of --solvers (default: ``names``), and why others are left out.
+
+        Solvers without a typed step have the step ``dt`` (s), or their own, or ``every`` one.
+        """
+        named = typed not in (None, ALL)
+        names = read.names("--solvers", typed or "") if named else names
+        chosen = [read_setting(name, "--solvers", dt, laws=()) for name in names]
+        options, left_out = self.options_of(scene, (one.solver for one in chosen), named)
+        played = [one for one in chosen if one.solver in options]
+        columns = [
+            each._replace(options=options[one.solver])
+            for one in played
+            for each in one.at_steps(every)
+        ]
+        longest = {str(each): LONGEST for each in columns if typed is None and each.is_longest}
+        return [each for each in columns if str(each) not in longest], {**left_out, **longest}
+
+    def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> lib.grid.Column:
         """Return the solver and its step as typed; an error names an option that does not fit."""
         step = read.seconds("--dt", dt)
         lib.solvers.request(scene, solver, law=self.law, **self.options)
         if dt is not None and lib.solvers.find_solver(solver).dt is None:
             raise read.InputError(f"--dt = {dt}: {solver} has no time step")
-        return Setup(solver, step, options=self.options)
+        return lib.grid.Column(solver, step, options=self.options)
 
 
 def read_setting(
     text: str, key: str = "--overlay", dt: float | None = None, laws: Collection[str] = LAWS
-) -> Setup:
+) -> lib.grid.Column:
     """Return a setting as typed: a solver, then in any order a step (else ``dt``, s) and a law.
 
     >>> read_setting("pymunk:1/64:published")[:3]
@@ -102,31 +117,21 @@ def read_setting(
     if steps and not has_step:
         raise read.InputError(f"{key} = {text}: {solver} has no time step")
     step = read.seconds(key, steps[0]) if steps else dt if has_step else None
-    return Setup(solver, step, law[0] if law else None)
+    return lib.grid.Column(solver, step, law[0] if law else None)
 
 
 def simulate_beside(
-    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
+    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column]
 ) -> Generator[tuple[lib.Run, ...], None, None]:
     """Simulate every shot by each setting: yield a row a shot, with a column a setting."""
     with lib.terminal.progress("simulating", len(shots) * len(settings)) as bar:
-        columns, found = [], list[list[lib.tradeoff.Estimate]]()
-        for solver, dt, law, options in settings:
-            physics = replace(scene.physics, law=law or scene.physics.law)
-            variant = replace(scene, physics=physics)
-            asked = {"solver": solver, "dt": dt, **options}
-            durations = [one.duration for row in found[-1:] for one in row if one.steps]
-            found.append(lib.tradeoff.estimate(variant, shots, durations=durations, **asked))
-            columns.append((variant, asked))
+        found = lib.grid.estimates(scene, shots, settings)
         share = lib.terminal.Share(bar, [one for row in zip(*found, strict=True) for one in row])
-        runs = [
-            lib.solvers.simulate_all(variant, shots, on_time=share.move, **asked)
-            for variant, asked in columns
-        ]
+        columns = [one.runs(scene, shots, on_time=share.move) for one in settings]
         for _ in shots:
             row = []
-            for each in runs:
-                row.append(next(each))
+            for runs in columns:
+                row.append(next(runs))
                 share.finish()
             yield tuple(row)
 
@@ -138,7 +143,7 @@ def left_out_sentences(left_out: Mapping[str, str]) -> Iterator[str]:
 
 
 def simulate_and_warn(
-    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
+    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column]
 ) -> list[tuple[lib.Run, ...]]:
     """Simulate as above, and print on stderr what runs warn of, and where they miss their ends."""
     rows = list(simulate_beside(scene, shots, settings))

@@ -12,11 +12,9 @@ import typer
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import (
     How,
-    Setup,
     left_out_sentences,
     place,
     published_by,
-    read_setting,
     say,
     simulate_beside,
     stem,
@@ -31,13 +29,7 @@ COSTS = ("solver", "contacts", "steps", "wall time", "energy left", "status")
 
 def compare(
     scenario: opt.Scenario,
-    solvers: Annotated[
-        str | None,
-        opt.option(
-            f"Those to compare with the exact one: some of {opt.SOLVER_NAMES}; default: all.",
-            "S[:DT],...", autocompletion=opt.solver_lists,
-        ),
-    ] = None,
+    solvers: opt.Columns = None,
     dt: opt.Step = None,
     shot: opt.ShotName = None,
     law: opt.LawName = None,
@@ -46,15 +38,18 @@ def compare(
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: Annotated[bool, opt.option("Draw each run over the exact one.")] = True,
-) -> int:  # fmt: skip
+) -> int:
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    settings, left_out = _settings(how, scene, solvers, read.seconds("--dt", dt))
+    exact = lib.solvers.reference_solver().name
+    others = [name for name in lib.solvers.SOLVERS if name != exact]
+    columns, left_out = how.columns(scene, solvers, others, read.seconds("--dt", dt))
+    columns = [lib.grid.Column(exact), *columns]
     folder = place(out, scenario, "compare")
     found: list[lib.compare.Comparison] = []
     try:
-        with closing(simulate_beside(scene, read.shots(scene, shot), settings)) as rows:
+        with closing(simulate_beside(scene, read.shots(scene, shot), columns)) as rows:
             for reference, *runs in rows:
                 comparisons = [lib.compare.Comparison(reference, run) for run in runs]
                 _print(reference, comparisons)
@@ -73,24 +68,6 @@ def compare(
                 bar.step()
     typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
     return 0
-
-
-def _settings(
-    how: How, scene: lib.Scene, text: str | None, dt: float | None
-) -> tuple[list[Setup], Mapping[str, str]]:
-    """Return the reference and the solvers to compare (default: all), and why some are left out.
-
-    ``dt`` is their step.
-    """
-    exact = lib.solvers.reference_solver().name
-    names = [name for name in lib.solvers.SOLVERS if name != exact]
-    names = names if text is None else read.names("--solvers", text)
-    settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
-    solvers = (one.solver for one in settings)
-    options, left_out = how.options_of(scene, solvers, named=text is not None)
-    played = [one for one in settings if one.solver in options]
-    compared = [one._replace(options=options[one.solver]) for one in played]
-    return [Setup(exact), *compared], left_out
 
 
 def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pool_pymunk.report import collide, listing
     from pool_pymunk.results import run, trace, words
     from pool_pymunk.results.run import Run
-    from pool_pymunk.studies import atlas, compare, fit, sensitivity, sweep, tolerance, tradeoff
+    from pool_pymunk.studies import atlas, compare, fit, grid, sensitivity, sweep, tolerance
     from pool_pymunk.studies import uncertainty
     from pool_pymunk.studies.sensitivity import Linear, Sensitivity
     from pool_pymunk.studies.stability import extremes, suite
@@ -34,9 +34,9 @@ else:
         page render solvers cli.terminal model.inputs model.problems model.quantities
         model.scenario page.live.server physics.contact render.clouds render.collision
         render.diagram render.heatmap render.residuals report.collide report.listing results.run
-        results.trace results.words studies.atlas studies.compare studies.fit studies.sensitivity
-        studies.stability.extremes studies.stability.suite studies.sweep studies.tolerance
-        studies.tradeoff studies.uncertainty
+        results.trace results.words studies.atlas studies.compare studies.fit studies.grid
+        studies.sensitivity studies.stability.extremes studies.stability.suite studies.sweep
+        studies.tolerance studies.uncertainty
     """
     PATHS = {path.rpartition(".")[2]: path for path in MODULES.split()}
     PATHS["maps"] = "render.atlas"  # The studies have an atlas of their own.

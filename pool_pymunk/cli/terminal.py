@@ -14,8 +14,8 @@ from rich.console import Console
 from rich.text import Text
 
 if TYPE_CHECKING:
+    from pool_pymunk.studies.grid import Estimate
     from pool_pymunk.studies.sweep.job import Done
-    from pool_pymunk.studies.tradeoff import Estimate
 
 WIDTH = 160  # characters of a line in a pipe, which has no width of its own
 PACE = 0.1  # s between two moves of the progress bar
