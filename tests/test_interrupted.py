@@ -210,17 +210,17 @@ def test_a_disk_that_fills_up_keeps_what_was_finished(
 def test_a_full_disk_stops_stability_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def full(_cells: object, path: Path) -> None:
+    def full(_table: object, path: Path) -> None:
         path.write_text("extreme,case")
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(stability.suite, "check_all", lambda *_: one_cell())
-    monkeypatch.setattr("pool_pymunk.studies.stability.suite.write_csv", full)
+    monkeypatch.setattr("pool_pymunk.results.table.ResultTable.csv", full)
     assert exit_code("stability", "--out", str(tmp_path)) == 1
     error = f"error: {tmp_path / 'stability.csv'}: No space left on device\n"
     printed, errors = capsys.readouterr()
     assert without_remarks(errors) == error
-    assert "event-driven" in printed  # The table itself is not lost.
+    assert "holds" in printed  # The table itself is not lost.
     assert list(tmp_path.iterdir()) == []
 
 

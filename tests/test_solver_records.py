@@ -158,7 +158,7 @@ def test_its_stability_is_checked_at_its_steps(added: Solver, tmp_path: Path) ->
     heatmap.draw([full], picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
     console = Console(width=160, file=StringIO(), record=True)
-    console.print(suite.rich_table(suite.in_order([full, check(HEAD_ON, "pymunk")])))
+    console.print(suite.verdicts(suite.in_order([full, check(HEAD_ON, "pymunk")])))
     assert re.search(r"extreme .* pymunk .* explicit ", console.export_text())
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import closing
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -23,8 +23,15 @@ from pool_pymunk.cli.common import (
 )
 from pool_pymunk.safety.files import whole
 
-COLUMNS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
-COSTS = ("solver", "contacts", "steps", "wall time", "energy left", "status")
+ENDS = dict.fromkeys(("shot", "solver", "dt", "ball", "x", "y", "distance"), "")
+COSTS = {
+    "solver": "",
+    "contacts": "",
+    "steps": "",
+    "wall time": "ms",
+    "energy left": "%",
+    "status": "",
+}
 
 
 def compare(
@@ -58,7 +65,7 @@ def compare(
     finally:
         if found:
             with whole(folder / "ends.csv") as part:
-                lib.run.write_rows(part, COLUMNS, _ends(found))
+                lib.table.ResultTable(ENDS, _ends(found)).csv(part)
             write_json(json, _results(found, left_out), scenario, scene.title)
     if pictures:
         with lib.terminal.progress("drawing", len(found)) as bar:
@@ -72,34 +79,48 @@ def compare(
 
 def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
     runs = (reference, *(one.run for one in found))
-    costs = lib.terminal.TextTable(COSTS, map(_cost, runs), left=("solver", "status"))
+    costs = lib.table.ResultTable(COSTS, map(_cost, runs)).rich(left=("solver", "status"))
     said = [*sentences(reference, found), *warnings_of(runs)]
+    unit = reference.scene.units.length
     lib.terminal.show(
-        f"\n[bold]{reference.name}[/bold]", _distances(reference, found), costs, *said
+        f"\n[bold]{reference.name}[/bold]",
+        f"Exact ends, and distances of the other ends from them ({unit})\n",
+        _distances(reference, found),
+        costs,
+        *said,
     )
 
 
-def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.terminal.TextTable:
+def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.Printed:
     """Return each ball's exact end, and its distance from the end in each other run."""
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
-    rows = []
-    for id_, end in reference.final.items():
-        x, y = (unit.from_si(v, "length") for v in end)
-        row = [id_, f"{x:.4f}, {y:.4f}"]
-        row += [_small(unit.from_si(one.distances[id_], "length")) for one in found]
-        if id_ in published:
-            row.append(f"{unit.from_si(math.dist(end, published[id_]), 'length'):.3f}")
-        rows.append(row)
-    title = f"Exact ends, and distances of the other ends from them ({unit.length})"
-    headings = ["ball", "exact", *(_name(one.run) for one in found)]
-    return lib.terminal.TextTable(headings + ["published"] * bool(published), rows, title=title)
+    ends = reference.final.items()
+    columns: dict[str, list[Any]] = {
+        "ball": list(reference.final),
+        "exact": [
+            "{:.4f}, {:.4f}".format(*(unit.from_si(v, "length") for v in end)) for _, end in ends
+        ],
+        **{
+            _name(one.run).replace(" s", f"{lib.table.NO_BREAK}s"): [
+                unit.from_si(off, "length") for off in one.distances.values()
+            ]
+            for one in found
+        },
+    }
+    if published:
+        off = {id_: math.dist(end, published[id_]) for id_, end in ends if id_ in published}
+        columns["published"] = [
+            f"{unit.from_si(off[id_], 'length'):.3f}" if id_ in off else "" for id_, _ in ends
+        ]
+    rows = list(zip(*columns.values(), strict=True))
+    return lib.table.ResultTable(dict.fromkeys(columns, ""), rows).rich()
 
 
-def _cost(run: lib.Run) -> tuple[str, ...]:
+def _cost(run: lib.Run) -> tuple[object, ...]:
     share = run.energy["final"] / run.energy["initial"] if run.energy["initial"] else 0.0
     contacts = sum(event.is_contact for event in run.events)
-    time = f"{run.wall_time * 1e3:.1f} ms"
-    return _name(run), str(contacts), str(run.steps), time, f"{share:.1%}", run.status
+    spent = f"{run.wall_time * 1e3:.1f}", f"{share:.1%}".rstrip("%")
+    return _name(run), contacts, run.steps, *spent, run.status
 
 
 def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterator[str]:

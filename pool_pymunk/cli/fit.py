@@ -59,12 +59,12 @@ def fit(
             )  # fmt: skip
     except ImportError as missing:
         raise read.InputError(str(missing)) from None
-    headings = ("number", "fitted", "standard error", "scenario's", "unit")
-    table = lib.terminal.TextTable(headings, _rows(found), left=("number", "unit"))
-    lib.terminal.show(*[table] * bool(found.values), *sentences(found))
+    columns = dict.fromkeys(("number", "fitted", "standard error", "scenario's", "unit"), "")
+    table = lib.table.ResultTable(columns, _rows(found)) if found.values else None
+    lib.terminal.show(*[table.rich(("number", "unit"))] if table else (), *sentences(found))
     found.scene.to_toml(folder / FITTED)
     with whole(folder / "residuals.csv") as part:
-        lib.fit.write_csv(found, part)
+        lib.fit.table(found).csv(part)
     if pictures:
         lib.residuals.residuals_picture(found, folder / "residuals.png")
     write_json(json, found.as_dict(), scenario, found.scene.title)

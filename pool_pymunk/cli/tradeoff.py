@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -21,8 +21,6 @@ from pool_pymunk.cli.common import (
     write_json,
 )
 from pool_pymunk.safety.files import whole
-
-HEADINGS = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
 
 
 def tradeoff(
@@ -84,36 +82,41 @@ def _report(
     result: lib.grid.Tradeoff, left_out: Mapping[str, str], seed: int, folder: Path
 ) -> None:
     """Print the table and what it says, and write the files."""
-    units, shown = result.scene.units, []
-    for s in result.settings:
-        cells = [f"failed: {s.failure}", "", "", ""]
-        if not s.failure:
-            errors = (units.from_si(error, "length") for error in (s.largest, s.rms))
-            cells = [lib.words.figures(error, 2) for error in errors]
-            cells += [f"{s.shared} of {s.contacts}", f"{lib.words.figures(s.time * 1e3, 3)} ms"]
-        shown.append([s.solver, "" if s.dt is None else lib.words.step_text(s.dt), *cells])
-    title = f"Errors at the end ({units.length}) and time for all shots"
-    lib.terminal.show(lib.terminal.TextTable(HEADINGS, shown, left=("solver",), title=title))
+    lib.terminal.show("Errors at the end and time for all shots\n", _printed(result))
     say(lib.grid.sentences(result))
     say([*left_out_sentences(left_out), *warnings_of(result.warned.values())])
     same = {"spread": result.spread, "seed": seed, **lib.grid.machine()}
-    rows = [{**asdict(setting), **same} for setting in result.settings]
     with whole(folder / "tradeoff.csv") as part:
-        lib.run.write_rows(part, rows[0], (row.values() for row in rows))
+        result.table(same).csv(part)
     lib.diagram.draw(result, [folder / f"tradeoff{suffix}" for suffix in (".png", ".svg")])
     typer.echo(f"Diagram and data: {folder}")
+
+
+def _printed(result: lib.grid.Tradeoff) -> lib.Printed:
+    """Return the settings as a terminal shows them; what failed says so in place of its error."""
+    unit = result.scene.units
+    columns = {"solver": "", "dt": "", "largest error": unit.length, "rms error": unit.length}
+    columns |= {"contacts shared": "", "time": "ms"}
+    rows = [
+        (
+            s.solver,
+            s.dt and lib.words.step_text(s.dt),
+            f"failed: {s.failure}" if s.failure else unit.from_si(s.largest, "length"),
+            unit.from_si(s.rms, "length"),
+            "" if s.failure else f"{s.shared} of {s.contacts}",
+            "" if s.failure else f"{s.time * 1e3:.1f}",
+        )
+        for s in result.settings
+    ]
+    return lib.table.ResultTable(columns, rows).rich(("solver",))
 
 
 def _results(
     result: lib.grid.Tradeoff, left_out: Mapping[str, str], seed: int
 ) -> dict[str, object]:
     """Return the measurement as it stands in the JSON; what failed has null for its numbers."""
-    settings = [
-        {key: None if value != value else value for key, value in asdict(setting).items()}
-        for setting in result.settings
-    ]
     return {
-        "settings": settings,
+        "settings": result.table().json(),
         "spread": result.spread,
         "known_by": result.known_by,
         "seed": seed,

@@ -13,7 +13,7 @@ import math
 import platform
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, fields, replace
 from functools import cached_property, reduce
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -23,6 +23,7 @@ import numpy as np
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
+from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, find_solver, reference_solver, simulate, simulate_all
 from pool_pymunk.solvers.record import OnTime
@@ -148,6 +149,11 @@ class Tradeoff:
     def of(self, solver: str) -> list[Setting]:
         """Return the solver's settings that did not fail, from coarse to fine."""
         return [s for s in self.settings if s.solver == solver and not s.failure]
+
+    def table(self, same: Mapping[str, object] = MappingProxyType({})) -> ResultTable:
+        """Return a row for each setting, in SI; what is the ``same`` in all of them stands last."""
+        columns = dict.fromkeys((*(each.name for each in fields(Setting)), *same), "")
+        return ResultTable(columns, [(*astuple(s), *same.values()) for s in self.settings])
 
     def measured(self, column: Column, budget: float) -> Tradeoff:
         """Measure one more column; ``budget`` (s) is about the time for repeated runs."""
