@@ -27,6 +27,7 @@ from pool_pymunk import (
     sensitivity,
     simulate,
 )
+from pool_pymunk.cli.common import How
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.render import heatmap
@@ -35,7 +36,7 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import Settings, Solver, find_solver, reference_solver
 from pool_pymunk.studies.compare import Comparison
-from pool_pymunk.studies.grid import Column, in_order, order, sentences, tradeoff
+from pool_pymunk.studies.grid import Column, order, sentences, tradeoff
 from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite
 from pool_pymunk.studies.stability.trial import LISTED
 from pool_pymunk.studies.tolerance import simulate_within
@@ -130,8 +131,11 @@ def test_it_simulates_at_its_own_step(added: Solver) -> None:
 
 
 def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: Path) -> None:
-    assert in_order()[-2:] == [added.name, reference_solver().name]
-    result = tradeoff(load("two-balls"), Column(added.name).at_steps(every=True))
+    every, _ = How().columns(load("two-balls"), "all", every=True)
+    assert [*dict.fromkeys(each.solver for each in every)][-2:] == [
+        added.name, reference_solver().name,
+    ]  # fmt: skip
+    result = tradeoff(load("two-balls"), [each for each in every if each.solver == added.name])
     found = result.of(added.name)
     assert tuple(setting.dt for setting in found) == added.ladder
     assert all(setting.dt and setting.largest < LATENESS * setting.dt for setting in found)
@@ -257,7 +261,8 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
     registry["truth"] = replace(registry.pop("event-driven"), name="truth")
     assert reference_solver() is registry["truth"]
     scene, data = load("two-balls"), tmp_path / "data.json"
-    assert in_order()[-1] == columns()[0].name == "truth"
+    every, _ = How().columns(scene, None, every=True)
+    assert every[-1].solver == columns()[0].name == "truth"
     result = tradeoff(scene, [Column("pymunk", 1 / 60), Column("truth")])
     assert any(line.startswith("Without a step: truth in ") for line in sentences(result))
     cell = check(HEAD_ON, "truth", quick=True)

@@ -9,12 +9,12 @@ import pytest
 from scenes import columns_of, turned
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
+from pool_pymunk.cli.common import How
 from pool_pymunk.render.diagram import Cut, figure_of
 from pool_pymunk.studies.grid import (
     Column,
     Setting,
     cheapest,
-    in_order,
     order,
     sentences,
     tradeoff,
@@ -131,12 +131,12 @@ def test_failures_are_failures() -> None:
 
 
 def test_every_solver_is_measured_those_with_steps_first() -> None:
-    assert in_order() == [
-        "pymunk", "pymunk-discrete", "pymunk-builtin", "time-slice", "event-driven",
-    ]  # fmt: skip
-    assert Column("event-driven").at_steps(every=True) == [Column("event-driven", None)]
-    for solver in in_order():
-        known = [each.dt for each in Column(solver).at_steps(every=True) if each.dt]
+    columns, _ = How().columns(load("report"), "all", every=True)
+    solvers = list(dict.fromkeys(each.solver for each in columns))
+    assert solvers == ["pymunk", "pymunk-discrete", "pymunk-builtin", "time-slice", "event-driven"]
+    assert columns[-1] == Column("event-driven", None)
+    for solver in solvers:
+        known = [each.dt for each in columns if each.dt and each.solver == solver]
         assert known == sorted(known, reverse=True)
 
 

@@ -45,47 +45,33 @@ class How(NamedTuple):
         """Return the solver's options."""
         return {} if self.friction is None else {"friction": self.friction}
 
-    def options_of(
-        self, scene: lib.Scene, solvers: Iterable[str], named: bool
-    ) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-        """Return the options of the solvers that can play the scene, and why others cannot.
+    def columns(
+        self, scene: lib.Scene, typed: str | None, dt: float | None = None, every: bool = False
+    ) -> tuple[list[lib.grid.Column], dict[str, str]]:
+        """Return the columns of --solvers, by default of all solvers, and why others are left out.
 
-        If they are ``named``, all must.
+        Solvers without a typed step have the step ``dt`` (s), or their own, or ``every`` one. Those
+        that are named must be able to play the scene.
         """
-        found, left_out = {}, {}
-        for name in solvers:
-            solver = lib.solvers.find_solver(name)
+        named = typed not in (None, ALL)
+        known = sorted(lib.solvers.SOLVERS.values(), key=lambda solver: solver.dt is None)
+        names = [solver.name for solver in known if every or not solver.is_reference]
+        columns, left_out = list[lib.grid.Column](), dict[str, str]()
+        for name in read.names("--solvers", typed or "") if named else names:
+            one = read_setting(name, "--solvers", dt, laws=())
+            solver = lib.solvers.find_solver(one.solver)
             options = self.options if named else lib.solvers.options_for(solver, self.options)
             try:
-                lib.solvers.request(scene, name, **options)
+                lib.solvers.request(scene, solver.name, **options)
             except lib.problems.SettingError as error:
                 if named:
                     raise
                 left_out[name] = str(error).partition(": ")[2]
             else:
-                found[name] = options
-        return found, left_out
-
-    def columns(
-        self, scene: lib.Scene, typed: str | None, names: Iterable[str], dt: float | None = None,
-        every: bool = False,
-    ) -> tuple[list[lib.grid.Column], dict[str, str]]:  # fmt: skip
-        """Return the columns of --solvers (default: ``names``), and why others are left out.
-
-        Solvers without a typed step have the step ``dt`` (s), or their own, or ``every`` one.
-        """
-        named = typed not in (None, ALL)
-        names = read.names("--solvers", typed or "") if named else names
-        chosen = [read_setting(name, "--solvers", dt, laws=()) for name in names]
-        options, left_out = self.options_of(scene, (one.solver for one in chosen), named)
-        played = [one for one in chosen if one.solver in options]
-        columns = [
-            each._replace(options=options[one.solver])
-            for one in played
-            for each in one.at_steps(every)
-        ]
-        longest = {str(each): LONGEST for each in columns if typed is None and each.is_longest}
-        return [each for each in columns if str(each) not in longest], {**left_out, **longest}
+                columns += [each._replace(options=options) for each in one.at_steps(every)]
+        longest = [each for each in columns if each.is_longest and typed is None]
+        left_out |= {str(each): LONGEST for each in longest}
+        return [each for each in columns if each not in longest], left_out
 
     def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> lib.grid.Column:
         """Return the solver and its step as typed; an error names an option that does not fit."""

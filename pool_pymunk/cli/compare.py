@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -23,15 +24,8 @@ from pool_pymunk.cli.common import (
 )
 from pool_pymunk.safety.files import whole
 
-ENDS = dict.fromkeys(("shot", "solver", "dt", "ball", "x", "y", "distance"), "")
-COSTS = {
-    "solver": "",
-    "contacts": "",
-    "steps": "",
-    "wall time": "ms",
-    "energy left": "%",
-    "status": "",
-}
+ENDS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
+COSTS = ("solver", "contacts", "steps", "wall time (ms)", "energy left (%)", "status")
 
 
 def compare(
@@ -49,10 +43,8 @@ def compare(
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    exact = lib.solvers.reference_solver().name
-    others = [name for name in lib.solvers.SOLVERS if name != exact]
-    columns, left_out = how.columns(scene, solvers, others, read.seconds("--dt", dt))
-    columns = [lib.grid.Column(exact), *columns]
+    columns, left_out = how.columns(scene, solvers, read.seconds("--dt", dt))
+    columns.insert(0, lib.grid.Column(lib.solvers.reference_solver().name))
     folder = place(out, scenario, "compare")
     found: list[lib.compare.Comparison] = []
     try:
@@ -93,27 +85,21 @@ def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
 
 def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.Printed:
     """Return each ball's exact end, and its distance from the end in each other run."""
-    unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
-    ends = reference.final.items()
-    columns: dict[str, list[Any]] = {
-        "ball": list(reference.final),
-        "exact": [
-            "{:.4f}, {:.4f}".format(*(unit.from_si(v, "length") for v in end)) for _, end in ends
-        ],
-        **{
-            _name(one.run).replace(" s", f"{lib.table.NO_BREAK}s"): [
-                unit.from_si(off, "length") for off in one.distances.values()
-            ]
-            for one in found
-        },
+    published = reference.shot.published if reference.shot else {}
+    ends, from_si = reference.final, partial(reference.scene.units.from_si, kind="length")
+    columns: dict[str, Iterable[Any]] = {
+        "ball": ends,
+        "exact": ["{:.4f}, {:.4f}".format(*map(from_si, end)) for end in ends.values()],
     }
+    for one in found:
+        name = _name(one.run).replace(" s", f"{lib.table.NO_BREAK}s")
+        columns[name] = map(from_si, one.distances.values())
     if published:
-        off = {id_: math.dist(end, published[id_]) for id_, end in ends if id_ in published}
         columns["published"] = [
-            f"{unit.from_si(off[id_], 'length'):.3f}" if id_ in off else "" for id_, _ in ends
+            f"{from_si(math.dist(end, published[id_])):.3f}" if id_ in published else ""
+            for id_, end in ends.items()
         ]
-    rows = list(zip(*columns.values(), strict=True))
-    return lib.table.ResultTable(dict.fromkeys(columns, ""), rows).rich()
+    return lib.table.ResultTable.of(columns).rich()
 
 
 def _cost(run: lib.Run) -> tuple[object, ...]:

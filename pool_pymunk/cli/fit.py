@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import place, write_json
+from pool_pymunk.cli.common import place, say, write_json
 from pool_pymunk.safety.files import whole
 
 FITTED = "fitted.toml"
@@ -59,9 +59,11 @@ def fit(
             )  # fmt: skip
     except ImportError as missing:
         raise read.InputError(str(missing)) from None
-    columns = dict.fromkeys(("number", "fitted", "standard error", "scenario's", "unit"), "")
-    table = lib.table.ResultTable(columns, _rows(found)) if found.values else None
-    lib.terminal.show(*[table.rich(("number", "unit"))] if table else (), *sentences(found))
+    if found.values:
+        columns = ("number", "fitted", "standard error", "scenario's", "unit")
+        table = lib.table.ResultTable(columns, _rows(found))
+        lib.terminal.show(table.rich(left=("number", "unit")))
+    say(sentences(found))
     found.scene.to_toml(folder / FITTED)
     with whole(folder / "residuals.csv") as part:
         lib.fit.table(found).csv(part)

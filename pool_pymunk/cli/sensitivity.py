@@ -138,20 +138,20 @@ def _ends(found: lib.Sensitivity) -> lib.Printed:
     """Return a table of the ends: which digits hold, and where the samples end."""
     scene, units = found.reference.scene, found.reference.scene.units
     columns = {
-        "ball": list(found.reference.final),
-        f"end ({units.length})": [_pair(units, ball.end, ".2f") for ball in found.balls],
+        "ball": [ball.ball for ball in found.balls],
+        f"end ({units.length})": _pairs(units, found.reference.final.values(), ".2f"),
         "holds": [", ".join(ball.digits(scene)) for ball in found.balls],
     }
     for k, axis in enumerate("xy"):
         sides = [(b.low[k] - b.end[k], b.high[k] - b.end[k]) for b in found.balls]
-        columns[f"95 % off {axis}"] = _pairs(units, sides, "+")
+        columns[f"95 % off {axis}"] = _pairs(units, sides, sign="+")
     if scene.pockets:
         columns["pocketed"] = [
             ", ".join(f"{id_} {share:.1%}" for id_, share in
                       sorted(ball.pocketed.items(), key=lambda item: -item[1])) or "never"
             for ball in found.balls
         ]  # fmt: skip
-    return _table(columns)
+    return lib.table.ResultTable.of(columns).rich(left=("pocketed",))
 
 
 def _spreads(
@@ -160,7 +160,7 @@ def _spreads(
     """Return a table of the ends' standard deviations, in all and by each cause alone."""
     units, columns = run.scene.units, dict[str, list[str]]()
     if found is None:
-        columns[f"end ({units.length})"] = [_pair(units, end, ".4f") for end in run.final.values()]
+        columns[f"end ({units.length})"] = _pairs(units, run.final.values(), ".4f")
     else:
         columns["std of x, y"] = _pairs(units, [ball.std for ball in found.balls])
         for cause, each in alone.items() if len(alone) > 1 else ():
@@ -177,26 +177,17 @@ def _spreads(
         spreads |= {f"by {cause}": std.max(axis=1, keepdims=True) for cause, std in causes.items()}
         for heading, stds in spreads.items():
             columns[heading] = _pairs(units, stds)
-    return _table({"ball": list(run.final), **columns})
+    return lib.table.ResultTable.of({"ball": run.final, **columns}).rich()
 
 
-def _table(columns: Mapping[str, list[str]]) -> lib.Printed:
-    rows = list(zip(*columns.values(), strict=True))
-    return lib.table.ResultTable(dict.fromkeys(columns, ""), rows).rich(("pocketed",))
-
-
-def _pairs(units: lib.Units, points: Iterable[Iterable[float]], sign: str = "") -> list[str]:
-    """Return lengths along x and y in the scene's unit, all in one notation."""
+def _pairs(
+    units: lib.Units, points: Iterable[Iterable[float]], form: str = "", sign: str = ""
+) -> list[str]:
+    """Return lengths along x and y in the scene's unit: in this form, or all in one notation."""
     rows = [[units.from_si(float(v), "length") for v in point] for point in points]
-    texts = iter(lib.table.alike([v for row in rows for v in row], sign=sign))
+    values = [v for row in rows for v in row]
+    texts = iter([f"{v:{form}}" for v in values] if form else lib.table.alike(values, sign=sign))
     return [", ".join(next(texts) or "not known" for _ in row) for row in rows]
-
-
-def _pair(units: lib.Units, point: Iterable[float], form: str) -> str:
-    """Return lengths along x and y in the scene's unit; nan is ``not known``."""
-    if not all(map(math.isfinite, point)):
-        return "not known"
-    return ", ".join(f"{units.from_si(float(v), 'length'):{form}}" for v in point)
 
 
 def _length(units: lib.Units, value: float) -> str:

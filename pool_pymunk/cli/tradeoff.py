@@ -49,32 +49,32 @@ def tradeoff(
             raise read.InputError(f"--{key} = {value}: must be {least} or more")
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    columns, left_out = how.columns(scene, solvers, lib.grid.in_order(), every=True)
+    columns, left_out = how.columns(scene, solvers, every=True)
     shots, folder = read.shots(scene, shot), place(out, scenario)
     widths, known_by = position_errors(scenario, scene, position_error)
-    errors = lib.uncertainty.Uncertainty(widths)
-    with lib.terminal.progress("measuring", 1.0) as bar:
-        began = time.perf_counter()
-        found = lib.grid.begin(scene, shots)
-        sound = [run.shot for run in found.sound]
-        share = (time.perf_counter() - began) / len(shots)  # s; about what a sample takes
-        plan = lib.grid.planned(scene, columns, sound, budget)
-        bar.plan(share * samples * len(sound) + sum(plan))
-        spreads = [
-            lib.sensitivity.sensitivity(
-                scene, one, errors, samples, seed, on_done=lambda count: bar.step(count * share)
-            ).worst.deviation
-            for one in sound
-        ]
-        found = replace(found, spread=max(spreads), known_by=known_by)
-        try:
+    errors, began = lib.uncertainty.Uncertainty(widths), time.perf_counter()
+    found = lib.grid.begin(scene, shots)
+    share = (time.perf_counter() - began) / len(shots)  # s; about what a sample takes
+    try:
+        with lib.terminal.progress("measuring", 1.0) as bar:
+            sound = [run.shot for run in found.sound]
+            plan = lib.grid.planned(scene, columns, sound, budget)
+            bar.plan(share * samples * len(sound) + sum(plan))
+            clouds = [
+                lib.sensitivity.sensitivity(
+                    scene, one, errors, samples, seed, on_done=lambda count: bar.step(count * share)
+                )
+                for one in sound
+            ]
+            spread = max(cloud.worst.deviation for cloud in clouds)
+            found = replace(found, spread=spread, known_by=known_by)
             for column, seconds in zip(columns, plan, strict=True):
                 found = found.measured(column, budget / len(columns))
                 bar.step(seconds)
-        finally:
-            if found.settings:
-                _report(found, left_out, seed, folder)
-                write_json(json, _results(found, left_out, seed), scenario, scene.title)
+    finally:
+        if found.settings:
+            _report(found, left_out, seed, folder)
+            write_json(json, _results(found, left_out, seed), scenario, scene.title)
     return 0
 
 
@@ -84,7 +84,7 @@ def _report(
     """Print the table and what it says, and write the files."""
     lib.terminal.show("Errors at the end and time for all shots\n", _printed(result))
     say(lib.grid.sentences(result))
-    say([*left_out_sentences(left_out), *warnings_of(result.warned.values())])
+    say([*left_out_sentences(left_out), *warnings_of(result.warned)])
     same = {"spread": result.spread, "seed": seed, **lib.grid.machine()}
     with whole(folder / "tradeoff.csv") as part:
         result.table(same).csv(part)
@@ -95,8 +95,8 @@ def _report(
 def _printed(result: lib.grid.Tradeoff) -> lib.Printed:
     """Return the settings as a terminal shows them; what failed says so in place of its error."""
     unit = result.scene.units
-    columns = {"solver": "", "dt": "", "largest error": unit.length, "rms error": unit.length}
-    columns |= {"contacts shared": "", "time": "ms"}
+    columns = ("solver", "dt", f"largest error ({unit.length})", f"rms error ({unit.length})",
+               "contacts shared", "time (ms)")  # fmt: skip
     rows = [
         (
             s.solver,
@@ -121,6 +121,6 @@ def _results(
         "known_by": result.known_by,
         "seed": seed,
         "left_out": {"shots": list(result.left_out), "solvers": dict(left_out)},
-        "warnings": list(warnings_of(result.warned.values())),
+        "warnings": list(warnings_of(result.warned)),
         "machine": lib.grid.machine(),
     }

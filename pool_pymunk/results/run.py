@@ -39,11 +39,10 @@ SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 IMPULSES = ("impulse", "tangential", "tangential_first")
-# These are the columns of tables of events and of persistent contacts, with their units.
-EVENTS = dict.fromkeys(("t", "kind", "ball", "other", "cushion", "pocket"), "")
-EVENTS |= dict.fromkeys(IMPULSES, "N s")
-PERSISTENT = {"since": "s", "until": "s", "ball": "", "other": "", "cushion": ""}
-PERSISTENT |= {"impulse_x": "N s", "impulse_y": "N s"}
+# of tables of events and of persistent contacts
+PUSHES = tuple(f"{push} (N s)" for push in (*IMPULSES, "impulse_x", "impulse_y"))
+EVENTS = ("t", "kind", "ball", "other", "cushion", "pocket", *PUSHES[:3])
+PERSISTENT = ("since (s)", "until (s)", "ball", "other", "cushion", *PUSHES[3:])
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
@@ -509,8 +508,9 @@ class Run:
                 (c.since, c.until, *_two(c.balls), c.cushion, *c.impulse) for c in self.persistent
             ))  # fmt: skip
         units = argument("units", units or Units(), made(Units))
-        columns = {"t": "s", "ball": "", "x": units.length, "y": units.length}
-        columns |= {"vx": units.speed, "vy": units.speed, "energy": "J"}
+        lengths = (f"{axis} ({units.length})" for axis in "xy")
+        speeds = (f"v{axis} ({units.speed})" for axis in "xy")
+        columns = ("t (s)", "ball", *lengths, *speeds, "energy (J)")
         return ResultTable(columns, self._samples_in(units))
 
     def _samples_in(self, units: Units) -> Iterator[list[float | str]]:

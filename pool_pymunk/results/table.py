@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 if TYPE_CHECKING:
     from rich.table import Table as Printed
@@ -22,32 +22,37 @@ SMALL = -3  # Columns with numbers below 1e-3 are printed in powers of ten.
 
 @dataclass(frozen=True)
 class ResultTable:
-    """A table of results has columns with their units ("": none), and a row for each result.
+    """A table of results has a row for each, and columns; a unit stands in brackets behind a name.
 
-    >>> table = ResultTable({"t": "s", "ball": ""}, [(0.5, "C"), (math.nan, "1")])
-    >>> table.headings, table.json()
-    (['t (s)', 'ball'], [{'t': 0.5, 'ball': 'C'}, {'t': None, 'ball': '1'}])
+    >>> table = ResultTable(("t (s)", "ball"), [(0.5, "C"), (math.nan, "1")])
+    >>> table.json()
+    [{'t': 0.5, 'ball': 'C'}, {'t': None, 'ball': '1'}]
     """
 
-    columns: Mapping[str, str]
+    columns: Sequence[str]
     rows: Iterable[Sequence[Any]]
 
+    @classmethod
+    def of(cls, columns: Mapping[str, Iterable[Any]]) -> Self:
+        """Return the table that has these columns."""
+        return cls(tuple(columns), list(zip(*columns.values(), strict=True)))
+
     @property
-    def headings(self) -> list[str]:
-        """Return the columns' names with their units."""
-        return [f"{name} ({unit})" if unit else name for name, unit in self.columns.items()]
+    def names(self) -> list[str]:
+        """Return the columns' names without units."""
+        return [column.partition(" (")[0] for column in self.columns]
 
     def csv(self, path: str | Path) -> None:
         """Write all digits of every row; what is None stays empty."""
         with Path(path).open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow(self.headings)
+            writer.writerow(self.columns)
             writer.writerows(self.rows)
 
     def json(self) -> list[dict[str, Any]]:
         """Return a dictionary for each row; nan is None, as JSON has no such number."""
         rows = ([None if value != value else value for value in row] for row in self.rows)
-        return [dict(zip(self.columns, row, strict=True)) for row in rows]
+        return [dict(zip(self.names, row, strict=True)) for row in rows]
 
     def to_frame(self) -> Any:
         """Return a pandas DataFrame; raise ImportError where pandas is not installed."""
@@ -55,7 +60,7 @@ class ResultTable:
             frame = import_module("pandas").DataFrame
         except ImportError:
             raise ImportError("to_frame needs pandas: pip install pandas") from None
-        return frame(list(self.rows), columns=list(self.columns))
+        return frame(list(self.rows), columns=self.names)
 
     def rich(self, left: Collection[str] = ()) -> Printed:
         """Return what a terminal shows: texts as they are, and the numbers of a column alike.
@@ -69,10 +74,10 @@ class ResultTable:
         printed = Printed(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
         rows = list(self.rows)
         columns = [alike(column) for column in zip(*filter(None, rows), strict=True)]
-        for name, heading, cells in zip(self.columns, self.headings, columns, strict=True):
-            is_left, words = name in left, BREAK.split(heading)
+        for name, cells in zip(self.columns, columns, strict=True):
+            is_left, words = name in left, BREAK.split(name)
             width = max(1, *map(len, words if is_left else [*words, *cells]))
-            heading = "\n".join(wrap(heading, width)).replace(NO_BREAK, " ")
+            heading = "\n".join(wrap(name, width)).replace(NO_BREAK, " ")
             printed.add_column(heading, justify="left" if is_left else "right", overflow="fold")
         texts = zip(*columns, strict=True)
         for row in rows:

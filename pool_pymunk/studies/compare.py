@@ -51,11 +51,6 @@ class Comparison:
     reference: Run
     run: Run
 
-    @property
-    def is_sound(self) -> bool:
-        """Tell whether the run ends as the reference does, or at rest, so that ends compare."""
-        return self.run.status in ("settled", self.reference.status)
-
     @cached_property
     def distances(self) -> dict[str, float]:
         """Return how far each ball's end lies from its end in the reference (m)."""

@@ -134,7 +134,7 @@ def table(found: Fit) -> ResultTable:
     places = np.array([(one.x, one.y) for one in found.measured])
     off = (np.hypot(*each.T) for each in (found.residuals, found.residuals_before))
     numbers = unit * np.column_stack((places, places - found.residuals, *off))
-    return ResultTable(dict.fromkeys(COLUMNS, ""), [
+    return ResultTable(COLUMNS, [
         [shots[one.shot - 1], one.ball, one.t, *(f"{each:.10g}" for each in its), int(used)]
         for one, its, used in zip(found.measured, numbers, found.used, strict=True)
     ])  # fmt: skip

@@ -13,8 +13,8 @@ import math
 import platform
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, field, fields, replace
-from functools import cached_property, reduce
+from dataclasses import astuple, dataclass, fields, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -78,11 +78,6 @@ class Column(NamedTuple):
         return simulate_all(shots=shots, on_time=on_time, **self.asked(scene))
 
 
-def in_order() -> list[str]:
-    """Return the solvers' names, those with steps first."""
-    return sorted(SOLVERS, key=lambda name: SOLVERS[name].dt is None)
-
-
 # -- work and precision ----------------------------------------------------------------------------
 
 
@@ -107,7 +102,7 @@ class Tradeoff:
 
     ``spread`` (m) is how far the uncertainty of the start positions alone moves an end (standard
     deviation of the worst ball); it is None where it is not known. ``known_by`` says whence that
-    uncertainty is known. ``warned`` has the runs that warn, one of each shot and solver.
+    uncertainty is known. ``runs`` are those that were measured, one of each setting and shot.
 
     >>> from pool_pymunk import load
     >>> [one] = tradeoff(load("report"), [Column("pymunk-discrete", 1e-3)], budget=0).settings
@@ -120,7 +115,7 @@ class Tradeoff:
     settings: tuple[Setting, ...] = ()
     spread: float | None = None
     known_by: str = ""
-    warned: Mapping[tuple[str, str], Run] = field(default_factory=dict)
+    runs: tuple[Run, ...] = ()
 
     @cached_property
     def sound(self) -> tuple[Run, ...]:
@@ -131,6 +126,12 @@ class Tradeoff:
     def left_out(self) -> tuple[str, ...]:
         """Name the other shots: no error can be measured there."""
         return tuple(run.name for run in self.references if run not in self.sound)
+
+    @property
+    def warned(self) -> list[Run]:
+        """Return the runs that warn, one of each shot and solver."""
+        runs = {(run.name, run.solver): run for run in (*self.references, *self.runs)}
+        return [run for run in runs.values() if run.warnings]
 
     @cached_property
     def rounding(self) -> float:
@@ -152,23 +153,25 @@ class Tradeoff:
 
     def table(self, same: Mapping[str, object] = MappingProxyType({})) -> ResultTable:
         """Return a row for each setting, in SI; what is the ``same`` in all of them stands last."""
-        columns = dict.fromkeys((*(each.name for each in fields(Setting)), *same), "")
+        columns = [*(each.name for each in fields(Setting)), *same]
         return ResultTable(columns, [(*astuple(s), *same.values()) for s in self.settings])
 
     def measured(self, column: Column, budget: float) -> Tradeoff:
-        """Measure one more column; ``budget`` (s) is about the time for repeated runs."""
+        """Measure one more column; ``budget`` (s) is about the time for repeated runs.
+
+        It fails if a run ends neither at rest nor as the reference does.
+        """
         until, shots = time.perf_counter() + budget, [run.shot for run in self.sound]
         passes = [list(column.runs(self.scene, shots))]
         cells = [Comparison(*both) for both in zip(self.sound, passes[0], strict=True)]
-        failures = [each.run.status for each in cells if not each.is_sound]
+        ends = [(each.run.status, each.reference.status) for each in cells]
+        failures = [status for status, other in ends if status not in ("settled", other)]
         while not failures and len(passes) < MOST_REPEATS:
             if time.perf_counter() + sum(run.wall_time for run in passes[-1]) > until:
                 break
             passes.append(list(column.runs(self.scene, shots)))
-        found = Setting(column.solver, column.dt, repeats=len(passes))
-        if failures:
-            found = replace(found, failure=failures[0])
-        else:
+        found = Setting(column.solver, column.dt, repeats=len(passes), failure=(*failures, "")[0])
+        if not failures:
             found = replace(
                 found,
                 largest=max(self.rounding, *(each.largest for each in cells)),
@@ -177,29 +180,23 @@ class Tradeoff:
                 contacts=sum(len(contacts(run)) for run in self.sound),
                 time=sum(min(run.wall_time for run in runs) for runs in zip(*passes, strict=True)),
             )
-        return replace(
-            self, settings=(*self.settings, found), warned={**self.warned, **_warning(passes[0])}
-        )
-
-
-def _warning(runs: Iterable[Run]) -> dict[tuple[str, str], Run]:
-    return {(run.name, run.solver): run for run in runs if run.warnings}
+        runs = (*self.runs, *passes[0])
+        return replace(self, settings=(*self.settings, found), runs=runs)
 
 
 def begin(scene: Scene, shots: Shots | None = None) -> Tradeoff:
     """Play the shots exactly; nothing else is measured yet."""
-    runs = tuple(simulate_all(scene, shots, solver=reference_solver().name))
-    return Tradeoff(scene, runs, warned=_warning(runs))
+    return Tradeoff(scene, tuple(simulate_all(scene, shots, solver=reference_solver().name)))
 
 
 def tradeoff(
     scene: Scene, columns: Sequence[Column], shots: Shots | None = None, budget: float = 0.0
 ) -> Tradeoff:
     """Measure every column; ``budget`` (s) is about the time that repeated runs may take in all."""
-    return reduce(
-        lambda found, column: found.measured(column, budget / len(columns)),
-        columns, begin(scene, shots),
-    )  # fmt: skip
+    found = begin(scene, shots)
+    for column in columns:
+        found = found.measured(column, budget / len(columns))
+    return found
 
 
 # -- how long a run takes --------------------------------------------------------------------------

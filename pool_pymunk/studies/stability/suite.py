@@ -223,7 +223,7 @@ def verdicts(cells: Sequence[Cell]) -> Table:
         for extreme in EXTREMES
         if any(row := [found.get((extreme.name, solver), "") for solver in solvers])
     ]
-    names = dict.fromkeys(["extreme", *solvers], "")
+    names = ["extreme", *solvers]
     shown = ResultTable(names, rows).rich(left=names)
     shown.show_lines = True
     return shown
@@ -258,4 +258,4 @@ def table(cells: Iterable[Cell]) -> ResultTable:
                 note = "" if m.holds else f"{m} ({cell.reason})" if cell.reason else str(m)
                 rows.append((*about, o.status, o.contacts, o.wall_time, o.compared, m.claim,
                              m.value, m.bound, m.unit, m.holds, note))  # fmt: skip
-    return ResultTable(dict.fromkeys(FIELDS, ""), rows)
+    return ResultTable(FIELDS, rows)
