@@ -51,7 +51,7 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.solvers import Settings
 from pool_pymunk.solvers.request import Request
-from pool_pymunk.studies.grid import NO_ESTIMATE, Estimate, estimate
+from pool_pymunk.studies.grid import NO_ESTIMATE, Column, Estimate, estimate
 
 
 def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:
@@ -413,12 +413,12 @@ def test_a_short_run_is_not_announced(tmp_path: Path, capsys: Capture) -> None:
 
 def test_the_estimate_is_of_the_right_size() -> None:
     scene = load("report")
-    [guess] = estimate(scene, scene.shots[:1], "time-slice", 3e-6)
+    [guess] = estimate(scene, scene.shots[:1], Column("time-slice", 3e-6))
     run = simulate(scene, 1, solver="time-slice", dt=3e-6)
     assert guess.duration == pytest.approx(run.duration, rel=0.1)
     assert guess.steps == pytest.approx(run.steps, rel=0.1)
     assert run.wall_time / 10 < guess.cost < 10 * run.wall_time
-    assert estimate(scene, scene.shots, "event-driven", None) == [NO_ESTIMATE] * 4
+    assert estimate(scene, scene.shots, Column("event-driven")) == [NO_ESTIMATE] * 4
 
 
 @pytest.mark.parametrize("dt", [1e-3, 1e-5])
@@ -428,7 +428,7 @@ def test_the_estimate_knows_what_a_heavy_ball_does_to_a_light_one(dt: float) -> 
     light = Ball("light", (0.1, 0.0), 0.03, 0.1)
     scene = Scene((heavy, light), restitution=Restitution(1.0), friction=Friction(0.1))
     run = simulate(scene, solver="event-driven")
-    [guess] = estimate(scene, [None], "time-slice", dt)
+    [guess] = estimate(scene, [None], Column("time-slice", dt))
     assert run.duration > 1.5 > heavy.velocity[0] / scene.deceleration
     assert guess.duration == pytest.approx(run.duration, rel=0.01)
 

@@ -110,6 +110,14 @@ def test_shots_that_hang_on_a_slip_of_zero_are_left_out() -> None:
     assert result.settings[0].contacts == 14 + 5 + 1
 
 
+def test_the_time_is_the_least_one_of_seven(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, times, column = _head_on(), iter([3.0, 2.0, 5.0, 4.0, 7.0, 6.0, 8.0]), Column("pymunk")
+    run = simulate(scene)
+    monkeypatch.setattr(Column, "runs", lambda *_: iter([replace(run, wall_time=next(times))]))
+    [setting] = tradeoff(scene, [column], budget=math.inf).settings
+    assert (setting.time, setting.repeats, setting.failure) == (2.0, 7, "")
+
+
 def test_failures_are_failures() -> None:
     """A ball that tunnels through its cushion still runs at max_time, so it has no error."""
     scene = Scene(

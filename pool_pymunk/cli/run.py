@@ -99,7 +99,7 @@ def _played(
     bar: lib.terminal.Bar,
 ) -> Iterator[PlayedShot]:
     """Yield each shot as soon as it is finished; a ``limit`` (m) of errors chooses its step."""
-    solver, dt, _, options = setting
+    solver, options = setting.solver, setting.options
     if limit is not None:
 
         def tries(step: float) -> None:
@@ -110,12 +110,11 @@ def _played(
             yield run, choice
             bar.step()
         return
-    estimates = lib.grid.estimate(scene, shots, solver, dt, **options)
+    estimates = lib.grid.estimate(scene, shots, setting)
     if (announced := announcement(estimates, solver)) is not None:
         print(announced, file=sys.stderr, flush=True)
     share = lib.terminal.Share(bar, estimates)
-    settings = {"solver": solver, "dt": dt, "on_time": share.move, **options}
-    for run in lib.solvers.simulate_all(scene, shots, **settings):
+    for run in setting.runs(scene, shots, share.move):
         yield run, None
         share.finish()
 

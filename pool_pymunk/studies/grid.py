@@ -25,7 +25,7 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import step_text
-from pool_pymunk.solvers import SOLVERS, find_solver, reference_solver, simulate, simulate_all
+from pool_pymunk.solvers import SOLVERS, find_solver, reference_solver, simulate_all
 from pool_pymunk.solvers.record import OnTime
 from pool_pymunk.solvers.request import request
 from pool_pymunk.studies import known
@@ -67,15 +67,14 @@ class Column(NamedTuple):
         """Tell whether these are the report's own slices, which take longest by far."""
         return self.dt is not None and self.dt == find_solver(self.solver).published_step
 
-    def asked(self, scene: Scene) -> dict[str, Any]:
-        """Return the scene under this law, the solver, its step and options, as arguments."""
-        physics = replace(scene.physics, law=self.law or scene.physics.law)
-        variant = replace(scene, physics=physics)
-        return {"scene": variant, "solver": self.solver, "dt": self.dt, **self.options}
+    def scene(self, scene: Scene) -> Scene:
+        """Return the scene under this law."""
+        return replace(scene, physics=replace(scene.physics, law=self.law or scene.physics.law))
 
     def runs(self, scene: Scene, shots: Shots, on_time: OnTime | None = None) -> Iterator[Run]:
         """Play the shots one after the other, and yield their runs."""
-        return simulate_all(shots=shots, on_time=on_time, **self.asked(scene))
+        how = {"solver": self.solver, "dt": self.dt, "on_time": on_time, **self.options}
+        return simulate_all(self.scene(scene), shots, **how)
 
 
 # -- work and precision ----------------------------------------------------------------------------
@@ -214,30 +213,23 @@ NO_ESTIMATE = Estimate(0.0, math.inf, 0.0)
 
 
 def estimate(
-    scene: Scene,
-    shots: Shots,
-    solver: str,
-    dt: float | None,
-    durations: Sequence[float] = (),
-    **options: Any,
+    scene: Scene, shots: Shots, column: Column, durations: Sequence[float] = ()
 ) -> list[Estimate]:
     """Estimate each shot's duration by the exact solver, its cost by a trial with longer steps.
 
     Runs of few steps cost next to nothing: 0. A solver without a step has no estimate: it would
-    cost 0, for ever. ``durations`` (s) are those of the shots, if they are known. Other arguments
-    are those of :func:`~pool_pymunk.simulate`.
+    cost 0, for ever. ``durations`` (s) are those of the shots, if they are known.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
-    >>> [one] = estimate(scene, scene.shots[:1], "time-slice", 1e-9)
+    >>> [one] = estimate(scene, scene.shots[:1], Column("time-slice", 1e-9))
     >>> one.cost > 60.0, 1.4 < one.duration < 1.6, 1e9 < one.steps < 2e9
     (True, True, True)
     """
-    step, found = dt or find_solver(solver).dt, list[Estimate]()
+    step, found = column.dt or find_solver(column.solver).dt, list[Estimate]()
     if step is None:
         return [NO_ESTIMATE] * len(shots)
-    said = {key: options[key] for key in ("law", "max_time") if key in options}
-    asked = request(scene, reference_solver().name, **said)
+    asked = request(column.scene(scene), reference_solver().name)
     asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
     for k, shot in enumerate(shots):
         duration = durations[k] if durations else asked.play(shot).duration
@@ -245,7 +237,7 @@ def estimate(
         if one.steps >= FEWEST_STEPS / TRIAL:
             for most in (FEWEST_STEPS, MOST_STEPS):
                 coarse = duration / min(most, TRIAL * one.steps)
-                trial = simulate(scene, shot, solver=solver, dt=coarse, **options)
+                [trial] = column._replace(dt=coarse).runs(scene, [shot])
                 if trial.wall_time > LONG_TRIAL:
                     break
             times = coarse / step  # The run itself has this many times the trial's steps.
@@ -258,7 +250,7 @@ def estimates(scene: Scene, shots: Shots, columns: Iterable[Column]) -> list[lis
     """Return what each column's shots will take; the exact solver tells their durations once."""
     found, durations = list[list[Estimate]](), list[float]()
     for column in columns:
-        found.append(estimate(shots=shots, durations=durations, **column.asked(scene)))
+        found.append(estimate(scene, shots, column, durations))
         durations = durations or [one.duration for one in found[-1] if one.steps]
     return found
 
