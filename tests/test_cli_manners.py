@@ -150,6 +150,10 @@ def test_tables_of_comparisons_fit_80_columns(
     assert {"discrete", "builtin"} <= set(" ".join(lines[:first]).split())
 
 
+def test_a_table_without_rows_has_its_headings() -> None:
+    assert printed_by(ResultTable(("ball", "x"), []).rich())[0].split() == ["ball", "x"]
+
+
 def test_a_column_has_one_notation() -> None:
     assert alike([0.00451, 12.0, 0.0, None, math.nan]) == ["0.0045", "12.0000", "0", "", ""]
     assert alike([4.2e-12, 42.0, "failed"]) == ["4.2e-12", "4.2e+01", "failed"]

@@ -74,6 +74,7 @@ class ResultTable:
         printed = Printed(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
         rows = list(self.rows)
         columns = [alike(column) for column in zip(*filter(None, rows), strict=True)]
+        columns = columns or [[] for _ in self.columns]
         for name, cells in zip(self.columns, columns, strict=True):
             is_left, words = name in left, BREAK.split(name)
             width = max(1, *map(len, words if is_left else [*words, *cells]))
