@@ -280,7 +280,7 @@ def test_a_measurement_is_planned_by_its_budget_and_its_costs(
     """Slices of 0.1 s take 1 s; those of 1 s are a tenth, and are played up to seven times."""
     dear = Estimate(1.0, 2.0, 20.0)
     guesses = {"time-slice": [dear, dear], "event-driven": [NO_ESTIMATE] * 2}
-    monkeypatch.setattr(grid, "estimate", lambda _, shots, column, __: guesses[column.solver])
+    monkeypatch.setattr(grid, "estimate", lambda scene, shots, column: guesses[column.solver])
     columns = columns_of(time_slice=(1.0, 0.1), event_driven=(None,))
     scene, least = load("report"), grid.LEAST_COST
     once = planned(scene, columns, scene.shots[:2], 0.0)

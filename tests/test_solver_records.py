@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from commands import exit_code, refusal
 from rich.console import Console
+from scenes import tradeoff
 
 from pool_pymunk import (
     SOLVERS,
@@ -36,7 +37,7 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import Settings, Solver, find_solver, reference_solver
 from pool_pymunk.studies.compare import Comparison
-from pool_pymunk.studies.grid import Column, order, sentences, tradeoff
+from pool_pymunk.studies.grid import Column, order, sentences
 from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite
 from pool_pymunk.studies.stability.trial import LISTED
 from pool_pymunk.studies.tolerance import simulate_within

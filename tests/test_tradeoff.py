@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from scenes import columns_of, turned
+from scenes import columns_of, tradeoff, turned
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.cli.common import How
@@ -14,10 +14,10 @@ from pool_pymunk.render.diagram import Cut, figure_of
 from pool_pymunk.studies.grid import (
     Column,
     Setting,
+    begin,
     cheapest,
     order,
     sentences,
-    tradeoff,
 )
 
 STEPS = tuple(0.9e-2 / 3**k for k in range(6))
@@ -114,7 +114,7 @@ def test_the_time_is_the_least_one_of_seven(monkeypatch: pytest.MonkeyPatch) -> 
     scene, times, column = _head_on(), iter([3.0, 2.0, 5.0, 4.0, 7.0, 6.0, 8.0]), Column("pymunk")
     run = simulate(scene)
     monkeypatch.setattr(Column, "runs", lambda *_: iter([replace(run, wall_time=next(times))]))
-    [setting] = tradeoff(scene, [column], budget=math.inf).settings
+    [setting] = begin(scene).measured(column, math.inf).settings
     assert (setting.time, setting.repeats, setting.failure) == (2.0, 7, "")
 
 

@@ -14,7 +14,7 @@ import platform
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -104,7 +104,7 @@ class Tradeoff:
     uncertainty is known. ``runs`` are those that were measured, one of each setting and shot.
 
     >>> from pool_pymunk import load
-    >>> [one] = tradeoff(load("report"), [Column("pymunk-discrete", 1e-3)], budget=0).settings
+    >>> [one] = begin(load("report")).measured(Column("pymunk-discrete", 1e-3)).settings
     >>> round(one.largest / 0.0254), one.shared, one.contacts
     (12, 11, 20)
     """
@@ -155,7 +155,7 @@ class Tradeoff:
         columns = [*(each.name for each in fields(Setting)), *same]
         return ResultTable(columns, [(*astuple(s), *same.values()) for s in self.settings])
 
-    def measured(self, column: Column, budget: float) -> Tradeoff:
+    def measured(self, column: Column, budget: float = 0.0) -> Tradeoff:
         """Measure one more column; ``budget`` (s) is about the time for repeated runs.
 
         It fails if a run ends neither at rest nor as the reference does.
@@ -188,16 +188,6 @@ def begin(scene: Scene, shots: Shots | None = None) -> Tradeoff:
     return Tradeoff(scene, tuple(simulate_all(scene, shots, solver=reference_solver().name)))
 
 
-def tradeoff(
-    scene: Scene, columns: Sequence[Column], shots: Shots | None = None, budget: float = 0.0
-) -> Tradeoff:
-    """Measure every column; ``budget`` (s) is about the time that repeated runs may take in all."""
-    found = begin(scene, shots)
-    for column in columns:
-        found = found.measured(column, budget / len(columns))
-    return found
-
-
 # -- how long a run takes --------------------------------------------------------------------------
 
 
@@ -212,13 +202,19 @@ class Estimate(NamedTuple):
 NO_ESTIMATE = Estimate(0.0, math.inf, 0.0)
 
 
-def estimate(
-    scene: Scene, shots: Shots, column: Column, durations: Sequence[float] = ()
-) -> list[Estimate]:
+@lru_cache(1)
+def durations(scene: Scene, shots: tuple[Shot | None, ...]) -> list[float]:
+    """Return how long (s) the shots last by the exact solver."""
+    asked = request(scene, reference_solver().name)
+    asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
+    return [asked.play(shot).duration for shot in shots]
+
+
+def estimate(scene: Scene, shots: Shots, column: Column) -> list[Estimate]:
     """Estimate each shot's duration by the exact solver, its cost by a trial with longer steps.
 
     Runs of few steps cost next to nothing: 0. A solver without a step has no estimate: it would
-    cost 0, for ever. ``durations`` (s) are those of the shots, if they are known.
+    cost 0, for ever.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -229,10 +225,7 @@ def estimate(
     step, found = column.dt or find_solver(column.solver).dt, list[Estimate]()
     if step is None:
         return [NO_ESTIMATE] * len(shots)
-    asked = request(column.scene(scene), reference_solver().name)
-    asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
-    for k, shot in enumerate(shots):
-        duration = durations[k] if durations else asked.play(shot).duration
+    for shot, duration in zip(shots, durations(column.scene(scene), tuple(shots)), strict=True):
         one = Estimate(0.0, duration, duration / step)
         if one.steps >= FEWEST_STEPS / TRIAL:
             for most in (FEWEST_STEPS, MOST_STEPS):
@@ -246,20 +239,11 @@ def estimate(
     return found
 
 
-def estimates(scene: Scene, shots: Shots, columns: Iterable[Column]) -> list[list[Estimate]]:
-    """Return what each column's shots will take; the exact solver tells their durations once."""
-    found, durations = list[list[Estimate]](), list[float]()
-    for column in columns:
-        found.append(estimate(scene, shots, column, durations))
-        durations = durations or [one.duration for one in found[-1] if one.steps]
-    return found
-
-
 def planned(scene: Scene, columns: Sequence[Column], shots: Shots, budget: float) -> list[float]:
     """Return about how long (s) each column will be measured."""
     share = budget / (len(columns) * len(shots))
     finest = {column.solver: column for column in columns}
-    guesses = dict(zip(finest, estimates(scene, shots, finest.values()), strict=True))
+    guesses = {solver: estimate(scene, shots, column) for solver, column in finest.items()}
 
     def seconds(column: Column) -> float:
         fewer = (finest[column.solver].dt or 1.0) / (column.dt or 1.0)
