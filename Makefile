@@ -86,7 +86,7 @@ bench: $(VENV)/installed
 
 gallery: $(VENV)/installed
 	$(BIN)/python docs/figures/gallery.py
-	$(BIN)/pool-pymunk tradeoff report --out renders/gallery
+	$(BIN)/pool-pymunk tradeoff report --solvers all --budget 60 --out renders/gallery
 	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
 	$(BIN)/pool-pymunk stability --out renders/gallery
 	$(BIN)/pool-pymunk atlas report --shot 1 --ball C --out renders/gallery/atlas-report.png

@@ -11,19 +11,31 @@ import os
 import random
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import replace
-from functools import cache
+from functools import cache, reduce
 from pathlib import Path
 from types import FrameType
 from typing import Any, NamedTuple
 
 import pytest
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table, load
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Restitution,
+    Run,
+    Scene,
+    SceneError,
+    Shot,
+    Table,
+    load,
+)
 from pool_pymunk.cli import main
 from pool_pymunk.model import Point
+from pool_pymunk.studies.grid import Column, Tradeoff, begin
 
 DATA = Path(__file__).parent / "data"
 BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
@@ -236,6 +248,16 @@ def typed(*arguments: object, cwd: Path | None = None) -> Answer:
             code = ended.code
     assert isinstance(code, int), "the command line ends with an exit code"
     return Answer(code, out.getvalue(), err.getvalue())
+
+
+def columns_of(**steps: Sequence[float | None]) -> list[Column]:
+    """Return the columns of a grid: solvers, with ``_`` for a hyphen, and their steps (s)."""
+    return [Column(name.replace("_", "-"), dt) for name, its in steps.items() for dt in its]
+
+
+def tradeoff(scene: Scene, columns: Sequence[Column], *shots: Shot) -> Tradeoff:
+    """Measure these columns, each shot (default: all of the scene's) by one run."""
+    return reduce(Tradeoff.measured, columns, begin(scene, shots or None))
 
 
 def example(name: str) -> Any:

@@ -285,14 +285,14 @@ def test_check_says_what_is_modelled() -> None:
 def test_solvers_that_nobody_named_may_be_unable_to_roll() -> None:
     scene = load("follow-and-draw")
     rolling = [name for name, solver in SOLVERS.items() if solver.rolls]
-    playing, left_out = How().options_of(scene, SOLVERS, named=False)
-    assert list(playing) == rolling
+    playing, left_out = How().columns(scene, None, 1e-3, every=True)
+    assert {each.solver for each in playing} == {*rolling}
     assert list(left_out) == [name for name in SOLVERS if name not in rolling]
     assert all("friction.rolling" in why for why in left_out.values())
-    every, none = How().options_of(load("report"), SOLVERS, named=False)
-    assert (list(every), none) == (list(SOLVERS), {})
+    every, none = How().columns(load("report"), None, 1e-3, every=True)
+    assert ({each.solver for each in every}, none) == ({*SOLVERS}, {})
     with pytest.raises(SettingError, match="pymunk-discrete: does not roll balls"):
-        How().options_of(scene, ["pymunk-discrete"], named=True)
+        How().columns(scene, "pymunk-discrete")
 
 
 def test_compare_explains_the_published_ends(tmp_path: Path) -> None:

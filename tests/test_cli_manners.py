@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import io
 import json
+import math
 import os
 import re
 import select
@@ -23,6 +24,7 @@ import pytest
 import typer
 from commands import Capture, exit_code, refusal
 from rich.console import Console
+from rich.table import Table as Printed
 from scenes import AT_A_TERMINAL
 from typer.core import TyperGroup
 
@@ -39,16 +41,17 @@ from pool_pymunk import (
 )
 from pool_pymunk.cli import COMMANDS, app, read, terminal
 from pool_pymunk.cli import opt as choices
-from pool_pymunk.cli.terminal import Share, TextTable, progress
+from pool_pymunk.cli.terminal import Share, progress
 from pool_pymunk.model import UNITS, Units
 from pool_pymunk.model.quantities import quantity
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.report.listing import shot_lines
+from pool_pymunk.results.table import NO_BREAK, ResultTable, alike
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.solvers import Settings
 from pool_pymunk.solvers.request import Request
-from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, estimate
+from pool_pymunk.studies.grid import NO_ESTIMATE, Column, Estimate, estimate
 
 
 def scene_in(folder: Path, unit: str, start: float, more: str = "") -> Path:
@@ -83,7 +86,8 @@ def test_a_collision_has_whole_numbers_in_80_columns(
     assert exit_code(*HIT, *more) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines[3:])) <= 80
-    assert not any(line.startswith("│  ") for line in lines)  # No cell goes on in the next line.
+    assert sum(line.startswith("velocity of ") for line in lines) == 4
+    assert not any(line.startswith(" ") and line.strip() for line in lines[5:])  # Cells are whole.
 
 
 def test_a_collision_that_gains_energy_says_so(capsys: Capture) -> None:
@@ -100,15 +104,61 @@ def test_the_picture_of_a_collision_calls_the_offset_by_its_name(tmp_path: Path)
     assert "<!-- e = " not in drawn
 
 
-def test_tables_have_whole_names_in_80_columns() -> None:
-    headings = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
-    rows = [("pymunk-discrete", "0.0001 s", "1.5e-12", "1.3e-12", "44 of 44", "1310 ms")]
-    table = TextTable(headings, rows, left=("solver",), title="x" * 60)
-    console = Console(width=60, file=io.StringIO(), highlight=False)
+def printed_by(table: Printed, width: int = 80) -> list[str]:
+    """Return the lines of a table on a terminal of this width."""
+    console = Console(width=width, file=io.StringIO(), highlight=False)
     console.print(table)
-    lines = console.file.getvalue()  # type: ignore[attr-defined]
-    assert "pymunk-discrete" in lines
-    assert "…" not in lines
+    return str(console.file.getvalue()).splitlines()  # type: ignore[attr-defined]
+
+
+def test_headings_break_between_words_alone() -> None:
+    steps = (f"pymunk-discrete 0.0001{NO_BREAK}s", f"time-slice 1e-06{NO_BREAK}s")
+    columns = ("ball", "exact", *steps, "contacts shared")
+    table = ResultTable(columns, [("C", "27.3639, 29.1243", 0.1, 2e-5, "44 of 44")])
+    lines = printed_by(table.rich())
+    heading = " ".join(lines[: next(k for k, line in enumerate(lines) if "──" in line)]).split()
+    whole = [
+        "ball",
+        "exact",
+        "pymunk-",
+        "discrete",
+        "0.0001",
+        "s",
+        "time-",
+        "slice",
+        "1e-06",
+        "s",
+        "contacts",
+        "shared",
+    ]
+    assert {*heading} == {*whole}
+
+
+@pytest.mark.parametrize("scene", ["report", "hexagon"])
+def test_tables_of_comparisons_fit_80_columns(
+    scene: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(terminal, "WIDTH", 80)
+    solvers = "pymunk,pymunk-discrete:1e-3,pymunk-builtin,time-slice:1e-3"
+    options = ("--solvers", solvers, "--shot", 1, "--no-pictures", "--max-time", 0.5)
+    assert exit_code("compare", scene, *options, "--out", tmp_path) == 0
+    lines = capsys.readouterr().out.splitlines()
+    first = next(k for k, line in enumerate(lines) if "──" in line)
+    balls = lines[first + 1 : first + 1 + len(load(scene).balls)]
+    assert [line.split()[0] for line in balls] == [ball.id for ball in load(scene).balls]
+    assert max(map(len, balls)) <= 80
+    assert {"discrete", "builtin"} <= set(" ".join(lines[:first]).split())
+
+
+def test_a_table_without_rows_has_its_headings() -> None:
+    assert printed_by(ResultTable(("ball", "x"), []).rich())[0].split() == ["ball", "x"]
+
+
+def test_a_column_has_one_notation() -> None:
+    assert alike([0.00451, 12.0, 0.0, None, math.nan]) == ["0.0045", "12.0000", "0", "", ""]
+    assert alike([4.2e-12, 42.0, "failed"]) == ["4.2e-12", "4.2e+01", "failed"]
+    assert alike([-0.25, 12.0], sign="+") == ["-0.25", "+12.00"]
+    assert alike([3, 14]) == ["3", "14"]
 
 
 # -- the log's digits ----------------------------------------------------------------------------
@@ -367,12 +417,12 @@ def test_a_short_run_is_not_announced(tmp_path: Path, capsys: Capture) -> None:
 
 def test_the_estimate_is_of_the_right_size() -> None:
     scene = load("report")
-    [guess] = estimate(scene, scene.shots[:1], "time-slice", 3e-6)
+    [guess] = estimate(scene, scene.shots[:1], Column("time-slice", 3e-6))
     run = simulate(scene, 1, solver="time-slice", dt=3e-6)
     assert guess.duration == pytest.approx(run.duration, rel=0.1)
     assert guess.steps == pytest.approx(run.steps, rel=0.1)
     assert run.wall_time / 10 < guess.cost < 10 * run.wall_time
-    assert estimate(scene, scene.shots, "event-driven", None) == [NO_ESTIMATE] * 4
+    assert estimate(scene, scene.shots, Column("event-driven")) == [NO_ESTIMATE] * 4
 
 
 @pytest.mark.parametrize("dt", [1e-3, 1e-5])
@@ -382,7 +432,7 @@ def test_the_estimate_knows_what_a_heavy_ball_does_to_a_light_one(dt: float) -> 
     light = Ball("light", (0.1, 0.0), 0.03, 0.1)
     scene = Scene((heavy, light), restitution=Restitution(1.0), friction=Friction(0.1))
     run = simulate(scene, solver="event-driven")
-    [guess] = estimate(scene, [None], "time-slice", dt)
+    [guess] = estimate(scene, [None], Column("time-slice", dt))
     assert run.duration > 1.5 > heavy.velocity[0] / scene.deceleration
     assert guess.duration == pytest.approx(run.duration, rel=0.01)
 

@@ -237,7 +237,7 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     printed = capsys.readouterr().out
     assert "Offset 2 of 4.5 in; line of centres from A to B at 21.8139° to x" in printed
     assert "Velocities are in m/s, momentum in g m/s" in printed
-    assert "velocity of A before │" in printed
+    assert "velocity of A before  " in printed
     assert drawing.stat().st_size > 20_000
     found = json.loads(data.read_text(encoding="utf-8"))
     a, b = Disc(0.2, 0.05715, (2.0, 0.0)), Disc(0.16, 0.05715, (-0.5, 0.2))
@@ -273,7 +273,7 @@ def test_a_head_on_hit_prints_zeros(capsys: pytest.CaptureFixture[str]) -> None:
     equal = shlex.split("collide --mass-a 1 --mass-b 1 --radius 0.1 --velocity-a 0.3 0.4")
     assert exit_code(*equal) == 0
     (row,) = (line for line in capsys.readouterr().out.splitlines() if "of A after" in line)
-    assert [cell.strip() for cell in row.split("│")[2:-1]] == ["0", "0", "0", "0"]
+    assert row.split() == ["velocity", "of", "A", "after", "0", "0", "0", "0"]
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ import pytest
 import reference
 from hard_reference import Settings
 from press_reference import press_run
+from scenes import tradeoff
 
 from pool_pymunk import (
     Disc,
@@ -43,7 +44,7 @@ from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.results.trace import COARSER
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
-from pool_pymunk.studies.tradeoff import tradeoff
+from pool_pymunk.studies.grid import Column
 
 HOME = Path(__file__).parent.parent
 INCH = 0.0254
@@ -94,10 +95,10 @@ def played(page: str) -> tuple[dict[str, Any], str]:
 
 @cache
 def error(solver: str, dt: float | None, *shots: int) -> float:
-    """Return the largest error of an end (in), as `pool-pymunk tradeoff report` has it."""
+    """Return the largest error of an end (in), as `tradeoff report --solvers all` has it."""
     scene = load("report")
-    chosen = [scene.shots[k - 1] for k in shots] or None
-    [setting] = tradeoff(scene, {solver: (dt,)}, shots=chosen, budget=0).settings
+    chosen = [scene.shots[k - 1] for k in shots]
+    [setting] = tradeoff(scene, [Column(solver, dt)], *chosen).settings
     return setting.largest / INCH
 
 

@@ -23,9 +23,9 @@ from programs import TIMEOUT, interrupt, is_alive, start, wait_until
 from pool_pymunk import SOLVERS
 from pool_pymunk.results.run import FILES, Run
 from pool_pymunk.studies import stability
+from pool_pymunk.studies.grid import Tradeoff
 
 # Its name is also that of a function.
-tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 
 # Slices of 1e-6 s take about a second for each of the report's shots, so there is time to
 # interrupt.
@@ -100,7 +100,7 @@ def frames(film: Path) -> int:
 def test_ctrl_c_keeps_the_settings_that_were_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(tradeoff, "_measure", twice_then_ctrl_c(tradeoff._measure))
+    monkeypatch.setattr(Tradeoff, "measured", twice_then_ctrl_c(Tradeoff.measured))
     arguments = ("tradeoff", "two-balls", "--budget", "0", "--samples", "2")
     assert exit_code(*arguments, "--out", str(tmp_path)) == 130
     printed, errors = capsys.readouterr()
@@ -210,17 +210,17 @@ def test_a_disk_that_fills_up_keeps_what_was_finished(
 def test_a_full_disk_stops_stability_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def full(_cells: object, path: Path) -> None:
+    def full(_table: object, path: Path) -> None:
         path.write_text("extreme,case")
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(stability.suite, "check_all", lambda *_: one_cell())
-    monkeypatch.setattr("pool_pymunk.studies.stability.suite.write_csv", full)
+    monkeypatch.setattr("pool_pymunk.results.table.ResultTable.csv", full)
     assert exit_code("stability", "--out", str(tmp_path)) == 1
     error = f"error: {tmp_path / 'stability.csv'}: No space left on device\n"
     printed, errors = capsys.readouterr()
     assert without_remarks(errors) == error
-    assert "event-driven" in printed  # The table itself is not lost.
+    assert "holds" in printed  # The table itself is not lost.
     assert list(tmp_path.iterdir()) == []
 
 

@@ -25,8 +25,8 @@ from pool_pymunk import (
     load,
     simulate,
 )
+from pool_pymunk.cli.common import How
 from pool_pymunk.solvers import options_for
-from pool_pymunk.studies.tradeoff import tradeoff
 
 R = 0.05
 
@@ -210,6 +210,5 @@ def test_each_solver_of_a_study_gets_the_options_that_it_takes() -> None:
         assert found == takers
     scene = load("two-balls")
     assert discrete(scene, friction="callback").final == discrete(scene).final
-    steps = {"pymunk": (1 / 60,), "pymunk-discrete": (1e-3,)}
-    measured = tradeoff(scene, steps, budget=0, options={"friction": "joint"})
-    assert len(measured.settings) == 2
+    columns, _ = How(friction="joint").columns(scene, None)
+    assert [each.options for each in columns] == [{"friction": "joint"}, {}, {}]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import re
@@ -16,19 +15,18 @@ from pathlib import Path
 
 import pytest
 from commands import Capture, exit_code
+from scenes import columns_of
 
 from pool_pymunk import load, simulate_many
 from pool_pymunk.cli import common, terminal
 from pool_pymunk.cli.terminal import Share, in_words, progress
 from pool_pymunk.fast import compiled
 from pool_pymunk.safety.files import bundled
+from pool_pymunk.studies import grid
 from pool_pymunk.studies.find import find
+from pool_pymunk.studies.grid import NO_ESTIMATE, Estimate, planned
 from pool_pymunk.studies.sweep import job
-from pool_pymunk.studies.tradeoff import NO_ESTIMATE, Estimate, planned
 from pool_pymunk.studies.uncertainty import digits_sentence
-
-# Its name is also that of a function.
-tradeoff = importlib.import_module("pool_pymunk.studies.tradeoff")
 
 FOURTH = ("report", "--shot", 4)
 FEW = ("--budget", 0, "--samples", 2, "--solvers", "pymunk")
@@ -95,7 +93,7 @@ def test_published_ends_are_those_of_the_scenario_not_of_a_file(
 
 
 def test_runs_of_a_shot_that_warn_alike_are_one_line() -> None:
-    settings = [common.Setup("event-driven"), common.Setup("pymunk", 1 / 240)]
+    settings = [grid.Column("event-driven"), grid.Column("pymunk", 1 / 240)]
     scene = load("report")
     ((one, other),) = common.simulate_beside(scene, scene.shots[3:], settings)
     (line,) = common.warnings_of([one, other])
@@ -119,8 +117,10 @@ def test_solvers_that_are_left_out_are_named_with_the_reason(
         printed = capsys.readouterr().out
         found = json.loads(file.read_text())["left_out"]
         found = found if command == "compare" else found["solvers"]
-        assert list(found) == ["pymunk-discrete", "pymunk-builtin"]
-        for name, why in found.items():
+        longest = "time-slice 1e-06 s"
+        assert list(found) == ["pymunk-discrete", "pymunk-builtin", longest]
+        assert f"{longest} is left out: it takes longest; --solvers all" in printed
+        for name, why in found.items() - {(longest, found[longest])}:
             assert f"{name} is left out: it {why}." in printed
             assert "friction.rolling" in why
             assert "without this key balls only slide" in why
@@ -128,10 +128,28 @@ def test_solvers_that_are_left_out_are_named_with_the_reason(
 
 def test_solvers_that_all_play_leave_none_out(tmp_path: Path, capsys: Capture) -> None:
     file = tmp_path / "all.json"
-    options = ("--max-time", 0.05, "--no-pictures", "--json", file, "--out", tmp_path)
-    assert exit_code("compare", "two-balls", *options) == 0
+    options = ("--max-time", 0.005, "--no-pictures", "--json", file, "--out", tmp_path)
+    assert exit_code("compare", "two-balls", "--solvers", "all", *options) == 0
     assert "left out" not in capsys.readouterr().out
-    assert json.loads(file.read_text())["left_out"] == {}
+    found = json.loads(file.read_text())
+    assert found["left_out"] == {}
+    assert found["comparisons"][-1]["solver"] == {"name": "time-slice", "dt": 1e-6}
+
+
+def test_slices_of_the_report_are_played_where_they_are_asked_for() -> None:
+    """By default those of 1e-6 s are left out, because they take longest."""
+    scene = load("two-balls")
+    for every in (False, True):
+        columns, left_out = common.How().columns(scene, None, every=every)
+        assert left_out == {"time-slice 1e-06 s": "takes longest; --solvers all plays it, too"}
+        longest = [grid.Column("time-slice", 1e-6)]
+        for typed in (common.ALL, "time-slice"):
+            found, left_out = common.How().columns(scene, typed, every=every)
+            assert [each for each in found if each not in columns] == longest
+            assert left_out == {}
+    typed_step, left_out = common.How().columns(scene, None, 1e-3)
+    assert str(typed_step[-1]) == "time-slice 0.001 s"
+    assert left_out == {}
 
 
 def test_a_shot_without_an_exact_end_is_named_also_when_it_is_alone(
@@ -262,12 +280,12 @@ def test_a_measurement_is_planned_by_its_budget_and_its_costs(
     """Slices of 0.1 s take 1 s; those of 1 s are a tenth, and are played up to seven times."""
     dear = Estimate(1.0, 2.0, 20.0)
     guesses = {"time-slice": [dear, dear], "event-driven": [NO_ESTIMATE] * 2}
-    monkeypatch.setattr(tradeoff, "estimate", lambda scene, shots, solver, *_: guesses[solver])
-    ladders = {"time-slice": (1.0, 0.1), "event-driven": (None,)}
-    scene, least = load("report"), tradeoff.LEAST_COST
-    once = planned(scene, ladders, scene.shots[:2], 0.0)
+    monkeypatch.setattr(grid, "estimate", lambda scene, shots, column: guesses[column.solver])
+    columns = columns_of(time_slice=(1.0, 0.1), event_driven=(None,))
+    scene, least = load("report"), grid.LEAST_COST
+    once = planned(scene, columns, scene.shots[:2], 0.0)
     assert once == pytest.approx([0.2, 2.0, 2 * least])
-    often = planned(scene, ladders, scene.shots[:2], 6 * 0.5)
+    often = planned(scene, columns, scene.shots[:2], 6 * 0.5)
     assert often == pytest.approx([2 * 0.5, 2.0, 2 * 7 * least])
 
 

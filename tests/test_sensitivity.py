@@ -36,7 +36,7 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import DrawnBall
 from pool_pymunk.render.canvas import canvas
 from pool_pymunk.render.clouds import _cloud
-from pool_pymunk.studies.sensitivity import by_causes, digits_that_hold, linear
+from pool_pymunk.studies.sensitivity import by_causes, digits_that_hold, linear, table
 from pool_pymunk.studies.uncertainty import StartSampler, uncertainty_of
 
 INCH = 0.0254
@@ -542,3 +542,14 @@ def test_a_cloud_is_of_dots_without_rims() -> None:
     assert np.asarray(dots.get_offsets()).shape == (3, 2)
     assert np.asarray(dots.get_edgecolor()).size == 0
     assert tuple(np.asarray(dots.get_facecolor())[0][:3]) == (1.0, 0.0, 0.0)
+
+
+def test_the_table_is_the_same_as_csv_and_json(tmp_path: Path) -> None:
+    scene = load("two-balls")
+    spread = table([sensitivity(scene, 1, Uncertainty(1e-6), 2, threads=1)])
+    spread.csv(tmp_path / "spread.csv")
+    rows = list(csv.DictReader((tmp_path / "spread.csv").read_text("utf-8").splitlines()))
+    records = spread.json()
+    assert [list(each) for each in records] == [list(each) for each in rows]
+    assert [each["ball"] for each in records] == [ball.id for ball in scene.balls]
+    assert [float(each["std_x"]) for each in rows] == [each["std_x"] for each in records]

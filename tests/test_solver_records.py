@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from commands import exit_code, refusal
 from rich.console import Console
+from scenes import tradeoff
 
 from pool_pymunk import (
     SOLVERS,
@@ -27,6 +28,7 @@ from pool_pymunk import (
     sensitivity,
     simulate,
 )
+from pool_pymunk.cli.common import How
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.render import heatmap
@@ -35,10 +37,10 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import Settings, Solver, find_solver, reference_solver
 from pool_pymunk.studies.compare import Comparison
+from pool_pymunk.studies.grid import Column, order, sentences
 from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite
 from pool_pymunk.studies.stability.trial import LISTED
 from pool_pymunk.studies.tolerance import simulate_within
-from pool_pymunk.studies.tradeoff import ladders_of, order, sentences, tradeoff
 
 # m; how far an end in the scenario two-balls is off for each second by which the hit is late:
 # the balls close at 2.5 m/s, and then go 0.7 m in a direction that is off by that over 2 r.
@@ -130,10 +132,11 @@ def test_it_simulates_at_its_own_step(added: Solver) -> None:
 
 
 def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: Path) -> None:
-    assert list(ladders_of())[-2:] == [added.name, reference_solver().name]
-    result = tradeoff(
-        load("two-balls"), ladders_of([added.name, reference_solver().name]), budget=0
-    )
+    every, _ = How().columns(load("two-balls"), "all", every=True)
+    assert [*dict.fromkeys(each.solver for each in every)][-2:] == [
+        added.name, reference_solver().name,
+    ]  # fmt: skip
+    result = tradeoff(load("two-balls"), [each for each in every if each.solver == added.name])
     found = result.of(added.name)
     assert tuple(setting.dt for setting in found) == added.ladder
     assert all(setting.dt and setting.largest < LATENESS * setting.dt for setting in found)
@@ -160,7 +163,7 @@ def test_its_stability_is_checked_at_its_steps(added: Solver, tmp_path: Path) ->
     heatmap.draw([full], picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
     console = Console(width=160, file=StringIO(), record=True)
-    console.print(suite.rich_table(suite.in_order([full, check(HEAD_ON, "pymunk")])))
+    console.print(suite.verdicts(suite.in_order([full, check(HEAD_ON, "pymunk")])))
     assert re.search(r"extreme .* pymunk .* explicit ", console.export_text())
 
 
@@ -259,8 +262,9 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
     registry["truth"] = replace(registry.pop("event-driven"), name="truth")
     assert reference_solver() is registry["truth"]
     scene, data = load("two-balls"), tmp_path / "data.json"
-    assert list(ladders_of())[-1] == columns()[0].name == "truth"
-    result = tradeoff(scene, {"pymunk": (1 / 60,), "truth": (None,)}, budget=0)
+    every, _ = How().columns(scene, None, every=True)
+    assert every[-1].solver == columns()[0].name == "truth"
+    result = tradeoff(scene, [Column("pymunk", 1 / 60), Column("truth")])
     assert any(line.startswith("Without a step: truth in ") for line in sentences(result))
     cell = check(HEAD_ON, "truth", quick=True)
     assert cell.run and cell.worst is None
@@ -291,7 +295,7 @@ OTHERWISE = {  # a text that has a solver's name in it, and why it may
     ("world/checks.py", 'is a solver of its own now; ask for solver="pymunk-discrete"'),
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate
     ("safety/interrupts.py", "pymunk"),  # the library, as a module
-    ("studies/tradeoff.py", "pymunk"),  # the library, whose version is written down
+    ("studies/grid.py", "pymunk"),  # the library, whose version is written down
     # the library, and its classes
     (
         "world/billiards.py",

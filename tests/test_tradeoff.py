@@ -6,17 +6,18 @@ import math
 from dataclasses import replace
 
 import pytest
-from scenes import turned
+from scenes import columns_of, tradeoff, turned
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
+from pool_pymunk.cli.common import How
 from pool_pymunk.render.diagram import Cut, figure_of
-from pool_pymunk.studies.tradeoff import (
+from pool_pymunk.studies.grid import (
+    Column,
     Setting,
+    begin,
     cheapest,
-    ladders_of,
     order,
     sentences,
-    tradeoff,
 )
 
 STEPS = tuple(0.9e-2 / 3**k for k in range(6))
@@ -45,7 +46,7 @@ def _head_on() -> Scene:
 @pytest.mark.parametrize("make", [_one_cushion, _head_on])
 def test_a_late_contact_is_an_error_of_order_one(make: object, solver: str) -> None:
     scene = make()  # type: ignore[operator]
-    result = tradeoff(scene, {solver: STEPS}, budget=0)
+    result = tradeoff(scene, columns_of(**{solver: STEPS}))
     assert all(s.shared == s.contacts for s in result.settings)
     found = order(result.of(solver), result.rounding, 1.0)
     assert found is not None
@@ -58,7 +59,7 @@ def test_a_late_contact_is_an_error_of_order_one(make: object, solver: str) -> N
 @pytest.mark.parametrize("make", [_one_cushion, _head_on])
 def test_swept_contacts_err_by_rounding_and_have_no_order(make: object) -> None:
     scene = make()  # type: ignore[operator]
-    result = tradeoff(scene, {"pymunk": STEPS, "event-driven": (None,)}, budget=0)
+    result = tradeoff(scene, columns_of(pymunk=STEPS, event_driven=(None,)))
     assert all(s.largest < 1e-14 for s in result.settings)
     assert order(result.of("pymunk"), result.rounding, 1.0) is None
 
@@ -103,10 +104,18 @@ def test_the_cheapest_setting_within_a_tolerance() -> None:
 
 
 def test_shots_that_hang_on_a_slip_of_zero_are_left_out() -> None:
-    result = tradeoff(load("report"), {"pymunk": (1 / 60,)}, budget=0)
+    result = tradeoff(load("report"), columns_of(pymunk=(1 / 60,)))
     assert result.left_out == ("Simulation 4",)
     assert any("Simulation 4 is left out" in line for line in sentences(result))
     assert result.settings[0].contacts == 14 + 5 + 1
+
+
+def test_the_time_is_the_least_one_of_seven(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, times, column = _head_on(), iter([3.0, 2.0, 5.0, 4.0, 7.0, 6.0, 8.0]), Column("pymunk")
+    run = simulate(scene)
+    monkeypatch.setattr(Column, "runs", lambda *_: iter([replace(run, wall_time=next(times))]))
+    [setting] = begin(scene).measured(column, math.inf).settings
+    assert (setting.time, setting.repeats, setting.failure) == (2.0, 7, "")
 
 
 def test_failures_are_failures() -> None:
@@ -118,32 +127,31 @@ def test_failures_are_failures() -> None:
         friction=Friction(surface=0.1),
         physics=Physics(max_time=10.0),
     )
-    result = tradeoff(scene, {"pymunk": (1 / 60,), "pymunk-discrete": (1 / 60,)}, budget=0)
+    result = tradeoff(scene, columns_of(pymunk=(1 / 60,), pymunk_discrete=(1 / 60,)))
     good, failed = result.settings
     assert (good.failure, failed.failure) == ("", "max_time")
     assert good.largest < 1e-12
     assert all(map(math.isnan, (failed.largest, failed.rms, failed.time)))
     assert result.of("pymunk-discrete") == []
     assert cheapest(result.settings, math.inf) is good
-    lost = tradeoff(scene, {"pymunk-discrete": (1 / 60,)}, budget=0)
+    lost = tradeoff(scene, columns_of(pymunk_discrete=(1 / 60,)))
     assert sentences(lost)[0] == "No step tried comes within 1 m."
 
 
 def test_every_solver_is_measured_those_with_steps_first() -> None:
-    ladders = ladders_of()
-    assert list(ladders) == [
-        "pymunk", "pymunk-discrete", "pymunk-builtin", "time-slice", "event-driven",
-    ]  # fmt: skip
-    assert ladders["event-driven"] == (None,)
-    for steps in ladders.values():
-        known = [dt for dt in steps if dt is not None]
+    columns, _ = How().columns(load("report"), "all", every=True)
+    solvers = list(dict.fromkeys(each.solver for each in columns))
+    assert solvers == ["pymunk", "pymunk-discrete", "pymunk-builtin", "time-slice", "event-driven"]
+    assert columns[-1] == Column("event-driven", None)
+    for solver in solvers:
+        known = [each.dt for each in columns if each.dt and each.solver == solver]
         assert known == sorted(known, reverse=True)
 
 
 def test_slices_of_the_reports_own_step_are_compared_with() -> None:
     """A step that is as precise costs less than the report's slices; it is said how much."""
-    steps = {"pymunk": (1 / 60,), "time-slice": (1e-5, 1e-6)}
-    result = tradeoff(load("two-balls"), steps, budget=0)
+    steps = columns_of(pymunk=(1 / 60,), time_slice=(1e-5, 1e-6))
+    result = tradeoff(load("two-balls"), steps)
     times = {("pymunk", 1 / 60): 0.002, ("time-slice", 1e-5): 0.3, ("time-slice", 1e-6): 3.0}
     timed = [replace(s, time=times[s.solver, s.dt or 0.0]) for s in result.settings]
     assert sentences(replace(result, settings=tuple(timed)))[0] == (
@@ -153,7 +161,7 @@ def test_slices_of_the_reports_own_step_are_compared_with() -> None:
 
 def test_the_diagram_cuts_empty_decades_and_its_labels_do_not_overlap() -> None:
     steps = {"pymunk": (1 / 60, 1e-3), "pymunk-discrete": (1 / 60, 1e-4), "event-driven": (None,)}
-    figure = figure_of(tradeoff(load("report"), steps, budget=0, spread=0.04))
+    figure = figure_of(replace(tradeoff(load("report"), columns_of(**steps)), spread=0.04))
     (axes,) = figure.axes
     assert axes.get_legend() is None
     assert [text.get_text() for text in axes.texts if text.get_gid() == "cut"] == ["//"]

@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import typer
@@ -23,13 +22,8 @@ NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
 Widths = float | Mapping[str, tuple[float, float]]  # m, of all starts or of each ball's
 
 
-class Setup(NamedTuple):
-    """A setting has a solver, a step (s; None: its own), a law (None: the scene's), and options."""
-
-    solver: str
-    dt: float | None = None
-    law: str | None = None
-    options: Mapping[str, Any] = MappingProxyType({})
+ALL = "all"  # of --solvers
+LONGEST = f"takes longest; --solvers {ALL} plays it, too"
 
 
 class How(NamedTuple):
@@ -51,39 +45,46 @@ class How(NamedTuple):
         """Return the solver's options."""
         return {} if self.friction is None else {"friction": self.friction}
 
-    def options_of(
-        self, scene: lib.Scene, solvers: Iterable[str], named: bool
-    ) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-        """Return the options of the solvers that can play the scene, and why others cannot.
+    def columns(
+        self, scene: lib.Scene, typed: str | None, dt: float | None = None, every: bool = False
+    ) -> tuple[list[lib.grid.Column], dict[str, str]]:
+        """Return the columns of --solvers, by default of all solvers, and why others are left out.
 
-        If they are ``named``, all must.
+        Solvers without a typed step have the step ``dt`` (s), or their own, or ``every`` one. Those
+        that are named must be able to play the scene.
         """
-        found, left_out = {}, {}
-        for name in solvers:
-            solver = lib.solvers.find_solver(name)
+        named = typed not in (None, ALL)
+        known = sorted(lib.solvers.SOLVERS.values(), key=lambda solver: solver.dt is None)
+        names = [solver.name for solver in known if every or not solver.is_reference]
+        columns, left_out = list[lib.grid.Column](), dict[str, str]()
+        for name in read.names("--solvers", typed or "") if named else names:
+            one = read_setting(name, "--solvers", dt, laws=())
+            solver = lib.solvers.find_solver(one.solver)
             options = self.options if named else lib.solvers.options_for(solver, self.options)
             try:
-                lib.solvers.request(scene, name, **options)
+                lib.solvers.request(scene, solver.name, **options)
             except lib.problems.SettingError as error:
                 if named:
                     raise
                 left_out[name] = str(error).partition(": ")[2]
             else:
-                found[name] = options
-        return found, left_out
+                columns += [each._replace(options=options) for each in one.at_steps(every)]
+        longest = [each for each in columns if each.is_longest and typed is None]
+        left_out |= {str(each): LONGEST for each in longest}
+        return [each for each in columns if each not in longest], left_out
 
-    def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> Setup:
+    def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> lib.grid.Column:
         """Return the solver and its step as typed; an error names an option that does not fit."""
         step = read.seconds("--dt", dt)
         lib.solvers.request(scene, solver, law=self.law, **self.options)
         if dt is not None and lib.solvers.find_solver(solver).dt is None:
             raise read.InputError(f"--dt = {dt}: {solver} has no time step")
-        return Setup(solver, step, options=self.options)
+        return lib.grid.Column(solver, step, options=self.options)
 
 
 def read_setting(
     text: str, key: str = "--overlay", dt: float | None = None, laws: Collection[str] = LAWS
-) -> Setup:
+) -> lib.grid.Column:
     """Return a setting as typed: a solver, then in any order a step (else ``dt``, s) and a law.
 
     >>> read_setting("pymunk:1/64:published")[:3]
@@ -102,31 +103,21 @@ def read_setting(
     if steps and not has_step:
         raise read.InputError(f"{key} = {text}: {solver} has no time step")
     step = read.seconds(key, steps[0]) if steps else dt if has_step else None
-    return Setup(solver, step, law[0] if law else None)
+    return lib.grid.Column(solver, step, law[0] if law else None)
 
 
 def simulate_beside(
-    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
+    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column]
 ) -> Generator[tuple[lib.Run, ...], None, None]:
     """Simulate every shot by each setting: yield a row a shot, with a column a setting."""
     with lib.terminal.progress("simulating", len(shots) * len(settings)) as bar:
-        columns, found = [], list[list[lib.tradeoff.Estimate]]()
-        for solver, dt, law, options in settings:
-            physics = replace(scene.physics, law=law or scene.physics.law)
-            variant = replace(scene, physics=physics)
-            asked = {"solver": solver, "dt": dt, **options}
-            durations = [one.duration for row in found[-1:] for one in row if one.steps]
-            found.append(lib.tradeoff.estimate(variant, shots, durations=durations, **asked))
-            columns.append((variant, asked))
+        found = [lib.grid.estimate(scene, shots, one) for one in settings]
         share = lib.terminal.Share(bar, [one for row in zip(*found, strict=True) for one in row])
-        runs = [
-            lib.solvers.simulate_all(variant, shots, on_time=share.move, **asked)
-            for variant, asked in columns
-        ]
+        columns = [one.runs(scene, shots, on_time=share.move) for one in settings]
         for _ in shots:
             row = []
-            for each in runs:
-                row.append(next(each))
+            for runs in columns:
+                row.append(next(runs))
                 share.finish()
             yield tuple(row)
 
@@ -138,7 +129,7 @@ def left_out_sentences(left_out: Mapping[str, str]) -> Iterator[str]:
 
 
 def simulate_and_warn(
-    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[Setup]
+    scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column]
 ) -> list[tuple[lib.Run, ...]]:
     """Simulate as above, and print on stderr what runs warn of, and where they miss their ends."""
     rows = list(simulate_beside(scene, shots, settings))

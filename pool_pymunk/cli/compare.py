@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Any
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import (
     How,
-    Setup,
     left_out_sentences,
     place,
     published_by,
-    read_setting,
     say,
     simulate_beside,
     stem,
@@ -25,19 +24,13 @@ from pool_pymunk.cli.common import (
 )
 from pool_pymunk.safety.files import whole
 
-COLUMNS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
-COSTS = ("solver", "contacts", "steps", "wall time", "energy left", "status")
+ENDS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
+COSTS = ("solver", "contacts", "steps", "wall time (ms)", "energy left (%)", "status")
 
 
 def compare(
     scenario: opt.Scenario,
-    solvers: Annotated[
-        str | None,
-        opt.option(
-            f"Those to compare with the exact one: some of {opt.SOLVER_NAMES}; default: all.",
-            "S[:DT],...", autocompletion=opt.solver_lists,
-        ),
-    ] = None,
+    solvers: opt.Columns = None,
     dt: opt.Step = None,
     shot: opt.ShotName = None,
     law: opt.LawName = None,
@@ -46,15 +39,16 @@ def compare(
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: Annotated[bool, opt.option("Draw each run over the exact one.")] = True,
-) -> int:  # fmt: skip
+) -> int:
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    settings, left_out = _settings(how, scene, solvers, read.seconds("--dt", dt))
+    columns, left_out = how.columns(scene, solvers, read.seconds("--dt", dt))
+    columns.insert(0, lib.grid.Column(lib.solvers.reference_solver().name))
     folder = place(out, scenario, "compare")
     found: list[lib.compare.Comparison] = []
     try:
-        with closing(simulate_beside(scene, read.shots(scene, shot), settings)) as rows:
+        with closing(simulate_beside(scene, read.shots(scene, shot), columns)) as rows:
             for reference, *runs in rows:
                 comparisons = [lib.compare.Comparison(reference, run) for run in runs]
                 _print(reference, comparisons)
@@ -63,7 +57,7 @@ def compare(
     finally:
         if found:
             with whole(folder / "ends.csv") as part:
-                lib.run.write_rows(part, COLUMNS, _ends(found))
+                lib.table.ResultTable(ENDS, _ends(found)).csv(part)
             write_json(json, _results(found, left_out), scenario, scene.title)
     if pictures:
         with lib.terminal.progress("drawing", len(found)) as bar:
@@ -75,54 +69,44 @@ def compare(
     return 0
 
 
-def _settings(
-    how: How, scene: lib.Scene, text: str | None, dt: float | None
-) -> tuple[list[Setup], Mapping[str, str]]:
-    """Return the reference and the solvers to compare (default: all), and why some are left out.
-
-    ``dt`` is their step.
-    """
-    exact = lib.solvers.reference_solver().name
-    names = [name for name in lib.solvers.SOLVERS if name != exact]
-    names = names if text is None else read.names("--solvers", text)
-    settings = [read_setting(name, "--solvers", dt, laws=()) for name in names]
-    solvers = (one.solver for one in settings)
-    options, left_out = how.options_of(scene, solvers, named=text is not None)
-    played = [one for one in settings if one.solver in options]
-    compared = [one._replace(options=options[one.solver]) for one in played]
-    return [Setup(exact), *compared], left_out
-
-
 def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
     runs = (reference, *(one.run for one in found))
-    costs = lib.terminal.TextTable(COSTS, map(_cost, runs), left=("solver", "status"))
+    costs = lib.table.ResultTable(COSTS, map(_cost, runs)).rich(left=("solver", "status"))
     said = [*sentences(reference, found), *warnings_of(runs)]
+    unit = reference.scene.units.length
     lib.terminal.show(
-        f"\n[bold]{reference.name}[/bold]", _distances(reference, found), costs, *said
+        f"\n[bold]{reference.name}[/bold]",
+        f"Exact ends, and distances of the other ends from them ({unit})\n",
+        _distances(reference, found),
+        costs,
+        *said,
     )
 
 
-def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.terminal.TextTable:
+def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.Printed:
     """Return each ball's exact end, and its distance from the end in each other run."""
-    unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
-    rows = []
-    for id_, end in reference.final.items():
-        x, y = (unit.from_si(v, "length") for v in end)
-        row = [id_, f"{x:.4f}, {y:.4f}"]
-        row += [_small(unit.from_si(one.distances[id_], "length")) for one in found]
-        if id_ in published:
-            row.append(f"{unit.from_si(math.dist(end, published[id_]), 'length'):.3f}")
-        rows.append(row)
-    title = f"Exact ends, and distances of the other ends from them ({unit.length})"
-    headings = ["ball", "exact", *(_name(one.run) for one in found)]
-    return lib.terminal.TextTable(headings + ["published"] * bool(published), rows, title=title)
+    published = reference.shot.published if reference.shot else {}
+    ends, from_si = reference.final, partial(reference.scene.units.from_si, kind="length")
+    columns: dict[str, Iterable[Any]] = {
+        "ball": ends,
+        "exact": ["{:.4f}, {:.4f}".format(*map(from_si, end)) for end in ends.values()],
+    }
+    for one in found:
+        name = _name(one.run).replace(" s", f"{lib.table.NO_BREAK}s")
+        columns[name] = map(from_si, one.distances.values())
+    if published:
+        columns["published"] = [
+            f"{from_si(math.dist(end, published[id_])):.3f}" if id_ in published else ""
+            for id_, end in ends.items()
+        ]
+    return lib.table.ResultTable.of(columns).rich()
 
 
-def _cost(run: lib.Run) -> tuple[str, ...]:
+def _cost(run: lib.Run) -> tuple[object, ...]:
     share = run.energy["final"] / run.energy["initial"] if run.energy["initial"] else 0.0
     contacts = sum(event.is_contact for event in run.events)
-    time = f"{run.wall_time * 1e3:.1f} ms"
-    return _name(run), str(contacts), str(run.steps), time, f"{share:.1%}", run.status
+    spent = f"{run.wall_time * 1e3:.1f}", f"{share:.1%}".rstrip("%")
+    return _name(run), contacts, run.steps, *spent, run.status
 
 
 def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterator[str]:

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import place, write_json
+from pool_pymunk.cli.common import place, say, write_json
 from pool_pymunk.safety.files import whole
 
 FITTED = "fitted.toml"
@@ -59,12 +59,14 @@ def fit(
             )  # fmt: skip
     except ImportError as missing:
         raise read.InputError(str(missing)) from None
-    headings = ("number", "fitted", "standard error", "scenario's", "unit")
-    table = lib.terminal.TextTable(headings, _rows(found), left=("number", "unit"))
-    lib.terminal.show(*[table] * bool(found.values), *sentences(found))
+    if found.values:
+        columns = ("number", "fitted", "standard error", "scenario's", "unit")
+        table = lib.table.ResultTable(columns, _rows(found))
+        lib.terminal.show(table.rich(left=("number", "unit")))
+    say(sentences(found))
     found.scene.to_toml(folder / FITTED)
     with whole(folder / "residuals.csv") as part:
-        lib.fit.write_csv(found, part)
+        lib.fit.table(found).csv(part)
     if pictures:
         lib.residuals.residuals_picture(found, folder / "residuals.png")
     write_json(json, found.as_dict(), scenario, found.scene.title)

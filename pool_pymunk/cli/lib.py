@@ -14,6 +14,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rich.table import Table as Printed
+
     from pool_pymunk import page, render, solvers
     from pool_pymunk.cli import terminal
     from pool_pymunk.model import Point, Scene, Shot, Units
@@ -23,9 +25,9 @@ if TYPE_CHECKING:
     from pool_pymunk.render import clouds, collision, diagram, heatmap, residuals
     from pool_pymunk.render import atlas as maps
     from pool_pymunk.report import collide, listing
-    from pool_pymunk.results import run, trace, words
+    from pool_pymunk.results import run, table, trace, words
     from pool_pymunk.results.run import Run
-    from pool_pymunk.studies import atlas, compare, fit, sensitivity, sweep, tolerance, tradeoff
+    from pool_pymunk.studies import atlas, compare, fit, grid, sensitivity, sweep, tolerance
     from pool_pymunk.studies import uncertainty
     from pool_pymunk.studies.sensitivity import Linear, Sensitivity
     from pool_pymunk.studies.stability import extremes, suite
@@ -34,9 +36,9 @@ else:
         page render solvers cli.terminal model.inputs model.problems model.quantities
         model.scenario page.live.server physics.contact render.clouds render.collision
         render.diagram render.heatmap render.residuals report.collide report.listing results.run
-        results.trace results.words studies.atlas studies.compare studies.fit studies.sensitivity
-        studies.stability.extremes studies.stability.suite studies.sweep studies.tolerance
-        studies.tradeoff studies.uncertainty
+        results.table results.trace results.words studies.atlas studies.compare studies.fit
+        studies.grid studies.sensitivity studies.stability.extremes studies.stability.suite
+        studies.sweep studies.tolerance studies.uncertainty
     """
     PATHS = {path.rpartition(".")[2]: path for path in MODULES.split()}
     PATHS["maps"] = "render.atlas"  # The studies have an atlas of their own.

@@ -59,6 +59,14 @@ SolverList = Annotated[
         autocompletion=solver_lists,
     ),
 ]  # fmt: skip
+Columns = Annotated[
+    str | None,
+    option(
+        f"Some of {SOLVER_NAMES}, each with :DT or without, or all; default: all but the report's "
+        "slices of 1e-6 s.",
+        "S[:DT],...", "--solvers", autocompletion=solver_lists,
+    ),
+]  # fmt: skip
 law_names = among(LAWS)
 LawName = Annotated[
     str | None,

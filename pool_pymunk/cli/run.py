@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, Setup, place, published_by, say, stem, write_json
+from pool_pymunk.cli.common import How, place, published_by, say, stem, write_json
 from pool_pymunk.safety.files import whole
 
 LONG = 60.0  # s; a run that takes longer is announced
@@ -94,12 +94,12 @@ def run(
 def _played(
     scene: lib.Scene,
     shots: Sequence[lib.Shot | None],
-    setting: Setup,
+    setting: lib.grid.Column,
     limit: float | None,
     bar: lib.terminal.Bar,
 ) -> Iterator[PlayedShot]:
     """Yield each shot as soon as it is finished; a ``limit`` (m) of errors chooses its step."""
-    solver, dt, _, options = setting
+    solver, options = setting.solver, setting.options
     if limit is not None:
 
         def tries(step: float) -> None:
@@ -110,20 +110,19 @@ def _played(
             yield run, choice
             bar.step()
         return
-    estimates = lib.tradeoff.estimate(scene, shots, solver, dt, **options)
+    estimates = lib.grid.estimate(scene, shots, setting)
     if (announced := announcement(estimates, solver)) is not None:
         print(announced, file=sys.stderr, flush=True)
     share = lib.terminal.Share(bar, estimates)
-    settings = {"solver": solver, "dt": dt, "on_time": share.move, **options}
-    for run in lib.solvers.simulate_all(scene, shots, **settings):
+    for run in setting.runs(scene, shots, share.move):
         yield run, None
         share.finish()
 
 
-def announcement(estimates: Sequence[lib.tradeoff.Estimate], solver: str) -> str | None:
+def announcement(estimates: Sequence[lib.grid.Estimate], solver: str) -> str | None:
     """Return the line that says how long the shots will take, if it is more than a minute.
 
-    >>> from pool_pymunk.studies.tradeoff import Estimate
+    >>> from pool_pymunk.studies.grid import Estimate
     >>> announcement([Estimate(2400.0, 1.5, 1.5e9), Estimate(600.0, 0.5, 5e8)], "time-slice")
     'This will take about 50 minutes (time-slice, 2e+09 steps); Ctrl-C keeps finished shots.'
     """

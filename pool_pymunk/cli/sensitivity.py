@@ -130,41 +130,43 @@ def _print(
         tables.append(_spreads(run, found, None, alone))
         found = None
     tables.append(_spreads(run, found, line, alone))
-    lib.terminal.show(f"\n[bold]{run.name}[/bold]", *tables, *said)
+    lib.terminal.show(f"\n[bold]{run.name}[/bold]\n", *tables, *said)
     return record
 
 
-def _ends(found: lib.Sensitivity) -> lib.terminal.TextTable:
+def _ends(found: lib.Sensitivity) -> lib.Printed:
     """Return a table of the ends: which digits hold, and where the samples end."""
     scene, units = found.reference.scene, found.reference.scene.units
-    headings = ["ball", f"end ({units.length})", "holds", "95 % off x", "95 % off y"]
-    headings += ["pocketed"] * bool(scene.pockets)
-    rows = []
-    for ball in found.balls:
-        sides = (
-            " ".join(f"{units.from_si(a - c, 'length'):+.2g}" for a in (low, high))
-            for low, high, c in zip(ball.low, ball.high, ball.end, strict=True)
-        )
-        pockets = sorted(ball.pocketed.items(), key=lambda item: -item[1])
-        chances = ", ".join(f"{id_} {share:.1%}" for id_, share in pockets) or "never"
-        cells = ball.ball, _pair(units, ball.end, ".2f"), ", ".join(ball.digits(scene))
-        rows.append([*cells, *sides, chances][: len(headings)])
-    return lib.terminal.TextTable(headings, rows, left=("pocketed",))
+    columns = {
+        "ball": [ball.ball for ball in found.balls],
+        f"end ({units.length})": _pairs(units, found.reference.final.values(), ".2f"),
+        "holds": [", ".join(ball.digits(scene)) for ball in found.balls],
+    }
+    for k, axis in enumerate("xy"):
+        sides = [(b.low[k] - b.end[k], b.high[k] - b.end[k]) for b in found.balls]
+        columns[f"95 % off {axis}"] = _pairs(units, sides, sign="+")
+    if scene.pockets:
+        columns["pocketed"] = [
+            ", ".join(f"{id_} {share:.1%}" for id_, share in
+                      sorted(ball.pocketed.items(), key=lambda item: -item[1])) or "never"
+            for ball in found.balls
+        ]  # fmt: skip
+    return lib.table.ResultTable.of(columns).rich(left=("pocketed",))
 
 
 def _spreads(
     run: lib.Run, found: lib.Sensitivity | None, line: lib.Linear | None, alone: Alone
-) -> lib.terminal.TextTable:
+) -> lib.Printed:
     """Return a table of the ends' standard deviations, in all and by each cause alone."""
     units, columns = run.scene.units, dict[str, list[str]]()
     if found is None:
-        columns[f"end ({units.length})"] = [_pair(units, end, ".4f") for end in run.final.values()]
+        columns[f"end ({units.length})"] = _pairs(units, run.final.values(), ".4f")
     else:
-        columns["std of x, y"] = [_pair(units, ball.std, ".2g") for ball in found.balls]
+        columns["std of x, y"] = _pairs(units, [ball.std for ball in found.balls])
         for cause, each in alone.items() if len(alone) > 1 else ():
-            columns[f"by {cause}"] = [_pair(units, [b.deviation], ".2g") for b in each.balls]
+            columns[f"by {cause}"] = _pairs(units, [[ball.deviation] for ball in each.balls])
         if starts := alone.get("starts"):
-            columns["amplified"] = [_times(ball.amplification) for ball in starts.balls]
+            columns["amplified"] = [f"{ball.amplification:.1f} x" for ball in starts.balls]
         columns["apart from"] = [
             f"{ball.horizon:.2f} s" if math.isfinite(ball.horizon) else "never"
             for ball in found.balls
@@ -174,16 +176,18 @@ def _spreads(
         causes = {} if found or len(line.by_causes()) < 2 else line.by_causes()
         spreads |= {f"by {cause}": std.max(axis=1, keepdims=True) for cause, std in causes.items()}
         for heading, stds in spreads.items():
-            columns[heading] = [_pair(units, std, ".2g") for std in stds]
-    rows = zip(run.final, *columns.values(), strict=True)
-    return lib.terminal.TextTable(["ball", *columns], list(rows))
+            columns[heading] = _pairs(units, stds)
+    return lib.table.ResultTable.of({"ball": run.final, **columns}).rich()
 
 
-def _pair(units: lib.Units, point: Iterable[float], form: str) -> str:
-    """Return lengths along x and y in the scene's unit; nan is ``not known``."""
-    if not all(map(math.isfinite, point)):
-        return "not known"
-    return ", ".join(f"{units.from_si(float(v), 'length'):{form}}" for v in point)
+def _pairs(
+    units: lib.Units, points: Iterable[Iterable[float]], form: str = "", sign: str = ""
+) -> list[str]:
+    """Return lengths along x and y in the scene's unit: in this form, or all in one notation."""
+    rows = [[units.from_si(float(v), "length") for v in point] for point in points]
+    values = [v for row in rows for v in row]
+    texts = iter([f"{v:{form}}" for v in values] if form else lib.table.alike(values, sign=sign))
+    return [", ".join(next(texts) or "not known" for _ in row) for row in rows]
 
 
 def _length(units: lib.Units, value: float) -> str:
@@ -262,7 +266,7 @@ def _save(
     if found:
         name = stem(found[-1].reference)
         with whole(folder / "spread.csv") as part:
-            lib.sensitivity.write_csv(found, part)
+            lib.sensitivity.table(found).csv(part)
         with whole(folder / f"{name}.npz") as part:
             found[-1].write_npz(part)
         if pictures:

@@ -42,9 +42,9 @@ def stability(
 
 def _report(cells: list[lib.suite.Cell], folder: Path) -> None:
     """Print the table and write the files."""
-    lib.terminal.show(lib.suite.rich_table(cells))
+    lib.terminal.show("Stability at the extremes\n", lib.suite.verdicts(cells))
     say(lib.suite.notes(cells))
     with whole(folder / "stability.csv") as part:
-        lib.suite.write_csv(cells, part)
+        lib.suite.table(cells).csv(part)
     lib.heatmap.draw(cells, folder / "stability.png")
     typer.echo(f"Data and picture: {folder}")

@@ -5,17 +5,18 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 import rich.progress as bars
-import rich.table
 from rich.console import Console
 from rich.text import Text
 
 if TYPE_CHECKING:
+    from rich.table import Table as Printed
+
+    from pool_pymunk.studies.grid import Estimate
     from pool_pymunk.studies.sweep.job import Done
-    from pool_pymunk.studies.tradeoff import Estimate
 
 WIDTH = 160  # characters of a line in a pipe, which has no width of its own
 PACE = 0.1  # s between two moves of the progress bar
@@ -26,34 +27,15 @@ TRUST = 0.1  # of a job; a guess before counts as much as what is known after th
 QUICK = 1e-3  # s; what a run takes at least
 
 
-def show(*parts: str | rich.table.Table) -> None:
-    """Print lines and tables, above a bar if there is one."""
+def show(*parts: str | Printed) -> None:
+    """Print lines, and tables with a line below, above a bar if there is one."""
     console = Console(width=None if Console().is_terminal else WIDTH, highlight=False)
     with console.capture() as printed:
         for part in parts:
             console.print(part, soft_wrap=isinstance(part, str))
+            if not isinstance(part, str):
+                console.print()
     print(printed.get(), end="")
-
-
-class TextTable(rich.table.Table):
-    """A table has right-aligned columns, except those in ``left``; an empty row draws a line."""
-
-    def __init__(
-        self,
-        headings: Sequence[str],
-        rows: Iterable[Sequence[str]],
-        left: Collection[str] = (),
-        title: str | None = None,
-    ) -> None:
-        super().__init__(title=title)
-        for k, heading in enumerate(headings):  # Names in the first column never break.
-            looks: dict[str, Any] = {"justify": "left" if heading in left else "right"}
-            self.add_column(heading, overflow="fold", no_wrap=not k and heading in left, **looks)
-        for row in rows:
-            if row:
-                self.add_row(*row)
-            else:
-                self.add_section()
 
 
 class Left(bars.ProgressColumn):

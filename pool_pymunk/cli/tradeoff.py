@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import (
     How,
-    Widths,
     left_out_sentences,
     place,
     position_errors,
@@ -23,17 +22,15 @@ from pool_pymunk.cli.common import (
 )
 from pool_pymunk.safety.files import whole
 
-HEADINGS = ("solver", "dt", "largest error", "rms error", "contacts shared", "time")
-
 
 def tradeoff(
     scenario: opt.Scenario,
     shot: opt.ShotName = None,
-    solvers: opt.SolverList = None,
+    solvers: opt.Columns = None,
     law: opt.LawName = None,
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
-    budget: Annotated[float, opt.option("About this time (s) for all repeated runs.", "S")] = 60.0,
+    budget: Annotated[float, opt.option("About this time (s) for all repeated runs.", "S")] = 10.0,
     samples: Annotated[
         int, opt.option("Perturbed starts, for the effect of rounded inputs.", "N")
     ] = 1000,
@@ -50,88 +47,80 @@ def tradeoff(
     for key, value, least in (("budget", budget, 0), ("samples", samples, 2), ("seed", seed, 0)):
         if not value >= least:
             raise read.InputError(f"--{key} = {value}: must be {least} or more")
-    player = How(law, friction, max_time)
-    scene = player.scene(scenario)
-    ladders = lib.tradeoff.ladders_of(None if solvers is None else read.names("--solvers", solvers))
-    played, left_out = player.options_of(scene, ladders, named=solvers is not None)
-    ladders = {name: ladders[name] for name in played}
+    how = How(law, friction, max_time)
+    scene = how.scene(scenario)
+    columns, left_out = how.columns(scene, solvers, every=True)
     shots, folder = read.shots(scene, shot), place(out, scenario)
     widths, known_by = position_errors(scenario, scene, position_error)
-    so_far: list[lib.tradeoff.Tradeoff] = []
+    errors, began = lib.uncertainty.Uncertainty(widths), time.perf_counter()
+    found = lib.grid.begin(scene, shots)
+    share = (time.perf_counter() - began) / len(shots)  # s; about what a sample takes
     try:
         with lib.terminal.progress("measuring", 1.0) as bar:
-            began = time.perf_counter()
-            sound = lib.tradeoff.sound_shots(scene, shots)
-            runs = samples * len(sound)
-            seconds = [runs * (time.perf_counter() - began) / len(shots)]
-            seconds += lib.tradeoff.planned(scene, ladders, sound, budget)
-            bar.plan(sum(seconds))
-            how: dict[str, Any] = {"samples": samples, "seed": seed}
-            how["on_done"] = lambda count: bar.step(count * seconds[0] / runs)
-            spread = _spread(scene, sound, widths, how)
-
-            def note(result: lib.tradeoff.Tradeoff) -> None:
-                so_far.append(result)
-                bar.come_to(sum(seconds[: 1 + len(result.settings)]))
-
-            lib.tradeoff.tradeoff(
-                scene, ladders, shots=shots, budget=budget, spread=spread, on_done=note,
-                options=player.options, known_by=known_by,
-            )  # fmt: skip
+            sound = [run.shot for run in found.sound]
+            plan = lib.grid.planned(scene, columns, sound, budget)
+            bar.plan(share * samples * len(sound) + sum(plan))
+            clouds = [
+                lib.sensitivity.sensitivity(
+                    scene, one, errors, samples, seed, on_done=lambda count: bar.step(count * share)
+                )
+                for one in sound
+            ]
+            spread = max(cloud.worst.deviation for cloud in clouds)
+            found = replace(found, spread=spread, known_by=known_by)
+            for column, seconds in zip(columns, plan, strict=True):
+                found = found.measured(column, budget / len(columns))
+                bar.step(seconds)
     finally:
-        if so_far:
-            _report(so_far[-1], left_out, seed, folder)
-            write_json(json, _results(so_far[-1], left_out, seed), scenario, scene.title)
+        if found.settings:
+            _report(found, left_out, seed, folder)
+            write_json(json, _results(found, left_out, seed), scenario, scene.title)
     return 0
 
 
-def _spread(
-    scene: lib.Scene, shots: list[lib.Shot | None], widths: Widths, how: Mapping[str, Any]
-) -> float:
-    """Return how far (m) the worst end of all shots spreads."""
-    errors = lib.uncertainty.Uncertainty(widths)
-    spreads = (lib.sensitivity.sensitivity(scene, one, errors, **how) for one in shots)
-    return max(each.worst.deviation for each in spreads)
-
-
 def _report(
-    result: lib.tradeoff.Tradeoff, left_out: Mapping[str, str], seed: int, folder: Path
+    result: lib.grid.Tradeoff, left_out: Mapping[str, str], seed: int, folder: Path
 ) -> None:
     """Print the table and what it says, and write the files."""
-    units, shown = result.scene.units, []
-    for s in result.settings:
-        cells = [f"failed: {s.failure}", "", "", ""]
-        if not s.failure:
-            errors = (units.from_si(error, "length") for error in (s.largest, s.rms))
-            cells = [lib.words.figures(error, 2) for error in errors]
-            cells += [f"{s.shared} of {s.contacts}", f"{lib.words.figures(s.time * 1e3, 3)} ms"]
-        shown.append([s.solver, "" if s.dt is None else lib.words.step_text(s.dt), *cells])
-    title = f"Errors at the end ({units.length}) and time for all shots"
-    lib.terminal.show(lib.terminal.TextTable(HEADINGS, shown, left=("solver",), title=title))
-    say(lib.tradeoff.sentences(result))
+    lib.terminal.show("Errors at the end and time for all shots\n", _printed(result))
+    say(lib.grid.sentences(result))
     say([*left_out_sentences(left_out), *warnings_of(result.warned)])
-    same = {"spread": result.spread, "seed": seed, **lib.tradeoff.machine()}
-    rows = [{**asdict(setting), **same} for setting in result.settings]
+    same = {"spread": result.spread, "seed": seed, **lib.grid.machine()}
     with whole(folder / "tradeoff.csv") as part:
-        lib.run.write_rows(part, rows[0], (row.values() for row in rows))
+        result.table(same).csv(part)
     lib.diagram.draw(result, [folder / f"tradeoff{suffix}" for suffix in (".png", ".svg")])
     typer.echo(f"Diagram and data: {folder}")
 
 
+def _printed(result: lib.grid.Tradeoff) -> lib.Printed:
+    """Return the settings as a terminal shows them; what failed says so in place of its error."""
+    unit = result.scene.units
+    columns = ("solver", "dt", f"largest error ({unit.length})", f"rms error ({unit.length})",
+               "contacts shared", "time (ms)")  # fmt: skip
+    rows = [
+        (
+            s.solver,
+            s.dt and lib.words.step_text(s.dt),
+            f"failed: {s.failure}" if s.failure else unit.from_si(s.largest, "length"),
+            unit.from_si(s.rms, "length"),
+            "" if s.failure else f"{s.shared} of {s.contacts}",
+            "" if s.failure else f"{s.time * 1e3:.1f}",
+        )
+        for s in result.settings
+    ]
+    return lib.table.ResultTable(columns, rows).rich(("solver",))
+
+
 def _results(
-    result: lib.tradeoff.Tradeoff, left_out: Mapping[str, str], seed: int
+    result: lib.grid.Tradeoff, left_out: Mapping[str, str], seed: int
 ) -> dict[str, object]:
     """Return the measurement as it stands in the JSON; what failed has null for its numbers."""
-    settings = [
-        {key: None if value != value else value for key, value in asdict(setting).items()}
-        for setting in result.settings
-    ]
     return {
-        "settings": settings,
+        "settings": result.table().json(),
         "spread": result.spread,
         "known_by": result.known_by,
         "seed": seed,
         "left_out": {"shots": list(result.left_out), "solvers": dict(left_out)},
         "warnings": list(warnings_of(result.warned)),
-        "machine": lib.tradeoff.machine(),
+        "machine": lib.grid.machine(),
     }

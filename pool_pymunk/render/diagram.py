@@ -16,7 +16,7 @@ from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.pictures import save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
-from pool_pymunk.studies.tradeoff import SHARED_ENGINE, Setting, Tradeoff, order
+from pool_pymunk.studies.grid import SHARED_ENGINE, Setting, Tradeoff, order
 
 HIDDEN = (
     "In the shaded region errors are smaller than the\nuncertainty of the ends that "

@@ -6,12 +6,10 @@ changes. Up to the next one the acceleration is constant, so a Run knows the pos
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -26,6 +24,7 @@ from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.results.persistent import PersistentContact, spells, turning
+from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -39,11 +38,11 @@ Times = Array | Sequence[float] | float
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
-COLUMNS = ("t", "ball", "x", "y", "vx", "vy", "energy")  # of a table of samples
-EVENTS = ("t", "kind", "ball", "other", "cushion", "pocket")  # of a table of events, and IMPULSES
 IMPULSES = ("impulse", "tangential", "tangential_first")
-# of a table of persistent contacts
-PERSISTENT = ("since", "until", "ball", "other", "cushion", "impulse_x", "impulse_y")
+# of tables of events and of persistent contacts
+PUSHES = tuple(f"{push} (N s)" for push in (*IMPULSES, "impulse_x", "impulse_y"))
+EVENTS = ("t", "kind", "ball", "other", "cushion", "pocket", *PUSHES[:3])
+PERSISTENT = ("since (s)", "until (s)", "ball", "other", "cushion", *PUSHES[3:])
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
@@ -480,15 +479,7 @@ class Run:
         where pandas is not installed.
         """
         argument("what", what, choice(("samples", "events", "persistent")))
-        try:
-            frame = import_module("pandas").DataFrame
-        except ImportError:
-            raise ImportError("to_frame needs pandas: pip install pandas") from None
-        if what == "events":
-            return frame(list(self._event_rows()), columns=[*EVENTS, *IMPULSES])
-        if what == "persistent":
-            return frame(list(self._persistent_rows()), columns=list(PERSISTENT))
-        return frame(list(self._rows(Units())), columns=list(COLUMNS))
+        return self._table(what).to_frame()
 
     def save(self, path: str | Path) -> None:
         """Save everything to one file, for :meth:`load`; a law of your own is saved by name."""
@@ -506,24 +497,30 @@ class Run:
 
         return load(path)
 
-    def _rows(self, units: Units) -> Iterator[list[float | str]]:
-        """Yield one row for each time and ball, as in COLUMNS."""
+    def _table(self, what: str, units: Units | None = None) -> ResultTable:
+        """Return a table of samples (in ``units``; default: SI), events or persistent contacts."""
+        if what == "events":
+            return ResultTable(EVENTS, (
+                (e.t, e.kind, *_two(e.balls), e.cushion, e.pocket, *e.impulses) for e in self.events
+            ))  # fmt: skip
+        if what == "persistent":
+            return ResultTable(PERSISTENT, (
+                (c.since, c.until, *_two(c.balls), c.cushion, *c.impulse) for c in self.persistent
+            ))  # fmt: skip
+        units = argument("units", units or Units(), made(Units))
+        lengths = (f"{axis} ({units.length})" for axis in "xy")
+        speeds = (f"v{axis} ({units.speed})" for axis in "xy")
+        columns = ("t (s)", "ball", *lengths, *speeds, "energy (J)")
+        return ResultTable(columns, self._samples_in(units))
+
+    def _samples_in(self, units: Units) -> Iterator[list[float | str]]:
+        """Yield a row for each time and ball."""
         length, speed = units.to_si(1.0, "length"), units.to_si(1.0, "speed")
         energies = self._energies(self.t)[..., np.newaxis]
         samples = np.concatenate((self.position / length, self.velocity / speed, energies), axis=2)
         for t, rows in zip(self.t.tolist(), samples.tolist(), strict=True):
             for ball, row in zip(self.scene.balls, rows, strict=True):
                 yield [t, ball.id, *row]
-
-    def _event_rows(self) -> Iterator[Iterable[object]]:
-        """Yield one row for each event, as in EVENTS and IMPULSES."""
-        for e in self.events:
-            yield (e.t, e.kind, *_two(e.balls), e.cushion, e.pocket, *e.impulses)
-
-    def _persistent_rows(self) -> Iterator[Iterable[object]]:
-        """Yield one row for each persistent contact, as in PERSISTENT."""
-        for c in self.persistent:
-            yield (c.since, c.until, *_two(c.balls), c.cushion, *c.impulse)
 
     def write_npz(self, path: str | Path) -> None:
         """Write samples (SI), the balls' ids, events and persistent contacts as a NumPy archive.
@@ -563,26 +560,18 @@ class Run:
         The heading names the units: SI, or those of ``units``, such as ``scene.units``. All digits
         are written.
         """
-        units = argument("units", units or Units(), made(Units))
-        said = ("s", "", *[units.length] * 2, *[units.speed] * 2, "J")
-        heading = zip(COLUMNS, said, strict=True)
-        names = (f"{name} ({unit})" if unit else name for name, unit in heading)
-        write_rows(path, names, self._rows(units))
+        self._table("samples", units).csv(path)
 
     def write_events_csv(self, path: str | Path) -> None:
         """Write a row for each event: t (s), kind, ball, other (of two), cushion, pocket, impulses.
 
         The impulses are in N s, as the heading says.
         """
-        heading = [*EVENTS, *(f"{name} (N s)" for name in IMPULSES)]
-        write_rows(path, heading, self._event_rows())
+        self._table("events").csv(path)
 
     def write_persistent_csv(self, path: str | Path) -> None:
         """Write a row for each persistent contact: its time (s), balls, cushion, impulse (N s)."""
-        said = ("s", "s", "", "", "", "N s", "N s")
-        heading = zip(PERSISTENT, said, strict=True)
-        names = (f"{name} ({unit})" if unit else name for name, unit in heading)
-        write_rows(path, names, self._persistent_rows())
+        self._table("persistent").csv(path)
 
 
 # Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.
@@ -603,14 +592,6 @@ def read_times(times: object) -> Array:
     if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
         raise setting_error("times", shown(times), "must be a finite number or a sequence of them")
     return found.astype(float)
-
-
-def write_rows(path: str | Path, heading: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
-    """Write a table as CSV; what is None stays empty."""
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(heading)
-        writer.writerows(rows)
 
 
 def _two(balls: tuple[str, ...]) -> tuple[str, str]:

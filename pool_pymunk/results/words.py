@@ -24,15 +24,6 @@ def seconds(duration: float) -> str:
     return f"{duration:.2f} s" if duration >= 0.1 or duration == 0.0 else f"{duration:.3g} s"
 
 
-def figures(value: float, count: int) -> str:
-    """Return a number to this many figures, as people write numbers up to a million.
-
-    >>> figures(1310.4, 3), figures(0.0123, 2), figures(5e-12, 2)
-    ('1310', '0.012', '5e-12')
-    """
-    return f"{float(f'{value:.{count}g}'):g}"
-
-
 def counted(number: int, noun: str) -> str:
     """``counted(1, "ball")`` is "1 ball", ``counted(2, "ball")`` "2 balls".
 

@@ -22,7 +22,7 @@ from pool_pymunk.model.plain import argument, flag, size, whole
 from pool_pymunk.model.problems import listed, setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.results.run import write_rows
+from pool_pymunk.results.table import ResultTable
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.fit_doubts import (
     CAUCHY,
@@ -127,17 +127,17 @@ def _with_error(value: float, error: float) -> str:
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
-def write_csv(found: Fit, path: Path) -> None:
-    """Write a row for each place: measured, fitted, and how far off, in the scenario's unit."""
+def table(found: Fit) -> ResultTable:
+    """Return a row for each place: measured, fitted, and how far off, in the scenario's unit."""
     unit = found.scene.units.from_si(1.0, "length")
     shots = [shot.name for shot in found.scene.shots] or [""]
     places = np.array([(one.x, one.y) for one in found.measured])
     off = (np.hypot(*each.T) for each in (found.residuals, found.residuals_before))
     numbers = unit * np.column_stack((places, places - found.residuals, *off))
-    write_rows(path, COLUMNS, (
+    return ResultTable(COLUMNS, [
         [shots[one.shot - 1], one.ball, one.t, *(f"{each:.10g}" for each in its), int(used)]
         for one, its, used in zip(found.measured, numbers, found.used, strict=True)
-    ))  # fmt: skip
+    ])  # fmt: skip
 
 
 def _rms(residuals: Array) -> float:

@@ -31,7 +31,8 @@ from pool_pymunk.model.plain import argument, flag, whole
 from pool_pymunk.physics.laws import Law, find_law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES as ENDS
-from pool_pymunk.results.run import Run, points, write_rows
+from pool_pymunk.results.run import Run, points
+from pool_pymunk.results.table import ResultTable
 from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simulate_all
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
@@ -84,14 +85,14 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def write_csv(found: Sequence[Sensitivity], path: Path) -> None:
-    """Write one row a shot and ball, in SI; unknown amplifications and horizons are empty."""
-    write_rows(path, COLUMNS, (
+def table(found: Sequence[Sensitivity]) -> ResultTable:
+    """Return one row a shot and ball, in SI; unknown amplifications and horizons are None."""
+    return ResultTable(COLUMNS, [
         (one.reference.name, ball.ball, *ball.start, *ball.end, *ball.std, *ball.low, *ball.high,
          ball.amplification, known(ball.horizon), one.samples, one.seed,
          sum(ball.pocketed.values()))
         for one in found for ball in one.balls
-    ))  # fmt: skip
+    ])  # fmt: skip
 
 
 def digits_that_hold(value: float, std: float) -> str:

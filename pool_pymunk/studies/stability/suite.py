@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from functools import partial
 from multiprocessing import resource_tracker
 from multiprocessing.pool import IMapIterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pool_pymunk.results.run import write_rows
+from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
@@ -214,22 +213,20 @@ def in_order(cells: Iterable[Cell]) -> list[Cell]:
     return sorted(cells, key=lambda cell: (rows[cell.extreme], places[cell.solver]))
 
 
-def rich_table(cells: Sequence[Cell]) -> Table:
-    """Return the verdicts as a table: a row for an extreme, a column for a solver."""
-    from rich.table import Table
-
+def verdicts(cells: Sequence[Cell]) -> Table:
+    """Return the verdicts for a terminal: a row for an extreme, a column for a solver."""
     used = {cell.solver for cell in cells}
     solvers = [solver.name for solver in columns() if solver.name in used]
-    table = Table(title="Stability at the extremes", show_lines=True)
-    table.add_column("extreme", ratio=3)
-    for solver in solvers:
-        table.add_column(solver, ratio=4)
     found = {(cell.extreme, cell.solver): _styled(cell) for cell in cells}
-    for extreme in EXTREMES:
-        row = [found.get((extreme.name, solver), "") for solver in solvers]
-        if any(row):
-            table.add_row(f"{extreme.name}\n[dim]{extreme.about}[/dim]", *row)
-    return table
+    rows = [
+        (f"{extreme.name}\n[dim]{extreme.about}[/dim]", *row)
+        for extreme in EXTREMES
+        if any(row := [found.get((extreme.name, solver), "") for solver in solvers])
+    ]
+    names = ["extreme", *solvers]
+    shown = ResultTable(names, rows).rich(left=names)
+    shown.show_lines = True
+    return shown
 
 
 def _styled(cell: Cell) -> str:
@@ -249,8 +246,8 @@ def notes(cells: Iterable[Cell]) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def write_csv(cells: Iterable[Cell], path: Path) -> None:
-    """Write one row a measure (SI, all digits), and one for every case that was not run."""
+def table(cells: Iterable[Cell]) -> ResultTable:
+    """Return one row a measure (SI, all digits), and one for every case that was not run."""
     rows: list[tuple[object, ...]] = []
     for cell in cells:
         for o in cell.outcomes:
@@ -261,4 +258,4 @@ def write_csv(cells: Iterable[Cell], path: Path) -> None:
                 note = "" if m.holds else f"{m} ({cell.reason})" if cell.reason else str(m)
                 rows.append((*about, o.status, o.contacts, o.wall_time, o.compared, m.claim,
                              m.value, m.bound, m.unit, m.holds, note))  # fmt: skip
-    write_rows(path, FIELDS, rows)
+    return ResultTable(FIELDS, rows)
