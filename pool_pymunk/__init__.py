@@ -32,8 +32,9 @@ if TYPE_CHECKING:
     from pool_pymunk.physics.contact import NT, Pair
     from pool_pymunk.physics.laws import Law
     from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
+    from pool_pymunk.results.events import Event
     from pool_pymunk.results.persistent import PersistentContact
-    from pool_pymunk.results.run import Event, Run
+    from pool_pymunk.results.run import Run
     from pool_pymunk.solvers import SOLVERS, SettingError, simulate, simulate_all
     from pool_pymunk.studies.atlas import Atlas, atlas
     from pool_pymunk.studies.derivatives import Derivatives
@@ -120,7 +121,8 @@ _HOMES = {
     "physics.laws": "Law",
     "report.collide": "Collision Disc Material collide collide_at",
     "results.persistent": "PersistentContact",
-    "results.run": "Event Run",
+    "results.events": "Event",
+    "results.run": "Run",
     "solvers": "SOLVERS SettingError simulate simulate_all",
     "studies.atlas": "Atlas atlas",
     "studies.derivatives": "Derivatives",

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, load, simulate
-from pool_pymunk.results.run import Event
+from pool_pymunk.results.events import Event
 from pool_pymunk.studies.compare import Comparison, contacts, first_divergence
 
 

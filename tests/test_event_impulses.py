@@ -29,7 +29,7 @@ from pool_pymunk import (
     simulate_many,
 )
 from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.results.run import IMPULSES
+from pool_pymunk.results.events import IMPULSES
 from pool_pymunk.world import Billiards, ContactEvent, same_balls
 
 BY_LAW: list[dict[str, Any]] = [

@@ -11,8 +11,9 @@ import numpy as np
 
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario import loads
+from pool_pymunk.results.events import Event
 from pool_pymunk.results.persistent import PersistentContact
-from pool_pymunk.results.run import Event, Run
+from pool_pymunk.results.run import Run
 from pool_pymunk.results.trace import completed
 from pool_pymunk.safety.files import whole
 

@@ -22,8 +22,9 @@ from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.physics.path import from_breakpoint, motion_at
+from pool_pymunk.results.events import Event
 from pool_pymunk.results.persistent import contacts_of
-from pool_pymunk.results.run import Event, Run, read_times
+from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.results.trace import POCKET, ZERO_SLIP, Row, Trace
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers import (

@@ -18,7 +18,8 @@ from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.motion_changes import STOP
 from pool_pymunk.physics.path import from_breakpoint, motion_at
-from pool_pymunk.results.run import Event, Run
+from pool_pymunk.results.events import Event
+from pool_pymunk.results.run import Run
 
 ContactKey = tuple[tuple[str, ...], int | str | None]
 Place = tuple[ContactKey, tuple[int, ...]]
