@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
 from hard_random import TooLongError, time_limit
-from reference import OUTLINES, Refused, random_round_scene, reference_run
+from oracle.reference import OUTLINES, Refused, random_round_scene, reference_run
 from rich.progress import track
 from shots import KINDS, ROLLING, some_scene
 

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from amplified import amplification
 from hard_scenes import R, disc, exact, persistent
-from reference import made, reference_run, scene_from_dict
+from oracle.reference import made, reference_run, scene_from_dict
 from scenes import (
     BASE_SEED,
     DATA,

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from amplified import amplification
-from reference import fresh_scenes, scene_from_dict
+from oracle.reference import fresh_scenes, scene_from_dict
 from scenes import DATA, seeds, share_of
 from texts import POCKETS
 

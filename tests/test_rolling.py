@@ -13,8 +13,8 @@ import numpy as np
 import pymunk
 import pytest
 from amplified import amplification
-from reference import OUTLINES, fresh_scenes, random_rolling_scene
-from reference import scene_from_dict as scene_of
+from oracle.reference import OUTLINES, fresh_scenes, random_rolling_scene
+from oracle.reference import scene_from_dict as scene_of
 from scenes import DATA, seeds, share_of
 
 from pool_pymunk import (

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from amplified import amplification
-from hard_reference import hard_run
-from reference import OUTLINES, Refused, random_round_scene, reference_run
+from oracle.hard_reference import hard_run
+from oracle.reference import OUTLINES, Refused, random_round_scene, reference_run
 from scenes import seeds, share_of, takes_long
 from shots import check_bits, check_derivatives, in_the_loop, needs_numba
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from reference import DIGITS, product, real_roots, value
+from oracle.reference import DIGITS, product, real_roots, value
 
 from pool_pymunk.physics.motion import Vector, closing_acceleration, path_to_disc, time_of_impact
 from pool_pymunk.physics.pairs import pair_time

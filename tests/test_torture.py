@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from reference import reference_run
+from oracle.reference import reference_run
 
 from pool_pymunk import Ball, Physics, Restitution, Scene, Table, simulate
 from torture import show

@@ -274,8 +274,8 @@ SIX = (
     Ball(1.9, 0.65),
     Ball(2.1, 0.3),
 )
-# The places (m) of `SIX` after 2 s, in forty digits (tests/reference.py); tests/test_torture.py
-# computes them anew.
+# The places (m) of `SIX` after 2 s, in forty digits (tests/oracle/reference.py);
+# tests/test_torture.py computes them anew.
 SIX_ENDS = (
     (1.44122631104375061, 0.929414110556115874),
     (1.9412329216008767, 0.305649623903262667),

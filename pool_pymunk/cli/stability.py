@@ -20,7 +20,7 @@ def stability(
 ) -> int:
     """Play extreme scenes: which solver breaks, by how much, and from which case on.
 
-    Writes stability.csv and stability.png to renders/stability, after Ctrl-C with what was played.
+    Writes stability.csv and stability.svg to renders/stability, after Ctrl-C with what was played.
     """
     known, extremes = [solver.name for solver in lib.suite.columns()], lib.extremes.EXTREMES
     chosen = known if solvers is None else read.names("--solvers", solvers)
@@ -42,9 +42,10 @@ def stability(
 
 def _report(cells: list[lib.suite.Cell], folder: Path) -> None:
     """Print the table and write the files."""
-    lib.terminal.show(lib.suite.rich_table(cells))
-    say(lib.suite.notes(cells))
+    table, notes = lib.suite.rich_table(cells), lib.suite.notes(cells)
+    lib.terminal.show(table)
+    say(notes)
     with whole(folder / "stability.csv") as part:
         lib.suite.write_csv(cells, part)
-    lib.heatmap.draw(cells, folder / "stability.png")
+    lib.terminal.draw(folder / "stability.svg", "pool-pymunk stability", table, *notes)
     typer.echo(f"Data and picture: {folder}")
