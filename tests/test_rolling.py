@@ -272,19 +272,20 @@ def test_a_ball_that_rolls_follows_and_one_with_draw_comes_back() -> None:
     assert drawn.final["C"][0] < 0.3 - 2 * R - 0.1
 
 
-def test_a_rolling_ball_leaves_a_half_full_hit_at_34_degrees() -> None:
-    """The 30-degree rule: tan of the angle is sin a cos a / (sin^2 a + 2/5), a = 30 degrees.
+@pytest.mark.parametrize(("full", "degrees"), [(0.25, 27.27), (0.5, 33.67), (0.75, 27.63)])
+def test_a_rolling_ball_leaves_a_hit_by_the_30_degree_rule(full: float, degrees: float) -> None:
+    """Tan of the angle is sin a cos a / (sin^2 a + 2/5), where sin a = 1 - full.
 
     Straight after the hit the ball moves along the tangent, at v sin a. Its roll is still v along
     the old path, and it rolls at 5/7 of the one and 2/7 of the other.
     """
-    a = math.radians(30.0)
+    a = math.asin(1.0 - full)
     other = ball("1", 0.5 + 2 * R * math.cos(a), 2 * R * math.sin(a))
     friction = Friction(SLIDING, 0.0, 0.0, 0.0)
     run = struck(1.0, 1.0, other, friction=friction, physics=Physics(max_time=2.0))
     vx, vy = run.end.velocity[0]
     expected = math.atan2(math.sin(a) * math.cos(a), math.sin(a) ** 2 + 0.4)
-    assert math.degrees(expected) == pytest.approx(33.67, abs=0.005)
+    assert math.degrees(expected) == pytest.approx(degrees, abs=0.005)
     assert math.atan2(-vy, vx) == pytest.approx(expected, abs=1e-13)
 
 
