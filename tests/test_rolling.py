@@ -6,16 +6,14 @@ import json
 import math
 import random
 from dataclasses import replace
-from itertools import islice
 from typing import Any
 
 import numpy as np
 import pymunk
 import pytest
-from amplified import amplification
-from oracle.reference import OUTLINES, fresh_scenes, random_rolling_scene
+from oracle.reference import OUTLINES, random_rolling_scene
 from oracle.reference import scene_from_dict as scene_of
-from scenes import DATA, seeds, share_of
+from scenes import DATA, seeds
 
 from pool_pymunk import (
     Ball,
@@ -69,42 +67,6 @@ def exact(what: Scene, start: State | None = None) -> Run:
 
 def kinds(run: Run) -> list[tuple[str, str]]:
     return [(event.kind, "".join(event.balls)) for event in run.events]
-
-
-# -- forty digits ----------------------------------------------------------------------------------
-
-
-def agrees(what: Scene, answer: dict[str, Any], solver: str, dt: float | None) -> None:
-    """Check events of each ball, their times, and ends, against forty digits."""
-    run = simulate(what, solver=solver, dt=dt)
-    ends, times = amplification(what, run)
-    for i, one in enumerate(what.balls):
-        mine = [event for event in run.events if one.id in event.balls]
-        its = [event for event in answer["events"] if i in event[2]]
-        assert [event.kind for event in mine] == [kind for _, kind, _, _ in its]
-        for event, (t, *_) in zip(mine, its, strict=True):
-            assert abs(event.t - float(t)) < 1e-12 * times
-        x, y = answer["final"][i]
-        assert math.dist(run.final[one.id], (float(x), float(y))) < 1e-12 * ends
-
-
-@pytest.mark.parametrize(("solver", "dt"), EXACT)
-@pytest.mark.parametrize("record", ANSWERS, ids=lambda record: record["name"])
-def test_random_scenes_in_forty_digits(
-    record: dict[str, Any], solver: str, dt: float | None
-) -> None:
-    agrees(scene_of(record["scene"]), record["run"], solver, dt)
-
-
-@pytest.mark.slow
-def test_two_hundred_fresh_scenes_in_forty_digits() -> None:
-    """POOL_SEED makes other ones."""
-    fresh = fresh_scenes("rolling", 10_000 * seeds(1)[0])
-    for what, answer in islice(
-        (each for each in fresh if not exact(each[0]).policies), share_of(200)
-    ):
-        for solver, dt in EXACT:
-            agrees(what, answer, solver, dt)
 
 
 @pytest.mark.parametrize("name", ["coulomb l-shape 1 rolling", "published hexagon 1 rolling"])
