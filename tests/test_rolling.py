@@ -224,16 +224,6 @@ def test_the_slip_keeps_its_direction_and_the_path_is_a_parabola() -> None:
     assert places[:, 0, 1] == pytest.approx(-pull * uy * t**2 / 2.0, abs=1e-14)
 
 
-def test_a_ball_that_rolls_follows_and_one_with_draw_comes_back() -> None:
-    follows = struck(1.0, 1.0, ball("1", 0.5))
-    assert kinds(follows)[:1] == [("ball-ball", "C1")]
-    hit = follows.events[0].t
-    assert np.abs(follows.at(hit)[1][0]).max() < 1e-12
-    assert follows.final["C"][0] > 0.5 - 2 * R + 0.1
-    drawn = struck(1.5, -2.0, ball("1", 0.3))
-    assert drawn.final["C"][0] < 0.3 - 2 * R - 0.1
-
-
 @pytest.mark.parametrize(("full", "degrees"), [(0.25, 27.27), (0.5, 33.67), (0.75, 27.63)])
 def test_a_rolling_ball_leaves_a_hit_by_the_30_degree_rule(full: float, degrees: float) -> None:
     """Tan of the angle is sin a cos a / (sin^2 a + 2/5), where sin a = 1 - full.
@@ -316,11 +306,6 @@ def test_a_scene_without_rolling_has_no_roll() -> None:
 
 
 # -- the odd ends of a phase -----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("angle", [0.0, 33.0, 271.0])
-def test_a_ball_that_rolls_from_the_start_has_no_slip(angle: float) -> None:
-    assert kinds(struck(1.3, 1.0, angle=angle)) == [("stop", "C")]
 
 
 def test_a_ball_at_rest_that_rotates_sets_off() -> None:

@@ -47,7 +47,7 @@ EXACT = [solver.name for solver in columns() if solver.exact]
 # Rows that take long; event-driven alone plays them among the quick tests.
 LONG = (
     "meeting at one instant", "frozen racks of 15", "many contacts", "many balls",
-    "Newton's cradles", "converging cushions",
+    "Newton's cradles", "converging cushions", "soft breaks", "known answers",
 )  # fmt: skip
 
 

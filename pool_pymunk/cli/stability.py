@@ -36,16 +36,17 @@ def stability(
                 bar.step()
     finally:
         if cells:
-            _report(lib.suite.in_order(cells), folder)
+            _report(lib.suite.in_order(cells), folder, quick)
     return 0
 
 
-def _report(cells: list[lib.suite.Cell], folder: Path) -> None:
+def _report(cells: list[lib.suite.Cell], folder: Path, quick: bool) -> None:
     """Print the table and write the files."""
     table, notes = lib.suite.rich_table(cells), lib.suite.notes(cells)
     lib.terminal.show(table)
     say(notes)
     with whole(folder / "stability.csv") as part:
         lib.suite.write_csv(cells, part)
-    lib.terminal.draw(folder / "stability.svg", "pool-pymunk stability", table, *notes)
+    command = f"pool-pymunk stability{' --quick' * quick}"
+    lib.terminal.draw(folder / "stability.svg", command, table, *notes)
     typer.echo(f"Data and picture: {folder}")
