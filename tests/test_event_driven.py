@@ -78,14 +78,6 @@ def velocities(run: Run) -> dict[str, Point]:
     return {b.id: v for b, v in zip(run.scene.balls, run.end.velocity, strict=True)}
 
 
-def kinetic(run: Run, times: Sequence[float]) -> list[float]:
-    """Return the kinetic energy (J) at each of the times."""
-    _, v = run.at(times)
-    mass = np.array([ball.mass for ball in run.scene.balls])
-    energies: list[float] = (0.5 * mass * (v**2).sum(axis=2)).sum(axis=1).tolist()
-    return energies
-
-
 # -- references ------------------------------------------------------------------------------------
 
 
@@ -396,7 +388,7 @@ def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
     run = exact(pressed_pair(e))
     assert run.status == "settled"
     assert run.steps < 2000
-    energies = kinetic(run, np.linspace(0.0, run.duration, 500).tolist())
+    energies = run.energy_at(np.linspace(0.0, run.duration, 500))
     assert all(b <= a * (1 + 1e-12) for a, b in pairwise(energies))
 
 
@@ -457,7 +449,7 @@ def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
         )
     assert run.status == ("settled" if scene.deceleration else "max_time")
     times = np.unique([0.0, *np.linspace(0, run.duration, 60), *(e.t for e in run.events[:200])])
-    energies = kinetic(run, times.tolist())
+    energies = run.energy_at(times)
     assert all(b <= a + 1e-12 * energies[0] for a, b in pairwise(energies))
     position = run.at(times)[0]
     for i in range(len(scene.balls)):

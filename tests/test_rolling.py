@@ -27,6 +27,7 @@ from pool_pymunk import (
     Shot,
     State,
     Table,
+    load,
     loads,
     same_balls,
     simulate,
@@ -69,14 +70,17 @@ def kinds(run: Run) -> list[tuple[str, str]]:
     return [(event.kind, "".join(event.balls)) for event in run.events]
 
 
-@pytest.mark.parametrize("name", ["coulomb l-shape 1 rolling", "published hexagon 1 rolling"])
+@pytest.mark.parametrize(
+    "name", ["coulomb l-shape 1 rolling", "published hexagon 1 rolling", "stadium"]
+)
 def test_slices_come_to_the_exact_ends_with_order_one(name: str) -> None:
-    what = scene_of(next(record["scene"] for record in ANSWERS if record["name"] == name))
+    recorded = {record["name"]: record["scene"] for record in ANSWERS}
+    what = scene_of(recorded[name]) if name in recorded else load(name)
     ends, errors = exact(what).final, []
     for dt in (1e-3, 1e-4, 1e-5):
         run = simulate(what, solver="time-slice", dt=dt)
         errors.append(max(math.dist(run.final[id_], ends[id_]) for id_ in ends))
-    assert errors[0] < 2e-3
+    assert errors[0] < (2e-3 if name in recorded else 0.5)  # A stadium amplifies them.
     assert -0.7 > math.log10(errors[2] / errors[0]) / 2 > -1.3
 
 

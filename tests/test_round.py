@@ -269,16 +269,6 @@ def test_a_dull_hit_on_an_arc_inwards_is_one_hit() -> None:
 # -- everywhere ------------------------------------------------------------------------------------
 
 
-def test_slices_come_to_the_exact_ends_with_order_one() -> None:
-    scene = load("stadium")
-    end = np.array(simulate(scene, 1, solver="event-driven").end.position)
-    off = []
-    for dt in (1e-3, 1e-4):
-        run = simulate(scene, 1, solver="time-slice", dt=dt)
-        off.append(float(np.abs(np.array(run.end.position) - end).max()))
-    assert off[1] < off[0] / 4
-
-
 @pytest.mark.parametrize("turn", [0.0, 0.4, 2.0])
 def test_a_ball_at_rest_that_its_roll_drives_along_an_arc_sets_off(turn: float) -> None:
     """It meets the arc when it is off the circle by rounding, and not at once, for ever."""
