@@ -23,12 +23,12 @@ from typing import Any, NamedTuple
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
-import reference
 from hard_kinds import random_hard_scene
 from hard_random import TooLongError, time_limit
-from hard_reference import hard_run
 from mpmath import mpf
-from press_reference import press_run
+from oracle import reference
+from oracle.hard_reference import hard_run
+from oracle.press_reference import press_run
 from press_scenes import press_scene
 from shots import KINDS, ROLLING, some_scene
 from test_rounding import CLASSES, error, rolling

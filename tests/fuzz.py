@@ -27,16 +27,15 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
 from hard_random import TooLongError, time_limit
-from reference import OUTLINES, Refused, random_round_scene, reference_run
+from oracle.reference import Refused, reference_run
 from rich.progress import track
 from shots import KINDS, ROLLING, some_scene
 
-from pool_pymunk import Run, Scene, simulate, simulate_many
+from pool_pymunk import Run, simulate, simulate_many
 from pool_pymunk.solvers.request import request
 
-ROUND = ("round", "round, published")
 LONG = ("frozen", "hard", "crowd that rolls", "frozen that rolls", "hard that rolls")
-SHORT = tuple(kind for kind in (*KINDS, *ROLLING, *ROUND) if kind not in LONG)
+SHORT = tuple(kind for kind in (*KINDS, *ROLLING) if kind not in LONG)
 LONG_EVERY = 50  # A scene of a kind that takes long comes after 49 others.
 STEPS = (1 / 30, 1 / 60, 1 / 240)  # s
 AGREES = 1e-12  # m
@@ -45,15 +44,6 @@ SLOW = 1.0  # s of the processor
 REFERENCE_EVERY = 200  # scenes
 ENOUGH = 20  # s; a reference that takes longer is given up
 DRAWN = 3  # s; the reference draws some hard scenes, and one that takes it longer is left out
-
-
-def scene_of(kind: str, seed: int) -> Scene:
-    """Return the random scene of this kind and seed."""
-    if kind in ROUND:
-        rng = random.Random(f"fuzz {kind} {seed}")
-        law = "published" if kind == "round, published" else "coulomb"
-        return random_round_scene(law, rng.choice(list(OUTLINES)), rng)
-    return some_scene(kind, seed)
 
 
 def apart(one: Run, other: Run) -> float:
@@ -103,7 +93,7 @@ def record_of(number: int, kind: str, seed: int) -> dict[str, Any]:
     """Play a scene by all, and return what came of it."""
     try:
         with time_limit(DRAWN):
-            scene = scene_of(kind, seed)
+            scene = some_scene(kind, seed)
     except TooLongError:
         return {"scene": f"{kind} {seed}", "left out": f"drawing it takes over {DRAWN} s"}
     began = time.process_time()

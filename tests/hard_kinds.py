@@ -18,8 +18,8 @@ from mpmath import mp, mpc
 from pool_pymunk import Scene, SceneError, Table
 
 sys.path.insert(0, str(Path(__file__).parent))  # for python -m tests.hard_kinds
-from hard_reference import COARSE, HardRun, hard_run, off
-from reference import DATA, OUTLINES, Refused, scene_from_dict, scene_to_dict
+from oracle.hard_reference import COARSE, HardRun, hard_run, off
+from oracle.reference import DATA, OUTLINES, Refused, scene_from_dict, scene_to_dict
 
 KINDS = ("squeeze", "corner", "row", "slow", "packed", "moving", "persistent", "struck")
 RECTANGLE, HEXAGON, L_SHAPE = (OUTLINES[name] or () for name in ("rectangle", "hexagon", "l-shape"))

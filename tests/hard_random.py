@@ -24,9 +24,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 from amplified import amplification
 from frozen import FORMS, count_verdicts
 from hard_kinds import KINDS, random_hard_scene
-from hard_reference import hard_run
 from hard_scenes import exact
-from reference import Refused
+from oracle.hard_reference import hard_run
+from oracle.reference import Refused
 
 NUDGES = 8  # of all starts
 TIME_LIMIT = 20  # s

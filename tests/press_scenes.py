@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from press_reference import press_run
-from reference import Refused
+from oracle.press_reference import press_run
+from oracle.reference import Refused
 
 from pool_pymunk import Ball, Friction, Restitution, Scene, State, Table
 from pool_pymunk.model import Point

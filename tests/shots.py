@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from frozen import FORMS, random_frozen_scene
 from hard_kinds import random_hard_scene
+from oracle.reference import OUTLINES, random_round_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, Table, rack
@@ -26,7 +27,8 @@ from pool_pymunk.solvers.request import Request
 
 HAS_NUMBA = compiled.is_there()
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
-KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard"]
+KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard", "round"]
+LATE = ("hard", "round")  # `make test-all` compiles their loops among the slow tests.
 ROLLS = " that rolls"
 ONE_AT_A_TIME = Lock()  # Threads would not know what to put back after each other's twins.
 SAME = 1e-10  # of a shot's largest derivative; numba sums in another order, and crowds amplify that
@@ -52,6 +54,11 @@ def some_scene(kind: str, seed: int) -> Scene:
         return rolling(some_scene(kind.removesuffix(ROLLS), seed), seed)
     rnd = random.Random(seed)
     law = rnd.choice(("coulomb", "published"))
+    if kind == "round":
+        scene = random_round_scene(law, rnd.choice(sorted(OUTLINES)), rnd)
+        slides = replace(scene.friction, rolling=None)
+        without = tuple(replace(ball, roll=0.0) for ball in scene.balls)
+        return replace(scene, balls=without, friction=slides)
     if kind == "rack":
         return many_balls(rnd, law, rows=5)
     if kind == "crowd":

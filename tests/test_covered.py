@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import covered
 import pytest
-import reference
 from mpmath import mpf
+from oracle import reference
 from scenes import share_of
 
 RUNS = 100

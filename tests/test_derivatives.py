@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from reference import (
+from oracle.reference import (
     DIGITS,
     OUTLINES,
     ReferenceRun,

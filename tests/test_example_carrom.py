@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-import os
-import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,15 +10,9 @@ from typing import Any
 
 import pytest
 from scenes import example
+from windows import frames_of, pygame
 
 from pool_pymunk import Shot, load, simulate
-
-os.environ["SDL_VIDEODRIVER"] = "dummy"
-os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
-with warnings.catch_warnings():  # pygame asks for pkg_resources, which setuptools warns of.
-    warnings.simplefilter("ignore")
-    pygame: Any = pytest.importorskip("pygame")
-    importlib.import_module("pygame.pkgdata")
 
 carrom_game = example("carrom_game")
 LINE = 0.1174
@@ -141,16 +132,7 @@ def test_a_pocketed_striker_comes_back_and_pocketed_men_are_counted(
 
 def test_the_window_opens_plays_and_closes(monkeypatch: pytest.MonkeyPatch) -> None:
     pygame.display.init()
-    frames: list[float] = []
-    advance = carrom_game.Game.advance
-
-    def watched(game: Any, seconds: float) -> None:
-        frames.append(seconds)
-        advance(game, seconds)
-        if len(frames) == 3:
-            pygame.event.post(pygame.event.Event(pygame.QUIT))
-
-    monkeypatch.setattr(carrom_game.Game, "advance", watched)
+    frames = frames_of(monkeypatch, carrom_game.Game, pygame.event.Event(pygame.QUIT))
     carrom_game.main()
     assert len(frames) == 4
     pygame.quit()

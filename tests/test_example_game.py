@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-import os
 import random
-import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -15,19 +12,13 @@ from typing import Any
 
 import pytest
 from scenes import example
+from windows import frames_of, pygame
 
 from pool_pymunk import Run, Shot, load, simulate
 from pool_pymunk.world import ContactEvent
 
 BREAK = (1.905, 0.64)  # m; aiming there hits the apex ball nearly full
 Point = tuple[float, float]
-
-os.environ["SDL_VIDEODRIVER"] = "dummy"
-os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
-with warnings.catch_warnings():  # pygame asks for pkg_resources, which setuptools warns of.
-    warnings.simplefilter("ignore")
-    pygame: Any = pytest.importorskip("pygame")
-    importlib.import_module("pygame.pkgdata")
 
 
 pool_game = example("pool_game")
@@ -319,16 +310,8 @@ def test_no_shot_without_a_pull_nor_while_balls_move(game: Any) -> None:
 
 def test_the_window_opens_plays_and_closes(monkeypatch: pytest.MonkeyPatch) -> None:
     pygame.display.init()
-    frames: list[float] = []
-    advance = pool_game.Game.advance
-
-    def watched(game: Any, seconds: float) -> None:
-        frames.append(seconds)
-        advance(game, seconds)
-        if len(frames) == 3:
-            pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_ESCAPE))
-
-    monkeypatch.setattr(pool_game.Game, "advance", watched)
+    escape = pygame.event.Event(pygame.KEYDOWN, key=pygame.K_ESCAPE)
+    frames = frames_of(monkeypatch, pool_game.Game, escape)
     pool_game.main()
     assert len(frames) == 4
     assert all(0.0 < seconds < 1.0 for seconds in frames)

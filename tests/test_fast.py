@@ -27,6 +27,7 @@ from scenes import AT_A_TERMINAL, frozen_rack, seeds, takes_long
 from shots import (
     HAS_NUMBA,
     KINDS,
+    LATE,
     ROLLING,
     ROLLS,
     check_bits,
@@ -72,7 +73,7 @@ def compare(kind: str, seed: int, count: int) -> Batch:
 
 @needs_numba
 @pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind == "hard")) for kind in KINDS]
+    "kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind in LATE)) for kind in KINDS]
 )
 def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind: str) -> None:
     count = 2 if kind == "crowd" else 10

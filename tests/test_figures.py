@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import reference
-from hard_reference import Settings
-from press_reference import press_run
+from oracle import reference
+from oracle.hard_reference import Settings
+from oracle.press_reference import press_run
 from scenes import tradeoff
 
 from pool_pymunk import (

@@ -16,9 +16,9 @@ from typing import Any
 import pytest
 from hard_kinds import FOUND, KINDS, RECORDS, random_hard_scene
 from hard_random import TooLongError, time_limit
-from hard_reference import COARSE, FINE, Settings, hard_run, off
 from mpmath import mp, mpc, mpf
-from reference import Refused, scene_from_dict
+from oracle.hard_reference import COARSE, FINE, Settings, hard_run, off
+from oracle.reference import Refused, scene_from_dict
 from scenes import DATA, seeds, takes_long
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate

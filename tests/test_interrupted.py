@@ -159,7 +159,7 @@ def test_ctrl_c_keeps_the_rows_of_stability(
     monkeypatch.setattr(stability.suite, "check_all", lambda *_: one_cell(KeyboardInterrupt()))
     assert exit_code("stability", "--out", str(tmp_path)) == 130
     assert without_remarks(capsys.readouterr().err) == "error: interrupted\n"
-    assert all_whole(tmp_path) == {"stability.csv", "stability.png"}
+    assert all_whole(tmp_path) == {"stability.csv", "stability.svg"}
     heading, *measured = rows(tmp_path / "stability.csv")
     extreme, solver = heading.index("extreme"), heading.index("solver")
     assert {(row[extreme], row[solver]) for row in measured} == {("speeds", "event-driven")}

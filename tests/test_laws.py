@@ -70,21 +70,17 @@ def energy(a: NT, b: NT, pair: Pair) -> float:
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 @given(hit=hits())
-def test_normal_momentum_is_kept(law: Law, hit: tuple[NT, NT, Pair]) -> None:
-    a, b, pair = hit
-    after_a, after_b = law.ball_ball(a, b, pair)
-    before = pair.m_a * a.n + pair.m_b * b.n
-    after = pair.m_a * after_a.n + pair.m_b * after_b.n
-    assert abs(after - before) <= ROUNDING * momentum_scale(a, b, pair)
-
-
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
-@given(hit=hits())
-def test_restitution_is_the_ratio_of_parting_to_closing_speed(
+@example(hit=(NT(1.0, 1.0), NT(0.0, 0.0), Pair(1e-4, 1e5, 1.0, 10.0)))
+def test_momentum_is_kept_and_balls_part_with_the_restitution(
     law: Law, hit: tuple[NT, NT, Pair]
 ) -> None:
+    """The published law keeps the normal momentum alone."""
     a, b, pair = hit
     after_a, after_b = law.ball_ball(a, b, pair)
+    for k in range(1 if law.name == "published" else 2):
+        before = pair.m_a * a[k] + pair.m_b * b[k]
+        after = pair.m_a * after_a[k] + pair.m_b * after_b[k]
+        assert abs(after - before) <= ROUNDING * momentum_scale(a, b, pair)
     parting = after_b.n - after_a.n
     assert abs(parting - pair.restitution * (a.n - b.n)) <= ROUNDING * top_speed(a, b)
 
@@ -147,17 +143,6 @@ def test_turning_the_table_turns_the_outcome(
 
 
 # -- coulomb and weakening -----------------------------------------------------------------------
-
-
-@sound
-@given(hit=hits())
-@example(hit=(NT(1.0, 1.0), NT(0.0, 0.0), Pair(1e-4, 1e5, 1.0, 10.0)))
-def test_tangential_momentum_is_kept(law: Law, hit: tuple[NT, NT, Pair]) -> None:
-    a, b, pair = hit
-    after_a, after_b = law.ball_ball(a, b, pair)
-    before = pair.m_a * a.t + pair.m_b * b.t
-    after = pair.m_a * after_a.t + pair.m_b * after_b.t
-    assert abs(after - before) <= ROUNDING * momentum_scale(a, b, pair)
 
 
 @sound

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from press_reference import press_run
+from oracle.press_reference import press_run
+from oracle.reference import Refused
 from press_scenes import M, R, press_scene
-from reference import Refused
 from scenes import seeds
 
 from pool_pymunk import (

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from press_reference import PressRun, press_run
+from oracle.press_reference import PressRun, press_run
+from oracle.reference import Refused
 from press_scenes import amplification, farthest, press_scene
-from reference import Refused
 from scenes import DATA, seeds
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, SceneError, Table, simulate

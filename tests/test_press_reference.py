@@ -9,10 +9,10 @@ import random
 from itertools import accumulate, combinations, pairwise
 from typing import Any
 
-import press_reference
 import pytest
-from press_reference import PressRun, press_run
-from reference import Refused, scene_from_dict
+from oracle import press_reference
+from oracle.press_reference import PressRun, press_run
+from oracle.reference import Refused, scene_from_dict
 from scenes import DATA, seeds
 
 from pool_pymunk import (

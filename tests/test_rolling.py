@@ -6,16 +6,14 @@ import json
 import math
 import random
 from dataclasses import replace
-from itertools import islice
 from typing import Any
 
 import numpy as np
 import pymunk
 import pytest
-from amplified import amplification
-from reference import OUTLINES, fresh_scenes, random_rolling_scene
-from reference import scene_from_dict as scene_of
-from scenes import DATA, seeds, share_of
+from oracle.reference import OUTLINES, random_rolling_scene
+from oracle.reference import scene_from_dict as scene_of
+from scenes import DATA, seeds
 
 from pool_pymunk import (
     Ball,
@@ -29,6 +27,7 @@ from pool_pymunk import (
     Shot,
     State,
     Table,
+    load,
     loads,
     same_balls,
     simulate,
@@ -71,50 +70,17 @@ def kinds(run: Run) -> list[tuple[str, str]]:
     return [(event.kind, "".join(event.balls)) for event in run.events]
 
 
-# -- forty digits ----------------------------------------------------------------------------------
-
-
-def agrees(what: Scene, answer: dict[str, Any], solver: str, dt: float | None) -> None:
-    """Check events of each ball, their times, and ends, against forty digits."""
-    run = simulate(what, solver=solver, dt=dt)
-    ends, times = amplification(what, run)
-    for i, one in enumerate(what.balls):
-        mine = [event for event in run.events if one.id in event.balls]
-        its = [event for event in answer["events"] if i in event[2]]
-        assert [event.kind for event in mine] == [kind for _, kind, _, _ in its]
-        for event, (t, *_) in zip(mine, its, strict=True):
-            assert abs(event.t - float(t)) < 1e-12 * times
-        x, y = answer["final"][i]
-        assert math.dist(run.final[one.id], (float(x), float(y))) < 1e-12 * ends
-
-
-@pytest.mark.parametrize(("solver", "dt"), EXACT)
-@pytest.mark.parametrize("record", ANSWERS, ids=lambda record: record["name"])
-def test_random_scenes_in_forty_digits(
-    record: dict[str, Any], solver: str, dt: float | None
-) -> None:
-    agrees(scene_of(record["scene"]), record["run"], solver, dt)
-
-
-@pytest.mark.slow
-def test_two_hundred_fresh_scenes_in_forty_digits() -> None:
-    """POOL_SEED makes other ones."""
-    fresh = fresh_scenes("rolling", 10_000 * seeds(1)[0])
-    for what, answer in islice(
-        (each for each in fresh if not exact(each[0]).policies), share_of(200)
-    ):
-        for solver, dt in EXACT:
-            agrees(what, answer, solver, dt)
-
-
-@pytest.mark.parametrize("name", ["coulomb l-shape 1 rolling", "published hexagon 1 rolling"])
+@pytest.mark.parametrize(
+    "name", ["coulomb l-shape 1 rolling", "published hexagon 1 rolling", "stadium"]
+)
 def test_slices_come_to_the_exact_ends_with_order_one(name: str) -> None:
-    what = scene_of(next(record["scene"] for record in ANSWERS if record["name"] == name))
+    recorded = {record["name"]: record["scene"] for record in ANSWERS}
+    what = scene_of(recorded[name]) if name in recorded else load(name)
     ends, errors = exact(what).final, []
     for dt in (1e-3, 1e-4, 1e-5):
         run = simulate(what, solver="time-slice", dt=dt)
         errors.append(max(math.dist(run.final[id_], ends[id_]) for id_ in ends))
-    assert errors[0] < 2e-3
+    assert errors[0] < (2e-3 if name in recorded else 0.5)  # A stadium amplifies them.
     assert -0.7 > math.log10(errors[2] / errors[0]) / 2 > -1.3
 
 
@@ -262,29 +228,20 @@ def test_the_slip_keeps_its_direction_and_the_path_is_a_parabola() -> None:
     assert places[:, 0, 1] == pytest.approx(-pull * uy * t**2 / 2.0, abs=1e-14)
 
 
-def test_a_ball_that_rolls_follows_and_one_with_draw_comes_back() -> None:
-    follows = struck(1.0, 1.0, ball("1", 0.5))
-    assert kinds(follows)[:1] == [("ball-ball", "C1")]
-    hit = follows.events[0].t
-    assert np.abs(follows.at(hit)[1][0]).max() < 1e-12
-    assert follows.final["C"][0] > 0.5 - 2 * R + 0.1
-    drawn = struck(1.5, -2.0, ball("1", 0.3))
-    assert drawn.final["C"][0] < 0.3 - 2 * R - 0.1
-
-
-def test_a_rolling_ball_leaves_a_half_full_hit_at_34_degrees() -> None:
-    """The 30-degree rule: tan of the angle is sin a cos a / (sin^2 a + 2/5), a = 30 degrees.
+@pytest.mark.parametrize(("full", "degrees"), [(0.25, 27.27), (0.5, 33.67), (0.75, 27.63)])
+def test_a_rolling_ball_leaves_a_hit_by_the_30_degree_rule(full: float, degrees: float) -> None:
+    """Tan of the angle is sin a cos a / (sin^2 a + 2/5), where sin a = 1 - full.
 
     Straight after the hit the ball moves along the tangent, at v sin a. Its roll is still v along
     the old path, and it rolls at 5/7 of the one and 2/7 of the other.
     """
-    a = math.radians(30.0)
+    a = math.asin(1.0 - full)
     other = ball("1", 0.5 + 2 * R * math.cos(a), 2 * R * math.sin(a))
     friction = Friction(SLIDING, 0.0, 0.0, 0.0)
     run = struck(1.0, 1.0, other, friction=friction, physics=Physics(max_time=2.0))
     vx, vy = run.end.velocity[0]
     expected = math.atan2(math.sin(a) * math.cos(a), math.sin(a) ** 2 + 0.4)
-    assert math.degrees(expected) == pytest.approx(33.67, abs=0.005)
+    assert math.degrees(expected) == pytest.approx(degrees, abs=0.005)
     assert math.atan2(-vy, vx) == pytest.approx(expected, abs=1e-13)
 
 
@@ -353,11 +310,6 @@ def test_a_scene_without_rolling_has_no_roll() -> None:
 
 
 # -- the odd ends of a phase -----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("angle", [0.0, 33.0, 271.0])
-def test_a_ball_that_rolls_from_the_start_has_no_slip(angle: float) -> None:
-    assert kinds(struck(1.3, 1.0, angle=angle)) == [("stop", "C")]
 
 
 def test_a_ball_at_rest_that_rotates_sets_off() -> None:

@@ -15,8 +15,8 @@ from itertools import islice
 from typing import Any
 
 import pytest
-import reference
 from mpmath import mp, mpf
+from oracle import reference
 from scenes import BASE_SEED, DATA, share_of
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate

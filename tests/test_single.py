@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from press_scenes import AT_A_CUSHION, HEAD_ON, ON_A_CIRCLE
 from scenes import seeds
-from shots import KINDS, ROLLING, ROLLS, great_crowd, needs_numba, some_scene
+from shots import KINDS, LATE, ROLLING, ROLLS, great_crowd, needs_numba, some_scene
 
 from pool_pymunk import Run, Scene, load, simulate, simulate_many
 from pool_pymunk.engine import asked
@@ -69,7 +69,7 @@ def try_kind(kind: str, numbers: Iterator[int] | range, played: Counter[str]) ->
     assert played["compiled"] > (3 if is_hard else 9) * played["Python"]
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("frozen", "hard")])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("frozen", *LATE)])
 def test_random_runs_are_those_of_python(kind: str, played: Counter[str]) -> None:
     try_kind(kind, range(5), played)
 

@@ -31,7 +31,6 @@ from pool_pymunk import (
 from pool_pymunk.cli.common import How
 from pool_pymunk.physics.contact import NT
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.render import heatmap
 from pool_pymunk.render.diagram import draw, figure_of
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text
@@ -145,9 +144,9 @@ def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: 
     diagram = tmp_path / "diagram.svg"
     draw(result, [diagram])
     drawn = diagram.read_text(encoding="utf-8")
-    texts = [text.get_text() for text in figure_of(result).axes[0].texts]
-    end = f"{added.name}, {step_text(added.ladder[-1])}\norder "
-    assert any(text.startswith(end) for text in texts)
+    words = f"{added.name}\n{' to '.join(map(step_text, added.ladder))}\norder "
+    (legend,) = figure_of(result).legends
+    assert any(text.get_text().startswith(words) for text in legend.get_texts())
     assert f"stroke: {added.color}" in drawn
 
 
@@ -159,9 +158,6 @@ def test_its_stability_is_checked_at_its_steps(added: Solver, tmp_path: Path) ->
     assert {outcome.dt for outcome in quick.outcomes} == {2e-3}
     assert {outcome.dt for outcome in full.outcomes} == {added.dt}
     assert {outcome.law for outcome in full.run} == set(LISTED)
-    picture = tmp_path / "stability.png"
-    heatmap.draw([full], picture)
-    assert picture.read_bytes().startswith(b"\x89PNG")
     console = Console(width=160, file=StringIO(), record=True)
     console.print(suite.verdicts(suite.in_order([full, check(HEAD_ON, "pymunk")])))
     assert re.search(r"extreme .* pymunk .* explicit ", console.export_text())
@@ -273,17 +269,6 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
     options = ("--solvers", "pymunk", "--no-pictures", "--out", tmp_path, "--json", data)
     assert exit_code("compare", "two-balls", *options) == 0
     assert json.loads(data.read_text(encoding="utf-8"))["reference"] == "truth"
-
-
-def test_the_exact_solver_with_steps_is_found_by_what_it_can_do(
-    registry: dict[str, Solver], tmp_path: Path
-) -> None:
-    """The stability picture shows how far off it is at each step, under whatever name."""
-    registry["stepper"] = replace(registry.pop("pymunk"), name="stepper")
-    heatmap.draw([check(HEAD_ON, "stepper")], tmp_path / "stability.svg")
-    drawn = (tmp_path / "stability.svg").read_text(encoding="utf-8")
-    assert "<!-- stepper: largest distance from -->" in drawn
-    assert drawn.count("<!-- 1/60 s -->") == 1  # It stands over its column of distances.
 
 
 # -- no one else knows a name ----------------------------------------------------------------------

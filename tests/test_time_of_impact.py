@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import random
+from typing import Any
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
-from reference import DIGITS, product, real_roots, value
+from oracle.reference import DIGITS, product, real_roots, value
 
 from pool_pymunk.physics.motion import Vector, closing_acceleration, path_to_disc, time_of_impact
 from pool_pymunk.physics.pairs import pair_time
@@ -20,15 +21,18 @@ EPSILON = 2.0**-52
 R = 0.05
 
 
+def square_of(*motion: Vector) -> list[Any]:
+    """Return the polynomial |offset + velocity t + pull t^2 / 2|^2."""
+    x, y = ([mpf(p), mpf(v), mpf(a) / 2] for p, v, a in zip(*motion, strict=True))
+    return [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
+
+
 def first_touch(
     offset: Vector, velocity: Vector, pull: Vector, touching: float, horizon: float
 ) -> float:
     """Return the first root of the quartic |offset + velocity t + pull t^2 / 2|^2 = touching^2."""
     with mp.workdps(DIGITS):
-        x, y = (
-            [mpf(p), mpf(v), mpf(a) / 2] for p, v, a in zip(offset, velocity, pull, strict=True)
-        )
-        gap = [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
+        gap = square_of(offset, velocity, pull)
         gap[0] -= mpf(touching) ** 2
         roots = real_roots(gap, mpf(0), mpf(horizon))
         return float(roots[0]) if roots else math.inf
@@ -39,10 +43,7 @@ def smallest_gap(
 ) -> float:
     """Return how near to each other discs come until ``t``, in forty digits."""
     with mp.workdps(DIGITS):
-        x, y = (
-            [mpf(p), mpf(v), mpf(a) / 2] for p, v, a in zip(offset, velocity, pull, strict=True)
-        )
-        square = [a + b for a, b in zip(product(x, x), product(y, y), strict=True)]
+        square = square_of(offset, velocity, pull)
         turns = real_roots([k * c for k, c in enumerate(square)][1:], mpf(0), mpf(t))
         return float(min(mp.sqrt(value(square, s)) for s in (0, *turns, mpf(t))) - mpf(touching))
 

@@ -11,13 +11,14 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from reference import reference_run
+from oracle.reference import reference_run
 
 from pool_pymunk import Ball, Physics, Restitution, Scene, Table, simulate
-from torture import show
+from pool_pymunk.studies.stability.known import HEAVY, LIGHT, elastic, pi_velocities
+from torture import export, show
 from torture.play import PACKAGES, is_for, result
 from torture.runners import by_ours, common
-from torture.scenes import HEAVY, LIGHT, SCENES, elastic, judge, pi_velocities
+from torture.scenes import FILE, SCENES, judge
 
 LONG = ("e = 1, a million contacts", "e = 1, ten thousand contacts")
 SLOW = ("balls pass through each other",)
@@ -134,6 +135,11 @@ def test_an_error_of_a_package_is_an_answer() -> None:
     request = {"scene": BY_NAME["wedge"].plain(), "setting": "x", "limit": 60}
     row = common._answer(request, {"any outline"}, {"x": {"given": {}}}, fails)
     assert row == {"error": "ValueError: no root"}
+
+
+def test_the_scenes_are_exported_from_the_extremes() -> None:
+    """After a change of a case, `python -m torture.export` makes the file anew."""
+    assert FILE.read_text(encoding="utf-8") == export.text()
 
 
 def test_results_have_every_scene_and_setting() -> None:

@@ -10,7 +10,7 @@ from scenes import columns_of, tradeoff, turned
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.cli.common import How
-from pool_pymunk.render.diagram import Cut, figure_of
+from pool_pymunk.render.diagram import figure_of
 from pool_pymunk.studies.grid import (
     Column,
     Setting,
@@ -159,23 +159,17 @@ def test_slices_of_the_reports_own_step_are_compared_with() -> None:
     )
 
 
-def test_the_diagram_cuts_empty_decades_and_its_labels_do_not_overlap() -> None:
+def test_the_diagram_has_logarithmic_axes_and_a_legend_beside_them() -> None:
     steps = {"pymunk": (1 / 60, 1e-3), "pymunk-discrete": (1 / 60, 1e-4), "event-driven": (None,)}
     figure = figure_of(replace(tradeoff(load("report"), columns_of(**steps)), spread=0.04))
-    (axes,) = figure.axes
-    assert axes.get_legend() is None
-    assert [text.get_text() for text in axes.texts if text.get_gid() == "cut"] == ["//"]
-    assert axes.get_xlim()[1] < 9  # All of the decades would be fourteen.
-    boxes = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
-    assert len(boxes) == 1 + 5
-    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
-
-
-def test_a_cut_axis_keeps_the_order_of_values() -> None:
-    values = [3e-13, 2e-12, 1e-11, 1e-6, 0.02, 0.5, 30.0]
-    cut = Cut(value for value in values if value != 1e-6)
-    places = [cut.place(value) for value in values]
-    assert places == sorted(places)
-    assert cut.ticks in ([*range(-13, -10), *range(-2, 3)], [*range(-13, -9), *range(-2, 3)])
-    assert len(cut.strips) == 1
-    assert cut.place(0.5) - cut.place(0.05) == pytest.approx(1.0)
+    figure.draw_without_rendering()
+    (axes,), (legend,) = figure.axes, figure.legends
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert [text.split("\n")[0] for text in texts] == [*steps, "less than uncertain starts"]
+    assert texts[1] == "pymunk-discrete\n1/60 s to 0.0001 s"
+    assert texts[2] == "event-driven\nexact to rounding, no step"
+    beside = legend.get_window_extent()
+    assert beside.x0 > axes.get_window_extent().x1 and figure.bbox.containsx(beside.x1)
+    words = [text.get_window_extent() for text in legend.get_texts()]
+    assert not any(a.overlaps(b) for k, a in enumerate(words) for b in words[:k])

@@ -35,7 +35,7 @@ def page(
 
     The page has the exact paths between contacts. Stop it, go from contact to contact, slow it
     down a hundred times, and see other runs as ghosts. A scenario to compare with must have the
-    same table, and balls of the same ids and sizes; the page says what else differs.
+    same table, and balls of the same ids and sizes; the page names it by its title.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)

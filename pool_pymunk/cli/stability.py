@@ -20,7 +20,7 @@ def stability(
 ) -> int:
     """Play extreme scenes: which solver breaks, by how much, and from which case on.
 
-    Writes stability.csv and stability.png to renders/stability, after Ctrl-C with what was played.
+    Writes stability.csv and stability.svg to renders/stability, after Ctrl-C with what was played.
     """
     known, extremes = [solver.name for solver in lib.suite.columns()], lib.extremes.EXTREMES
     chosen = known if solvers is None else read.names("--solvers", solvers)
@@ -36,15 +36,17 @@ def stability(
                 bar.step()
     finally:
         if cells:
-            _report(lib.suite.in_order(cells), folder)
+            _report(lib.suite.in_order(cells), folder, quick)
     return 0
 
 
-def _report(cells: list[lib.suite.Cell], folder: Path) -> None:
+def _report(cells: list[lib.suite.Cell], folder: Path, quick: bool) -> None:
     """Print the table and write the files."""
-    lib.terminal.show("Stability at the extremes\n", lib.suite.verdicts(cells))
-    say(lib.suite.notes(cells))
+    verdicts, notes = lib.suite.verdicts(cells), lib.suite.notes(cells)
+    lib.terminal.show("Stability at the extremes\n", verdicts)
+    say(notes)
     with whole(folder / "stability.csv") as part:
         lib.suite.table(cells).csv(part)
-    lib.heatmap.draw(cells, folder / "stability.png")
+    command = f"pool-pymunk stability{' --quick' * quick}"
+    lib.terminal.draw(folder / "stability.svg", command, verdicts, *notes)
     typer.echo(f"Data and picture: {folder}")

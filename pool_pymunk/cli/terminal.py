@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import io
+import re
 import sys
 import threading
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import rich.progress as bars
 from rich.console import Console
+from rich.terminal_theme import DEFAULT_TERMINAL_THEME
 from rich.text import Text
+
+from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
     from rich.table import Table as Printed
@@ -36,6 +42,16 @@ def show(*parts: str | Printed) -> None:
             if not isinstance(part, str):
                 console.print()
     print(printed.get(), end="")
+
+
+def draw(path: Path, title: str, *parts: str | Printed) -> None:
+    """Draw lines and tables as they look on a terminal, with black on white, into an SVG file."""
+    console = Console(file=io.StringIO(), record=True, width=WIDTH)
+    console.print(*(Text(part) if isinstance(part, str) else part for part in parts), sep="\n")
+    drawn = console.export_svg(title=title, theme=DEFAULT_TERMINAL_THEME)
+    without_hosts = re.sub(r"@font-face {.*?}", "", drawn, flags=re.DOTALL)
+    with whole(path) as part:
+        part.write_text(without_hosts, encoding="utf-8")
 
 
 class Left(bars.ProgressColumn):

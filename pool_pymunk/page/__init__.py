@@ -3,7 +3,7 @@
 The page's own files in ``static/`` are put into it as they are.
 """
 
-from pool_pymunk.page.differences import other_part
+from pool_pymunk.page.content import other_part
 from pool_pymunk.page.document import (
     batch_in_notebook,
     page,

@@ -14,7 +14,6 @@ import numpy as np
 
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.page.differences import labels, other_part
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
@@ -59,6 +58,40 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
             for shot in shots
         ],
     }
+
+
+def other_part(scene: Scene, other: Scene) -> str:
+    """Return the first part that looks different in two scenes, or an empty text."""
+    looks, others = _looks(scene), _looks(other)
+    return next((part for part in looks if looks[part] != others[part]), "")
+
+
+def _looks(scene: Scene) -> dict[str, object]:
+    return {
+        "balls (ids and radii, in one order)": [(ball.id, ball.radius) for ball in scene.balls],
+        "table": scene.table and scene.table.polyline,
+        "pockets": scene.pockets,
+        "posts": seen_posts(scene),
+    }
+
+
+def labels(runs: Sequence[Run]) -> list[str]:
+    """Return what tells the runs of a shot apart: titles of their scenes, solvers and steps.
+
+    Runs that share all of these are numbered.
+
+    >>> from pool_pymunk import load, simulate
+    >>> labels([simulate(load(name), 1) for name in ("report", "report-corrected")])[0]
+    'ME 212 report: eleven balls, four shots, pymunk, dt = 1/240 s, published law'
+    >>> labels([simulate(load("report"), 1) for _ in range(2)])[1]
+    'pymunk, dt = 1/240 s, run 2'
+    """
+    titles, plain = [run.scene.title for run in runs], settings(runs)
+    tells = [names for names in (titles, plain) if len(set(names)) > 1] or [plain]
+    found = [", ".join(filter(None, names)) for names in zip(*tells, strict=True)]
+    return [
+        name if found.count(name) == 1 else f"{name}, run {k}" for k, name in enumerate(found, 1)
+    ]
 
 
 def _numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:

@@ -66,7 +66,7 @@ ALIGNED = {"left": 0.0, "bottom": 0.0, "center": 0.5, "right": 1.0, "top": 1.0}
 
 def place_labels(axes: Axes, labels: Sequence[Label], **looks: Any) -> None:
     """Write each label beside its point, where it covers least of lines, arrows and labels."""
-    taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != "cut"]
+    taken = [text.get_window_extent() for text in axes.texts]
     drawn, room, points = _outlines(axes), axes.get_window_extent(), axes.figure.dpi / 72.0
     for text, at, color in labels:
         looks |= {"textcoords": "offset points", "linespacing": 1.25, "zorder": 4}

@@ -16,19 +16,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Concatenate, ParamSpec
+from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 
-from pool_pymunk.model import Point, Scene, SceneError, Table
+from pool_pymunk.model import Point, Scene, SceneError, State, Table
 from pool_pymunk.model.outline import lies_between
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.results.trace import PERSISTENT
 from pool_pymunk.studies.compare import Comparison, end_distances, longest
-from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, wrong
+from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, grid, wrong
 
 NEAR = "exact run"  # the claim that compares with the reference run, as the CSV file names it
 # A contact has some thirty sums and products, and may cost this many units of rounding. Exact
@@ -219,11 +219,23 @@ ALWAYS = (
 # -- of single extremes: a closed form, a symmetry, or a likeness ----------------------------------
 
 
+@dataclass(frozen=True)
+class Stated:
+    """A stated claim knows what it states, such as the velocities that balls must end with."""
+
+    measure: Callable[..., Measure | None]
+    about: tuple[Any, ...]
+    named: Mapping[str, Any]
+
+    def __call__(self, trial: Trial) -> Measure | None:
+        return self.measure(trial, *self.about, **self.named)
+
+
 def claim(measure: Callable[Concatenate[Trial, P], Measure | None]) -> Callable[P, Claim]:
     """Return a maker of claims: it takes the arguments of a measure that follow the trial."""
 
     def made(*about: P.args, **named: P.kwargs) -> Claim:
-        return lambda trial: measure(trial, *about, **named)
+        return Stated(measure, about, named)
 
     return made
 
@@ -241,6 +253,23 @@ def pocket(trial: Trial, *ids: str) -> Measure:
     found, expected = set(trial.run.pocketed), {id_ for id_ in ids if id_}
     words = f"{sorted(found) or 'nothing'} pocketed, not {sorted(expected) or 'nothing'}"
     return wrong("pocketed", words, found != expected)
+
+
+@claim
+def stay_inside_when_driven(trial: Trial, frames: int) -> Measure | None:
+    """Measure how far balls get beyond cushions if each frame sets their first velocities anew."""
+    table, measured, run = trial.scene.table, inside(trial), trial.run
+    if table is None or measured is None:
+        return None
+    velocity, deepest = tuple(ball.velocity for ball in trial.scene.balls), measured.value
+    for _ in range(1, frames):
+        try:
+            run = trial.simulate(trial.scene, State(run.end.position, velocity))
+        except SceneError:
+            return wrong("driven", "a ball sinks into a cushion")
+        points = run.at(grid(run.duration))[0]
+        deepest = max(deepest, float(beyond(table, points, trial.radii).max()))
+    return measured._replace(claim="driven", value=deepest, words="a ball driven {} into a cushion")
 
 
 @claim

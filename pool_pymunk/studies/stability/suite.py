@@ -15,7 +15,7 @@ from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
-from pool_pymunk.studies.stability.claims import NEAR, measures
+from pool_pymunk.studies.stability.claims import measures
 from pool_pymunk.studies.stability.extremes import EXTREMES
 from pool_pymunk.studies.stability.trial import GRID, Extreme, Measure, Trial, wrong
 
@@ -101,11 +101,6 @@ class Cell:
     def reason(self) -> str:
         """Tell in words why the cell breaks; empty where it must not break."""
         return self.because or find_solver(self.solver).limits
-
-    def distance(self, dt: float) -> float | None:
-        """Return its largest distance (m) from reference runs at that step, over cases and laws."""
-        measures = (each for one in self.run if one.dt == dt for each in one.measures)
-        return max((each.value for each in measures if each.claim == NEAR), default=None)
 
     def __str__(self) -> str:
         verdict = "holds" if self.worst is None else f"{self.worst}; {self.where}"

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pool_pymunk.model import Scene
+from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, reference_solver, simulate
@@ -142,14 +142,16 @@ class Trial:
         """Return the run that is measured."""
         return self.reference.run if self.is_reference else self.simulate(self.scene)
 
-    def simulate(self, scene: Scene) -> Run:
+    def simulate(self, scene: Scene, start: State | None = None) -> Run:
         """Run a scene with bounds on events and time, because a solver may never come to rest."""
         if self.is_reference:
-            return simulate(scene, solver=self.solver, max_events=self.case.max_events)
+            return simulate(scene, solver=self.solver, max_events=self.case.max_events, start=start)
         reference = self.reference.run
         most = min(10 * len(contacts(reference)) + 1000, self.case.max_events)
         latest = scene.physics.max_time or 4.0 * reference.duration + 10.0 * (self.dt or 0.0)
-        return simulate(scene, solver=self.solver, dt=self.dt, max_events=most, max_time=latest)
+        return simulate(
+            scene, solver=self.solver, dt=self.dt, max_events=most, max_time=latest, start=start
+        )
 
     @cached_property
     def contacts(self) -> int:

@@ -7,8 +7,8 @@ written anew from Eqs. 1-10 and Listing 3. Contacts are answered one at a time. 
 refused if several contacts happen at one instant in it, or if balls come together at next to no
 speed.
 
-``python -m tests.reference`` makes ``tests/data/reference_runs.json``, ``pocket_runs.json`` and
-``rolling_runs.json`` anew from their seeds; a name makes one of them.
+``python -m tests.oracle.reference`` makes ``tests/data/reference_runs.json``, ``pocket_runs.json``
+and ``rolling_runs.json`` anew from their seeds; a name makes one of them.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from pool_pymunk import (
     Table,
 )
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parent.parent / "data"
 DIGITS = 40
 ROUNDING = mpf(10) ** -30  # m, m/s; 40 digits leave so much of zero
 GENTLE = mpf(10) ** -6  # m/s; contacts that close more slowly are refused

@@ -30,8 +30,8 @@ from typing import Any
 
 import numpy as np
 from mpmath import mp, mpc
-from reference import Contact, Curve, Flight, Number, Refused, Side, balls_of
 
+from oracle.reference import Contact, Curve, Flight, Number, Refused, Side, balls_of
 from pool_pymunk import Scene, State
 
 Key = tuple[str, Contact]

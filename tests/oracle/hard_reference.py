@@ -25,8 +25,8 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 from mpmath import mp, mpc, mpf
-from reference import FAR, Contact, Flight, Number, Refused, Vec, across, balls_of, dot
 
+from oracle.reference import FAR, Contact, Flight, Number, Refused, Vec, across, balls_of, dot
 from pool_pymunk import Scene
 
 Batch = tuple[Contact, ...]  # hits at one time
