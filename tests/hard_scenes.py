@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from pool_pymunk import Ball, Friction, Restitution, Run, Scene, Table, simulate
+from pool_pymunk import Ball, Friction, Restitution, Run, Scene, State, Table, simulate
 from pool_pymunk.physics.contact import Vector
 
 R = 0.05
 
 
-def exact(scene: Scene, **bounds: float | int) -> Run:
-    return simulate(scene, solver="event-driven", **bounds)  # type: ignore[arg-type]
+def exact(scene: Scene, start: State | None = None, **bounds: Any) -> Run:
+    return simulate(scene, solver="event-driven", start=start, **bounds)
 
 
 def disc(

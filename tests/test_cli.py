@@ -342,11 +342,6 @@ def test_problems_of_a_scenario_name_file_key_and_value(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
 
 
-def test_the_bundled_scenarios_are_sound() -> None:
-    for name in bundled():
-        assert load(name).balls
-
-
 def test_check_says_how_large_all_is_and_warns_of_giants(tmp_path: Path) -> None:
     shown = typed("check", "report").stdout
     assert "size over all: 88 x 44 in (2.2352 x 1.1176 m)" in shown

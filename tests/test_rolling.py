@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
+from hard_scenes import exact
 from oracle.reference import OUTLINES, random_rolling_scene
 from oracle.reference import scene_from_dict as scene_of
 from scenes import DATA, seeds
@@ -28,7 +29,6 @@ from pool_pymunk import (
     State,
     Table,
     load,
-    loads,
     same_balls,
     simulate,
 )
@@ -60,10 +60,6 @@ def struck(speed: float, roll: float, *others: Ball, angle: float = 0.0, **parts
     """Play one shot of the cue ball from the origin."""
     shot = Shot("shot", "C", speed=speed, angle=angle, roll=roll)
     return exact(scene(ball(), *others, shots=(shot,), **parts))
-
-
-def exact(what: Scene, start: State | None = None) -> Run:
-    return simulate(what, solver="event-driven", start=start)
 
 
 def kinds(run: Run) -> list[tuple[str, str]]:
@@ -379,15 +375,6 @@ def test_a_ball_begins_to_roll_once_while_an_arc_presses_it() -> None:
 
 
 # -- input -----------------------------------------------------------------------------------------
-
-
-def test_a_file_says_rolling_and_roll() -> None:
-    what = scene(
-        replace(ball(), velocity=(1.0, 0.0), roll=0.5), ball("1", 0.5),
-        shots=(Shot("s", "C", speed=1.0, angle=0.0, roll=-1.0),),
-    )  # fmt: skip
-    assert loads(what.to_toml()) == what
-    assert "rolling = 0.01" in what.to_toml()
 
 
 def test_shots_go_on_with_the_roll_that_there_was() -> None:

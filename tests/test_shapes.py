@@ -15,6 +15,7 @@ import numpy as np
 import pymunk
 import pytest
 from amplified import amplification
+from hard_scenes import exact
 from PIL import Image
 
 from pool_pymunk import (
@@ -65,10 +66,6 @@ def scene_with(shape: str, rolls: bool = False) -> Scene:
     shot = Shot("at it", "C", speed=SPEED, angle=angle, roll=ROLL if rolls else 0.0)
     e = Restitution(ball_ball=0.95, cushion=0.8)
     return Scene(balls, table, e, friction, shots=(shot,), posts=posts, title=shape)
-
-
-def exact(scene: Scene) -> Run:
-    return simulate(scene, 1, solver="event-driven")
 
 
 def apart(run: Run, other: Run) -> float:

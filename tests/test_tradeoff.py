@@ -43,9 +43,8 @@ def _head_on() -> Scene:
 
 
 @pytest.mark.parametrize("solver", ["pymunk-discrete", "time-slice"])
-@pytest.mark.parametrize("make", [_one_cushion, _head_on])
-def test_a_late_contact_is_an_error_of_order_one(make: object, solver: str) -> None:
-    scene = make()  # type: ignore[operator]
+@pytest.mark.parametrize("scene", [_one_cushion(), _head_on()], ids=["cushion", "head-on"])
+def test_a_late_contact_is_an_error_of_order_one(scene: Scene, solver: str) -> None:
     result = tradeoff(scene, columns_of(**{solver: STEPS}))
     assert all(s.shared == s.contacts for s in result.settings)
     found = order(result.of(solver), result.rounding, 1.0)
@@ -56,9 +55,8 @@ def test_a_late_contact_is_an_error_of_order_one(make: object, solver: str) -> N
         assert s.largest < 2 * 1.5 * s.dt
 
 
-@pytest.mark.parametrize("make", [_one_cushion, _head_on])
-def test_swept_contacts_err_by_rounding_and_have_no_order(make: object) -> None:
-    scene = make()  # type: ignore[operator]
+@pytest.mark.parametrize("scene", [_one_cushion(), _head_on()], ids=["cushion", "head-on"])
+def test_swept_contacts_err_by_rounding_and_have_no_order(scene: Scene) -> None:
     result = tradeoff(scene, columns_of(pymunk=STEPS, event_driven=(None,)))
     assert all(s.largest < 1e-14 for s in result.settings)
     assert order(result.of("pymunk"), result.rounding, 1.0) is None
