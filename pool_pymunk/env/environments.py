@@ -184,7 +184,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         """Return the batch of shots from the present layouts, with ``reward``; nothing changes.
 
         ``actions`` (K, S, A) are K shots a table; shot k of table i is row k S + i of the batch. If
-        ``tables`` (M,) has their numbers, actions (M, A) are a shot on each. The player does not err.
+        ``tables`` (M,) has their numbers, actions (M, A) are a shot on each. No player errs.
         """
         rows = np.arange(self.num_envs)
         if tables is None:
