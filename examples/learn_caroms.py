@@ -5,8 +5,8 @@ This plays ``pool_pymunk/Carom-v0`` on 256 tables at once, and plans each shot b
 
 The planner looks for a shot in which the cue ball meets two others, by the cross-entropy method: it
 tries shots at random and takes one that scores. In each later round it tries shots ever closer
-around that one, and moves to the mean of those that score. Its tries are rehearsals, without errors
-of the hand; what is played then errs by a degree and 0.05 m/s, so the planner has to find shots
+around that one, and moves to the mean of those that score. Its tries are rehearsals, without the
+player's errors. What is played then errs by a degree and 0.05 m/s, so the planner has to find shots
 that forgive errors. The picture shows how often shots score after each number of rounds; after
 none, play is random.
 

@@ -184,7 +184,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         """Return the batch of shots from the present layouts, with ``reward``; nothing changes.
 
         ``actions`` (K, S, A) are K shots a table; shot k of table i is row k S + i of the batch. If
-        ``tables`` (M,) has their numbers, actions (M, A) are a shot on each. The hand does not err.
+        ``tables`` (M,) has their numbers, actions (M, A) are a shot on each. No player errs.
         """
         rows = np.arange(self.num_envs)
         if tables is None:
@@ -235,10 +235,10 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
     called. The middle of the table is (0, 0), and half of its longer side is 1; a ball off the
     table is at (0, 0).
 
-    ``info`` has ``angle`` (degrees) and ``speed`` (m/s) of the cue ball, with the errors of the
-    hand; the ``duration`` (s); the numbers of ``hits`` of balls and on ``cushions``; the number of
-    the ball that the cue ball met first (``first_hit``, -1: none), how many it ``met``, and whether
-    it was pocketed (``foul``); and the ``status`` of :class:`~pool_pymunk.Batch`.
+    ``info`` has ``angle`` (degrees) and ``speed`` (m/s) of the cue ball, with the player's
+    errors; the ``duration`` (s); the numbers of ``hits`` of balls and on ``cushions``; the number
+    of the ball that the cue ball met first (``first_hit``, -1: none), how many it ``met``, and
+    whether it was pocketed (``foul``); and the ``status`` of :class:`~pool_pymunk.Batch`.
 
     ``render_mode="rgb_array"`` draws the end of the last shot, (450, 800, 3); ``"rgb_array_list"``
     draws all its frames, 30 a second. ``reset(options={"position": ...})`` puts the balls at places
@@ -282,7 +282,7 @@ class BilliardsEnv(gymnasium.Env[Seen, Seen]):
         return seen, float(reward), bool(terminated), bool(truncated), _only(found[-1])
 
     def rehearse(self, actions: Any) -> Rehearsal:
-        """Return the batch of K shots (K, A) without errors of the hand; nothing changes."""
+        """Return the batch of K shots (K, A) without the player's errors; nothing changes."""
         wanted = self.game.read(actions, -1)
         return self._one.rehearse(wanted, np.zeros(len(wanted), np.int64))
 

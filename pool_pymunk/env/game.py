@@ -98,12 +98,12 @@ class Game(ABC):
 
     A game of your own is a subclass that has a ``score``, and overrides what else differs. These
     attributes are defaults of settings: ``scenario``, a bundled one, a file, or a Scene; the number
-    of ``balls`` beside the cue ball (None: all); their ``layout``, ``"random"`` (they touch
-    nothing) or ``"scenario"``; ``max_speed`` (m/s); and the standard deviations of the hand's
-    normal errors, ``angle_error`` (degrees) and ``speed_error`` (m/s).
+    of ``balls`` besides the cue ball (None: all); their ``layout``, ``"random"`` (they touch
+    nothing) or ``"scenario"``; ``max_speed`` (m/s); and the standard deviations of the
+    player's normal errors, ``angle_error`` (degrees) and ``speed_error`` (m/s).
 
     These are no settings: the ``name``; whether an action ``has_roll`` or ``has_place``; the number
-    of ``shots`` in an episode; the ``least`` number of balls beside the cue ball; whether the game
+    of ``shots`` in an episode; the ``least`` number of balls besides the cue ball; whether the game
     ``needs_pockets``; the names of its ``options`` of ``reset``, and of the arrays of ``marked``
     balls for learners; how many numbers from -1 to 1 are ``more_seen``; and the ``lost_score``
     of a shot that could not be played, which ends the episode.
@@ -241,7 +241,7 @@ class Game(ABC):
         return place
 
     def play(self, tables: Tables, actions: Floats, rng: Generators | None) -> Played:
-        """Play a shot on each table, by its action (S, A); without ``rng`` no hand errs."""
+        """Play a shot on each table, by its action (S, A); without ``rng`` no player errs."""
         if (bad := np.isnan(actions)).any():
             width = "two" if actions.shape[1] == 2 else actions.shape[1]
             raise setting_error("action", actions[bad.any(axis=1)][0], f"must be {width} numbers")

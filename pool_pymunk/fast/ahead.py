@@ -27,14 +27,14 @@ def compile(  # noqa: A001  It is called by its full name.
 ) -> None:
     """Compile shots for this machine, or load them, and say so on standard error.
 
-    By default this is done for all four kinds of scenes: balls may roll or only slide, and there
-    may be arcs, or posts with coefficients of their own. With a ``scene`` it is done for its kind
-    alone. Scenes and tables of more than 64 ``balls``, and of 512 at most, have four other loops. A
-    loop takes up to a minute once on each machine, and some 0.6 s in each process then.
-    From then on ``event-driven`` plays single runs by it in this process, and ``Billiards`` its
-    steps, with the same bits. With ``derivatives``, the pass for :meth:`Run.derivatives`,
-    ``run.rounding`` and fits is compiled, too; that adds half of the time. Later garbage
-    collections leave out what is there then (``gc.freeze``).
+    By default this is done for all four kinds of scenes, each of which has a loop: balls may roll
+    or only slide, and there may be arcs, or posts with coefficients of their own. With a ``scene``
+    only the loop of its kind is compiled. Scenes and tables of 65 to 512 ``balls`` have four other
+    loops. To compile a loop takes up to a minute, once on each machine; to load it takes some 0.6 s
+    in each process. Then ``event-driven`` plays single runs by it in this process, and
+    ``Billiards`` its steps, with the same bits. With ``derivatives``, the pass for
+    :meth:`Run.derivatives`, ``run.rounding`` and fits is compiled, too, which takes half as long
+    again. Later garbage collections leave out the objects that exist by then (``gc.freeze``).
     Raises ModuleNotFoundError if numba is not installed.
 
     >>> from pool_pymunk import compile, load

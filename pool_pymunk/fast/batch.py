@@ -42,8 +42,8 @@ class Batch:
     ``handed_back`` (S,) marks the shots that the exact solver played in Python, because they are
     hard or the law is not compiled; ``by_reference`` is their number. A shot is hard if more than
     64 contacts come at one instant, or if the impulses of contacts of balls that roll are unknown.
-    ``in_doubt`` (S,) marks shots in which several contacts came at one instant. ``wall_time`` is in
-    s.
+    ``in_doubt`` (S,) marks shots in which contacts of one instant have no known order, and those
+    handed back. ``wall_time`` is in s.
 
     ``derivatives`` (S, N, 2, P) are those of ``final`` by the inputs ``by`` (P), in SI, as
     ``run(k).derivatives`` has them: NaN where none exists, or where a shot cannot start. It is None

@@ -77,9 +77,9 @@ def simulate_many(
     ``batch.policy_shift`` say how far off the ends may be; each shot is then played as a run, too.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
-    '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 64 balls,
-    other radii or a law of your own for single hits, take the Python solver. A shot takes 27 + 21 N
-    bytes in the result. Raises SettingError, in one line that names the argument.
+    '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 512 balls,
+    radii that vary or a law of your own for single hits, take the Python solver. A shot takes 27 +
+    21 N bytes in the result. Raises SettingError, in one line that names the argument.
 
     >>> import numpy as np
     >>> from pool_pymunk import load

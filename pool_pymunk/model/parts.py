@@ -126,7 +126,7 @@ class Shot(Part):
     """A shot gives one ball a ``velocity`` (m/s), or a ``speed`` (m/s) and a direction.
 
     The direction is an ``angle`` (degrees, counter-clockwise from +x), or a ball to ``aim`` at, by
-    its id or as "nearest". With ``from_previous`` the shot begins where the last one ended.
+    its id or as "nearest". With ``from_previous`` it begins where the shot before it ended.
     ``published`` are reference ends (m). In a scene with ``Friction.rolling``, ``roll`` is a
     share of the ball's velocity (follow is positive, draw negative). With a ``place`` (m) the ball
     begins there (ball in hand), even if it was pocketed before.

@@ -36,7 +36,7 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A material has restitution, coefficient of friction and contact law, a name or an object."""
+    """A material has a restitution, a coefficient of friction, and a law (a name or an object)."""
 
     restitution: float = 1.0
     friction: float = 0.0

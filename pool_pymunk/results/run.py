@@ -174,9 +174,10 @@ class Run:
         return self._samples[1]
 
     def at(self, times: Times) -> tuple[Array, Array]:
-        """Return positions (m) and velocities (m/s) at ``times`` (s), or at the end if earlier.
+        """Return positions (m) and velocities (m/s) at ``times`` (s).
 
-        For a sequence of times (T,) both are of shape (T, N, 2), for a single time (N, 2).
+        A time after the end counts as the end. For a sequence of times (T,) both are of shape
+        (T, N, 2), for a single time (N, 2).
         """
         return free_motions(*self._last_of(self.knots, times))
 
@@ -264,10 +265,11 @@ class Run:
 
         The rounding errors of every contact are carried along the run, to first order
         (:func:`pool_pymunk.studies.rounding.rounding`). If they grow so large that other contacts
-        may happen, the figure is the size of the table. If the run has no derivatives, more runs
-        with random errors give it (stochastic arithmetic: Vignes, Mathematics and Computers in
-        Simulation 35, 1993, 233). The figure leaves out contacts that nearly happened. It is nan
-        for a solver without the contact engine, and for a run loaded from a file.
+        may happen, the figure is the size of the table. If the run has persistent contacts, or no
+        derivatives, more runs with random errors give it (stochastic arithmetic: Vignes,
+        Mathematics and Computers in Simulation 35, 1993, 233). The figure leaves out contacts that
+        nearly happened. It is nan for a solver without the contact engine, and for a run loaded
+        from a file.
 
         >>> from pool_pymunk import load, simulate
         >>> 0.0 < simulate(load("report"), "Simulation 1", solver="event-driven").rounding < 1e-11
@@ -294,11 +296,11 @@ class Run:
         """Differentiate the ends and the event times of an exact run by its inputs.
 
         ``wrt`` names inputs or groups of them: "position" and "velocity" of all balls at the start,
-        "speed" and "angle" of the shot, "mass", "radius", "restitution", "friction", or "all"; see
-        :class:`~pool_pymunk.Derivatives` for names, shapes and units. The derivatives are exact
-        (saltation matrices). Where none exists (at a graze, where two contacts of one instant share
-        a ball, where a policy answered) the entry is NaN, and a warning says so. Raises
-        SettingError for a run of a solver that is not exact.
+        "speed", "angle" and "roll" of the shot, "mass", "radius", "restitution", "friction", or
+        "all"; see :class:`~pool_pymunk.Derivatives` for names, shapes and units. The derivatives
+        are exact (saltation matrices), and through persistent contacts nearly so. Where none exists
+        (for example at a graze, or where two contacts of one instant share a ball) the entry is
+        NaN, and a warning says so. Raises SettingError for a run of a solver that is not exact.
 
         >>> from pool_pymunk import load, simulate
         >>> found = simulate(load("report"), 1, solver="event-driven").derivatives()
@@ -317,11 +319,11 @@ class Run:
 
         It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it
         comes from some more runs. In some of them a slip of rounding size has the one sign and the
-        other; the figure is the largest change. In others the start is nudged: balls that touch
-        have gaps of 1e-13 to 4e-6 m. Or 30 and 300 times as much is left out of persistent
-        contacts, where errors are at least 5 and 17 times as large. These are some of many answers,
-        so the figure is four times their largest change, or of what that says of the run, if that
-        is larger. It is at most the table's diagonal.
+        other, and the largest change counts. In others the start is nudged: balls that touch have
+        gaps of 1e-13 to 4e-6 m. These are samples, so four times their largest change counts. In
+        two more, 30 and 300 times as much is left out of persistent contacts. There errors are at
+        least 5 and 17 times as large, which says how far the run itself may err; four times that
+        counts. The figure is the largest of these, and at most the table's diagonal.
         """
         if not self.policies:
             return 0.0

@@ -43,8 +43,8 @@ def simulate(
     """Simulate one shot of a scene.
 
     ``shot`` is a Shot of the scene, its name or its number from 1; by default the first shot, or in
-    a scene without shots the balls' own velocities. ``dt`` (s) is the solver's step, if
-    it has one; ``times`` (s) are those at which to sample the Run. The contact ``law``, by name or
+    a scene without shots the balls' own velocities. ``dt`` (s) is the solver's step, if it has one;
+    ``times`` (s) are those at which to sample the Run. The contact ``law``, by name or
     one of your own (:class:`~pool_pymunk.Law`; default: the scene's), answers every contact of
     every solver except ``pymunk-builtin``. ``start`` is the state before the shot, a
     :class:`~pool_pymunk.State` or positions and velocities (default: the scene's own, or where the

@@ -80,8 +80,8 @@ def atlas(
 ) -> Atlas:
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
 
-    By default the speeds go from 0.25 to 1.5 times the shot's. ``axes`` has
-    two other inputs with their ranges (SI), the one across first, named as in a sweep
+    By default the speeds go from 0.25 to 1.5 times the shot's. ``axes`` has two other inputs with
+    their ranges (SI), the one across first, named as in a sweep
     (:class:`~pool_pymunk.studies.sweep.plan.Plan`). ``ball`` is the id of the ball whose end is
     kept, by default the one aimed at or the nearest. A shot that aims at a ball is aimed once, in
     the scene as it is; with ``aims_anew`` it is aimed in each pixel. ``show``, one of ``MAPS``,

@@ -44,7 +44,7 @@ MOST_STEPS, SIZES, LEAST_GAIN = 20, (1.0, 0.5, 0.25, 0.1, 0.03, 0.01), 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A found shot does what is asked for, as do a ``share`` of tries with the player's errors.
+    """A found shot does what is asked for; with the player's errors, a ``share`` of tries does.
 
     ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is its exact run.
     ``off`` (m) is the root of the sum of the squared distances of balls from where they shall end.

@@ -57,8 +57,8 @@ class Billiards:
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to hear
     what happens. They are called when the instant of which they tell is over. What they change
-    counts from that instant on; they cannot call :meth:`restore_state` or make a step. Of a
-    contact that persists ``on_contact`` tells once, when it is over.
+    counts from that instant on; they cannot call :meth:`restore_state` or make a step. For a
+    contact that persists, ``on_contact`` is called once, when it is over.
 
     Raises ValueError for impossible arguments, in one sentence that names the argument.
 
@@ -322,7 +322,7 @@ class Billiards:
     def strike(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> None:
         """Give a ball a velocity (m/s) now, and where balls roll a ``roll``, a share of it.
 
-        With 1 the ball rolls at once, with 0 it slides without rotation, below 0 it draws back.
+        With 1 the ball rolls at once, with 0 it slides without rotation, below 0 it has draw.
         """
         self._check_ball(ball)
         struck = checks.read_strike(velocity, roll, self.state.surface)
@@ -408,9 +408,10 @@ class Billiards:
     # -- stepping a space that holds nothing else ------------------------------------------------
 
     def step(self, dt: float | None = None) -> None:
-        """Make one step (s) of a space that holds nothing else; else call ``space.step``.
+        """Make one step of ``dt`` (s) with ``alone=True``; otherwise call ``space.step``.
 
-        By default it is as long as the last one, or ``max_dt``. Raises errors of callbacks.
+        By default it is as long as the last one, and the first is ``max_dt``. Raises what callbacks
+        raise.
         """
         if not self.alone:
             raise setting_error("alone", False, "the space is shared: call space.step(dt)")

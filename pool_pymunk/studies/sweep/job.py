@@ -53,7 +53,10 @@ class Done(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """A sweep has its folder, all shots, those ``played`` now, some in Python, and the time (s)."""
+    """A sweep has its folder ``out``, and the number of all its ``shots``.
+
+    This call ``played`` so many of them, ``by_reference`` of these in Python, in ``wall_time`` (s).
+    """
 
     out: Path
     shots: int
