@@ -79,7 +79,7 @@ NEEDING = {
 COMPILED = (
     "atlas", "docs", "env", "fast", "figures", "find", "handed_back", "inputs", "linear", "live",
     "many", "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
-    "shapes", "single", "sweep", "weakening",
+    "shapes", "single", "sweep", "variation", "weakening",
 )  # fmt: skip
 WAITING = ("collapse", "round", "together")  # Some slow tests of these play compiled shots, too.
 
