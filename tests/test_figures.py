@@ -21,8 +21,7 @@ import pytest
 from oracle import reference
 from oracle.hard_reference import Settings
 from oracle.press_reference import press_run
-from scenes import DATA, tradeoff
-from test_forty_digits import RECORDS
+from scenes import tradeoff
 
 from pool_pymunk import (
     Disc,
@@ -121,9 +120,9 @@ def test_what_rounding_leaves(page: str) -> None:
 
 @pytest.mark.parametrize("page", ["docs/accuracy.md"])
 def test_the_references(page: str) -> None:
-    hard = json.loads((DATA / "hard_runs.json").read_text(encoding="utf-8"))
-    assert f"{len(RECORDS)} random scenes" in text(page)
-    assert f"{len(hard)} scenes" in text(page)
+    for name, words in (("reference_runs", "random scenes"), ("hard_runs", "scenes")):
+        runs = json.loads((HOME / "tests" / "data" / f"{name}.json").read_text(encoding="utf-8"))
+        assert f"{len(runs)} {words}" in text(page)
     assert (reference.DIGITS, Settings().digits) == (40, 90)
     assert re.search(r"forty (and ninety )?digits", text(page))
     assert "ninety digits" in text(page)

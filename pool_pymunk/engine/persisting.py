@@ -32,7 +32,7 @@ from pool_pymunk.engine.groups import NONE, contact_of, find_state, wait_of
 from pool_pymunk.physics.forces import find_forces
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.persistent import UNSEEN, persists, pressing_of_balls, pressing_of_wall
-from pool_pymunk.physics.pressed import NEAR
+from pool_pymunk.physics.pressed import NEAR, REST
 
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
 # Once a ball has had more than FEW hits, each less than AGO (s) after the one before, each further
@@ -194,7 +194,7 @@ def cuts(w: Any, i: int, other: int, t: float) -> bool:
 def is_cut_for(w: Any, i: int, t: float) -> bool:
     """Cut the piece of a ball shortly before ``t`` (s), unless it is too near."""
     r, leader = w.groups, w.groups.leader[i]
-    if leader == NONE:
+    if leader == NONE or r.phase[i] == REST:  # A ball at rest does not leave its place.
         return False
     wait = t - r.began[leader]  # It is the same whenever the hit is predicted.
     if t - SHORTLY * wait <= w.now or not wait > 2.0 * SHORTLY * r.span[leader]:
