@@ -1,1 +1,1 @@
-"""Independent references, which share no code with the engine: tests compare answers with theirs."""
+"""Independent references, which share no code with the engine: answers are compared with them."""
