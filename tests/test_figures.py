@@ -120,9 +120,10 @@ def test_what_rounding_leaves(page: str) -> None:
 
 @pytest.mark.parametrize("page", ["docs/accuracy.md"])
 def test_the_references(page: str) -> None:
-    for name, words in (("reference_runs", "random scenes"), ("hard_runs", "scenes")):
-        runs = json.loads((HOME / "tests" / "data" / f"{name}.json").read_text(encoding="utf-8"))
-        assert f"{len(runs)} {words}" in text(page)
+    data = HOME / "tests" / "data"
+    for names, words in ((reference.FILES, "random scenes"), (["hard"], "scenes")):
+        files = [(data / f"{name}_runs.json").read_text(encoding="utf-8") for name in names]
+        assert f"{sum(len(json.loads(file)) for file in files)} {words}" in text(page)
     assert (reference.DIGITS, Settings().digits) == (40, 90)
     assert re.search(r"forty (and ninety )?digits", text(page))
     assert "ninety digits" in text(page)

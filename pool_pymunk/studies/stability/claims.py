@@ -25,7 +25,7 @@ import numpy as np
 from pool_pymunk.model import Point, Scene, SceneError, State, Table
 from pool_pymunk.model.outline import lies_between
 from pool_pymunk.physics.motion import EPSILON, Array
-from pool_pymunk.physics.pieces import DEVIATION
+from pool_pymunk.physics.pieces import DEVIATION, ERROR
 from pool_pymunk.results.trace import PERSISTENT
 from pool_pymunk.studies.compare import Comparison, end_distances, longest
 from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, grid, wrong
@@ -79,7 +79,9 @@ def energy_kept(trial: Trial) -> Measure:
     keeps = lossless(trial.scene)
     change = float(np.ptp(total) if keeps else max(np.diff(total).max(), 0.0))
     words = f"energy {'changes' if keeps else 'grows'} by {{}} of itself"
-    return Measure("energy", change, CARE * EPSILON * (trial.contacts + 1), words=words)
+    bound = CARE * EPSILON * (trial.contacts + 1)
+    bound = max(bound, 2.0 * ERROR * (PERSISTENT in trial.run.policies))  # ERROR is of a speed.
+    return Measure("energy", change, bound, words=words)
 
 
 def momentum(trial: Trial) -> Measure | None:
