@@ -151,7 +151,10 @@ def is_absorbed(w: Any, sides: Any) -> bool:
     modes.begin_at(w, sides, at.due[0][0])
     for k in range(at.dues):
         is_over &= persisting.is_absorbed(w, sides, at.due[k][0], at.due[k][1])
-    return is_over
+    if not is_over:  # A group has begun that leaves a hit out.
+        take_apart(w)
+        answer_several(w, sides)
+    return True
 
 
 def is_absorbed_alone(w: Any, sides: Any, i: int, other: int) -> bool:
@@ -336,6 +339,7 @@ def answer_cluster(w: Any, sides: Any) -> None:
     for k in range(count):
         at.group[k] = at.contact[k]
     find_cluster(w, sides)
+    take_apart(w)
     read_contacts(w, sides)
     for k in range(at.contacts):
         at.gap[k], at.hits[k] = max(gap_of_contact(w, sides, k), 0.0), 0

@@ -266,16 +266,22 @@ def change(g: Any, s: Any, which: int) -> None:
         g.on[k], g.over[k] = 0, int(kind == 3)
     elif kind == 1:
         was, slip = g.slides[k], sign(g.slip[k], g.small[0])
-        g.slides[k] = slip if was else (-1 if g.force[k][1] > 0.0 else 1)
+        g.slides[k] = fallen(was, slip) if was else (-1 if g.force[k][1] > 0.0 else 1)
     else:
         was, slip = g.into[k], sign(roll_into(g, s, k), g.small[0])
-        g.into[k] = slip if was else (-1 if g.force[k][2] > 0.0 else 1)
+        g.into[k] = fallen(was, slip) if was else (-1 if g.force[k][2] > 0.0 else 1)
+
+
+def fallen(was: int, now: int) -> int:
+    """Return the sign of a slip that has fallen to 0; by rounding it may have the old one yet."""
+    return 0 if now == was else now
 
 
 def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
     """Return the slip (m/s) of a ball, or its speed where it rolls, and in what time (s) it is 0.
 
-    The time is infinite if it does not fade.
+    The time is infinite if it does not fade. It has faded where contacts hold a ball that was let
+    go: then it hardly moves, and goes on so.
     """
     p, d = 6 * i, g.rate
     if g.phase[i] == REST or is_own(g):
@@ -284,6 +290,8 @@ def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
     if g.phase[i] == SLIP:
         x, y, a, b = x - s[p + 4], y - s[p + 5], a - d[p + 4], b - d[p + 5]
     size = math.sqrt(x * x + y * y)
+    if size <= FADED * g.small[2] * g.small[0] and max(abs(a), abs(b)) <= g.small[1]:
+        return size, 0.0
     loss = -(x * a + y * b)
     return size, size * size / loss if loss > 0.0 else math.inf
 
