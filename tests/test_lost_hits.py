@@ -25,23 +25,24 @@ def scene_of(found: Any) -> Scene:
         Ball(f"{k}", (x, y), R, mass, velocity=(vx, vy), roll=roll)
         for k, (x, y, vx, vy, roll, mass) in enumerate(found["balls"])
     )
-    (e, at_cushions), (*friction, rolling) = found["restitution"], found["friction"]
+    e, at_cushions = found["restitution"]
+    surface, cushion, ball_ball, rolling = found["friction"]
     return Scene(
         balls, Table.rectangle(*found["table"]), Restitution(e, cushion=at_cushions),
-        Friction(*friction, rolling=rolling),
+        Friction(surface, cushion, ball_ball, rolling=rolling),
     )  # fmt: skip
 
 
 def deepest(run: Run) -> float:
-    """Return how deep (radii) a ball is in another one or in a cushion, at and between knots."""
+    """Return how deep (radii) balls are in others or in cushions, at and between breakpoints."""
     assert run.scene.table is not None
-    knots = np.unique(np.concatenate([rows[:, 0] for rows in run.knots]))
-    places, _ = run.at(np.concatenate((knots, (knots[1:] + knots[:-1]) / 2.0)))
+    times = np.unique(np.concatenate([rows[:, 0] for rows in run.knots]))
+    places, _ = run.at(np.concatenate((times, (times[1:] + times[:-1]) / 2.0)))
     x0, y0, x1, y1 = run.scene.table.bounds
     gaps = [(places - (x0, y0)).min() - R, ((x1, y1) - places).min() - R]
     for i, j in combinations(range(places.shape[1]), 2):
         gaps.append(np.hypot(*(places[:, i] - places[:, j]).T).min() - 2.0 * R)
-    return max(-min(gaps) / R, 0.0)
+    return float(max(-min(gaps) / R, 0.0))
 
 
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
