@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from press_scenes import AT_A_CUSHION
-from scenes import seeds
+from scenes import seeds, takes_long
 from shots import KINDS, ROLLING, great_crowd, needs_numba, some_scene
 
 from pool_pymunk import Billiards, Law, Restitution, Scene, Table, load, rack
@@ -168,6 +168,7 @@ def test_what_the_loop_has_no_room_for_is_played_by_the_engine(played: Counter[b
     assert played[False] > 0 < played[True]
 
 
+@takes_long
 @pytest.mark.slow
 def test_a_great_crowd_is_that_of_python(played: Counter[bool]) -> None:
     check_same(great_crowd(130, rolls=True), 40)

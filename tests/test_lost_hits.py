@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import DATA, seeds
+from scenes import DATA, seeds, takes_long
 from shots import needs_numba
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, Table, simulate
@@ -126,6 +126,7 @@ def random_table(seed: int) -> Scene:
     return Scene(balls, Table.rectangle(*table), Restitution(e, cushion=at_cushions), friction)
 
 
+@takes_long
 @pytest.mark.slow
 @pytest.mark.seeded
 @needs_numba

@@ -10,7 +10,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from press_scenes import AT_A_CUSHION, HEAD_ON, ON_A_CIRCLE
-from scenes import seeds
+from scenes import seeds, takes_long
 from shots import KINDS, LATE, ROLLING, ROLLS, great_crowd, needs_numba, some_scene
 
 from pool_pymunk import Run, Scene, load, simulate, simulate_many
@@ -81,6 +81,7 @@ def test_many_random_runs_are_those_of_python(kind: str, played: Counter[str]) -
     try_kind(kind, seeds(3 if kind.startswith(("hard", "frozen", "crowd")) else 10), played)
 
 
+@takes_long
 @pytest.mark.slow
 def test_a_great_crowd_is_that_of_python(played: Counter[str]) -> None:
     crowd = great_crowd(130, rolls=True)

@@ -75,7 +75,7 @@ LawName = Annotated[
 FrictionBy = Annotated[
     str | None,
     option(
-        "How solvers in a pymunk space apply surface friction; default: joint, if it has that.",
+        "How solvers in a space apply surface friction; default: joint, if it has that.",
         "|".join(FRICTION), "--friction", autocompletion=among(FRICTION),
     ),
 ]  # fmt: skip

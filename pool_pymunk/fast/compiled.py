@@ -112,14 +112,40 @@ def note_form(function: Callable[..., int], form: tuple[bool, ...]) -> None:
 def has_form(function: Callable[..., int], form: tuple[bool, ...]) -> bool:
     """Tell whether this machine has compiled a function for scenes of a form.
 
-    numba is not imported for it.
+    numba is not imported for it. What was being written when a process was killed is not there.
     """
     if (function, form) not in _forms:
-        _forms[function, form] = is_there() and _note(function, form).exists()
+        _forms[function, form] = (
+            is_there() and _note(function, form).exists() and _is_sealed(function)
+        )
     return _forms[function, form]
 
 
 _forms: dict[tuple[Callable[..., int], tuple[bool, ...]], bool] = {}  # what is known of them
+
+
+def _is_sealed(function: Callable[..., int]) -> bool:
+    """Tell whether the files of a function, if they have a seal, are those that were sealed."""
+    name = function.__name__
+    return all(
+        is_whole(seal.parent, name) for seal in cache_folder(function).glob(f"*/{name}.sha256")
+    )
+
+
+def is_whole(folder: Path, name: str) -> bool:
+    """Tell whether the files of a function in a folder are those that were sealed."""
+    try:
+        return (folder / f"{name}.sha256").read_bytes() == hash_of(folder, name).encode()
+    except OSError:
+        return False
+
+
+def hash_of(folder: Path, name: str) -> str:
+    """Return the hash of the names and contents of a function's files."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.glob(f"*{name}-*.nb[ic]")):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
 
 
 def _note(function: Callable[..., int], form: tuple[bool, ...]) -> Path:
@@ -273,7 +299,11 @@ class SealedCache:
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return what is compiled for a signature, or None."""
-        found = self._cache.load_overload(signature, context) if self._is_whole() else None
+        found = (
+            self._cache.load_overload(signature, context)
+            if is_whole(self._folder, self._name)
+            else None
+        )
         if found is None:
             self._compiles()
         return found
@@ -281,10 +311,13 @@ class SealedCache:
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep what was compiled; if it cannot be written, it is compiled again next time."""
         with suppress(OSError):
-            if not self._is_whole():
+            if not is_whole(self._folder, self._name):
                 self._cache.flush()
+                for note in self._folder.parent.glob(f"{self._name}-*.ready"):
+                    note.unlink()
             self._cache.save_overload(signature, compiled)
-            self._seal.write_text(self._hash())
+            seal = self._folder / f"{self._name}.sha256"
+            seal.write_text(hash_of(self._folder, self._name))
 
     @contextmanager
     def turn(self) -> Iterator[None]:
@@ -296,21 +329,3 @@ class SealedCache:
                 if fcntl is not None:
                     fcntl.flock(file, fcntl.LOCK_EX)
             yield
-
-    @property
-    def _seal(self) -> Path:
-        return self._folder / f"{self._name}.sha256"
-
-    def _is_whole(self) -> bool:
-        """Tell whether the files are those that were sealed."""
-        try:
-            return self._seal.read_bytes() == self._hash().encode()
-        except OSError:
-            return False
-
-    def _hash(self) -> str:
-        """Return the hash of the names and contents of the function's files."""
-        digest = hashlib.sha256()
-        for path in sorted(self._folder.glob(f"*{self._name}-*.nb[ic]")):
-            digest.update(path.name.encode() + path.read_bytes())
-        return digest.hexdigest()

@@ -40,7 +40,7 @@ from pool_pymunk.world.checks import check_choice, read_law, refuse_contacts
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
-LONG = 0.1  # s; where a run takes longer and has variants, compiled shots are loaded for them
+LONG = 1.0  # s; where a run takes longer and has variants, compiled shots are loaded for them
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
 SOLVERS: dict[str, Solver] = {
