@@ -719,7 +719,7 @@ def test_the_order_of_what_is_given_compiles_nothing_anew() -> None:
         for some in (position, np.broadcast_to(position[:1], position.shape), position[0]):
             simulate_many(scene, give(some), give(velocity))
     simulate_many(scene, velocity=velocity, vary={"mass": np.ones((11, 3)).T})
-    loop: Any = compiled.play_shots(False, False)
+    loop: Any = compiled.play_shots(*tables.loop_form(scene))
     assert len(loop.signatures) == 1
 
 
