@@ -108,7 +108,7 @@ def test_steps_are_those_of_python(kind: str, hears: bool, played: Counter[bool]
     assert played[True] > 9 * played[False]
 
 
-# Between arcs a few tables of balls that roll differ from Python by an ulp: of twelve stories of six
+# Between arcs some tables of balls that roll differ from Python by an ulp: of twelve stories of six
 # scenes three did. So "round that rolls" is not played here.
 @pytest.mark.slow
 @pytest.mark.seeded
