@@ -108,11 +108,9 @@ def test_steps_are_those_of_python(kind: str, hears: bool, played: Counter[bool]
     assert played[True] > 9 * played[False]
 
 
-# Between arcs some tables of balls that roll differ from Python by an ulp: of twelve stories of six
-# scenes three did. So "round that rolls" is not played here.
 @pytest.mark.slow
 @pytest.mark.seeded
-@pytest.mark.parametrize("kind", [*KINDS, *(kind for kind in ROLLING if "round" not in kind)])
+@pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
 def test_steps_of_all_kinds_are_those_of_python(kind: str, played: Counter[bool]) -> None:
     for seed in seeds(6):
         scene = some_scene(kind, seed)

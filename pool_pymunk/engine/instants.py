@@ -80,7 +80,7 @@ def answer(w: Any, sides: Any) -> None:
         predict_loose(w, sides)
         return
     if at.dues > 1 or at.is_asked:
-        if is_absorbed(w, sides):
+        if absorb(w, sides):
             return
         take_apart(w)
     i, other = at.due[0][0], at.due[0][1]
@@ -140,8 +140,11 @@ def without_gone(at: Any, contacts: Any, count: int) -> int:
     return kept
 
 
-def is_absorbed(w: Any, sides: Any) -> bool:
-    """Let sides persist that close too slowly to be seen to bounce; tell whether all do so."""
+def absorb(w: Any, sides: Any) -> bool:
+    """Let sides persist, if all close too slowly to be seen to bounce; tell whether that is so.
+
+    Hits that the group leaves out are answered as any others.
+    """
     at, is_over = w.instant, True
     for k in range(at.dues):
         if not persisting.is_faint(w, sides, at.due[k][0], at.due[k][1]):
@@ -151,17 +154,17 @@ def is_absorbed(w: Any, sides: Any) -> bool:
     modes.begin_at(w, sides, at.due[0][0])
     for k in range(at.dues):
         is_over &= persisting.is_absorbed(w, sides, at.due[k][0], at.due[k][1])
-    if not is_over:  # A group has begun that leaves a hit out.
+    if not is_over:
         take_apart(w)
         answer_several(w, sides)
     return True
 
 
-def is_absorbed_alone(w: Any, sides: Any, i: int, other: int) -> bool:
+def absorb_alone(w: Any, sides: Any, i: int, other: int) -> bool:
     """Let the two sides of one hit persist, if they close too slowly to be seen to bounce."""
     at = w.instant
     at.dues, at.due[0] = 1, (i, other)
-    return not at.is_asked and is_absorbed(w, sides)
+    return not at.is_asked and absorb(w, sides)
 
 
 def take_apart(w: Any) -> None:
@@ -190,7 +193,7 @@ def answer_hit(w: Any, sides: Any, i: int, j: int) -> None:
     nx, ny = one.normal
     along, noise = (nx, ny), max(noise_of(w, i), noise_of(w, j))
     closing = approach((ax, ay), (bx, by), along)
-    if persisting.is_slow(closing, pull, r) and is_absorbed_alone(w, sides, i, j):
+    if persisting.is_slow(closing, pull, r) and absorb_alone(w, sides, i, j):
         return
     has_many = has_many_rounds(w, j if speed_of(w, j) > speed_of(w, i) else i)
     note_met(w, i, j)
@@ -225,7 +228,7 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     nx, ny = one.normal
     across, closing = (nx, ny), wall_approach((vx, vy), (nx, ny))
     strongest = pull_of(w) + abs(one.curvature) * squared((vx, vy))
-    if persisting.is_slow(closing, strongest, r) and is_absorbed_alone(w, sides, i, other):
+    if persisting.is_slow(closing, strongest, r) and absorb_alone(w, sides, i, other):
         return
     has_many = has_many_rounds(w, i)
     note_met(w, i, other)

@@ -29,7 +29,7 @@ from pool_pymunk.fast.due import not_taken
 from pool_pymunk.physics import changes, contact_changes, motion_changes, touches
 from pool_pymunk.physics.dual import dual
 from pool_pymunk.physics.path import time_in, time_out
-from pool_pymunk.physics.sides import bent_to_arc
+from pool_pymunk.physics.sides import bent_to_arc, bent_to_arc_since
 
 try:
     import fcntl
@@ -67,10 +67,10 @@ APART = (
 OFTEN = (persisting.note_hit, groups.forget_all, groups.forget_ball, persisting.is_slow)
 RARE = (
     instants.answer_round, instants.answer_several, instants.answer_cluster,
-    instants.is_absorbed, instants.take_apart, instants.take_all_in,
-    not_taken, bent_to_arc, time_in, time_out, changes.touch, contact_changes.is_bent,
-    motion_changes.lose, changes.lose_velocity, changes.fall, changes.begin_to_roll,
-    touches.touch_of_discs,
+    instants.absorb, instants.take_apart, instants.take_all_in,
+    not_taken, bent_to_arc, bent_to_arc_since, time_in, time_out, changes.touch,
+    changes.lose_velocity, changes.fall, changes.begin_to_roll, contact_changes.is_bent,
+    motion_changes.lose, touches.touch_of_discs,
 )  # fmt: skip
 
 

@@ -273,15 +273,15 @@ def change(g: Any, s: Any, which: int) -> None:
 
 
 def fallen(was: int, now: int) -> int:
-    """Return the sign of a slip that has fallen to 0; by rounding it may have the old one yet."""
+    """Return the sign of a slip that has fallen to 0, although rounding may keep the old sign."""
     return 0 if now == was else now
 
 
 def fading(g: Any, s: Any, i: int) -> tuple[float, float]:
     """Return the slip (m/s) of a ball, or its speed where it rolls, and in what time (s) it is 0.
 
-    The time is infinite if it does not fade. It has faded where contacts hold a ball that was let
-    go: then it hardly moves, and goes on so.
+    The time is infinite if it does not fade. Where contacts hold a ball that was let go, its speed
+    neither grows nor falls: it has faded, too.
     """
     p, d = 6 * i, g.rate
     if g.phase[i] == REST or is_own(g):

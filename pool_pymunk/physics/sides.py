@@ -293,7 +293,16 @@ def straight_to_arc(arc: Arc, path: Path, r: float, now: float) -> float:
 
 
 def bent_to_arc(arc: Arc, path: Path, r: float, now: float) -> float:
-    """Return when (s) a ball on a bent path meets an arc."""
+    """Return when (s) a ball on a bent path meets an arc.
+
+    It has the same bits whenever it is asked for: it is looked for from the path's beginning.
+    """
+    t = bent_to_arc_since(arc, path, r, path.t)
+    return t if t >= now or path.t >= now else bent_to_arc_since(arc, path, r, now)
+
+
+def bent_to_arc_since(arc: Arc, path: Path, r: float, now: float) -> float:
+    """Return when (s) a ball on a bent path meets an arc from a time ``now`` (s) on."""
     center, radius, first, last, facing = arc
     since, touching = max(path.t, now), radius + facing * r
     if facing > 0.0:

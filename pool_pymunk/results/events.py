@@ -1,4 +1,4 @@
-"""Events are what happens in a run: contacts, and balls that begin to roll, stop or fall."""
+"""Events happen in a run: contacts, and balls that begin to roll, stop or are pocketed."""
 
 from __future__ import annotations
 

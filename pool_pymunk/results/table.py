@@ -1,4 +1,4 @@
-"""This module shows results: a table becomes a CSV file, JSON, a pandas DataFrame, or a print."""
+"""This module shows tables of results: as CSV, JSON, a pandas DataFrame, or on a terminal."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class ResultTable:
         return frame(list(self.rows), columns=self.names)
 
     def rich(self, left: Collection[str] = ()) -> Printed:
-        """Return what a terminal shows: texts as they are, and the numbers of a column alike.
+        """Return what a terminal shows: texts, and the numbers of a column in one notation.
 
         Columns are aligned to the right, except those in ``left``, whose texts may be longer than a
         line. Headings break between words alone. An empty row draws a line.

@@ -64,7 +64,7 @@ class Column(NamedTuple):
 
     @property
     def is_longest(self) -> bool:
-        """Tell whether these are the report's own slices, which take longest by far."""
+        """Tell whether these are the report's own slices, which take longest."""
         return self.dt is not None and self.dt == find_solver(self.solver).published_step
 
     def scene(self, scene: Scene) -> Scene:
@@ -82,7 +82,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """A setting is a column measured: errors (m), shared contacts, time (s), or failure."""
+    """A setting is a measured column: errors (m), shared contacts, time (s), or failure."""
 
     solver: str
     dt: float | None

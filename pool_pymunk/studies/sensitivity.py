@@ -86,7 +86,7 @@ COLUMNS = (
 
 
 def table(found: Sequence[Sensitivity]) -> ResultTable:
-    """Return one row a shot and ball, in SI; unknown amplifications and horizons are None."""
+    """Return a row for each shot and ball, in SI; unknown amplifications and horizons are None."""
     return ResultTable(COLUMNS, [
         (one.reference.name, ball.ball, *ball.start, *ball.end, *ball.std, *ball.low, *ball.high,
          ball.amplification, known(ball.horizon), one.samples, one.seed,

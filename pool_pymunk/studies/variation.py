@@ -50,7 +50,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class Uniform:
-    """These are errors of the scene's own number within a half-width, all of them as likely."""
+    """These are errors of the scene's own number within a half-width, all equally likely."""
 
     half_width: float
 
@@ -61,7 +61,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Between:
-    """These are values from ``low`` to ``high``, all of them as likely."""
+    """These are values from ``low`` to ``high``, all equally likely."""
 
     low: float
     high: float

@@ -261,7 +261,7 @@ def squeezes() -> Iterator[Case]:
 def bounces() -> Iterator[Case]:
     """Let a ball come to a cushion at 45 degrees: it leaves as fast as it came, however slow.
 
-    Engines with a threshold of restitution glue slow balls to the wall (issues 710 of matter-js,
+    Engines with a threshold of restitution glue slow balls to the wall (issue 710 of matter-js,
     1219 of GDevelop, 3094 of bullet3).
     """
     for speed in (1.0, 1e-3, 1e3, 1e-6, 1e6):
@@ -273,9 +273,9 @@ def bounces() -> Iterator[Case]:
 
 @extreme("driven at a wall", "its velocity is set into the wall in each of 30 frames", "coulomb")
 def driven() -> Iterator[Case]:
-    """Set a ball's velocity into a cushion in every frame: it goes through nowhere, nor sinks.
+    """Set a ball's velocity into a cushion in every frame: it must stay outside.
 
-    So people move players in games (issues 212 of Chipmunk2D, 840 of matter-js).
+    So people move players in games (issue 212 of Chipmunk2D, issue 840 of matter-js).
     """
     for label, e, friction, speed in (
         ("e = 0.7", 0.7, SMOOTH, 1.0), ("e = 1", 1.0, SMOOTH, 1.0), ("e = 0", 0.0, SMOOTH, 1.0),

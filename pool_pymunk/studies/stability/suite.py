@@ -242,7 +242,7 @@ def notes(cells: Iterable[Cell]) -> list[str]:
 
 
 def table(cells: Iterable[Cell]) -> ResultTable:
-    """Return one row a measure (SI, all digits), and one for every case that was not run."""
+    """Return a row for each measure (SI, all digits), and one for each case that was not run."""
     rows: list[tuple[object, ...]] = []
     for cell in cells:
         for o in cell.outcomes:
