@@ -228,7 +228,8 @@ def test_the_mean_over_orders_by_hand() -> None:
 
 # The mean over orders loses energy, so it does not keep all of it where e = 1 and a ball meets two.
 LOSES = ("one after the other", "known answers")
-ROWS = [row for row in EXTREMES if row.laws != ("published",) and row.name not in LOSES]
+MANY = ("soft breaks",)  # It plays all orders of what touches, so a rack takes half a minute.
+ROWS = [row for row in EXTREMES if row.laws != ("published",) and row.name not in LOSES + MANY]
 LONG = ("meeting at one instant", "squeezed to a cushion")  # rows that take it long
 MATRIX = [
     pytest.param(row, marks=[pytest.mark.slow] if row.name in LONG else [], id=row.name)
