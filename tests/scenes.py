@@ -40,8 +40,8 @@ from pool_pymunk.studies.grid import Column, Tradeoff, begin
 DATA = Path(__file__).parent / "data"
 BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
 SHARE = float(os.environ.get("POOL_SHARE", "1"))  # of the random scenes of slow tests
-# These tests take a minute or more each; `.ci/run`, which plays a share, leaves them out.
-takes_long = pytest.mark.skipif(SHARE < 1.0, reason="it takes a minute or more")
+# These tests take ten seconds or more each; `.ci/run`, which plays a share, leaves them out.
+takes_long = pytest.mark.skipif(SHARE < 1.0, reason="it takes ten seconds or more")
 MANY = 20  # From so many scenes on, a share of them is played.
 INCH = 0.0254
 TABLES = {
@@ -54,14 +54,14 @@ TABLES = {
 }
 
 
-def seeds(count: int) -> range:
+def seeds(count: int, least: int = MANY) -> range:
     """Return the seeds of this many random scenes, or a share; they count from POOL_SEED."""
-    return range(BASE_SEED, BASE_SEED + share_of(count))
+    return range(BASE_SEED, BASE_SEED + share_of(count, least))
 
 
-def share_of(count: int) -> int:
+def share_of(count: int, least: int = MANY) -> int:
     """Return how many of many random scenes are played: all, or the share POOL_SHARE of them."""
-    return count if count < MANY else max(MANY, math.ceil(SHARE * count))
+    return count if count < least else max(least, math.ceil(SHARE * count))
 
 
 def sliding(name: str) -> Scene:

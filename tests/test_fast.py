@@ -35,6 +35,7 @@ from shots import (
     needs_numba,
     shots_of,
     some_scene,
+    uncompiled,
     with_twins,
 )
 
@@ -82,7 +83,8 @@ def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind:
 
 
 @needs_numba
-def test_shots_of_a_great_crowd_have_a_larger_record() -> None:
+def test_shots_of_a_great_crowd_have_a_larger_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled, "play_shots", uncompiled)
     crowd = great_crowd(70)
     position, velocity = shots_of(crowd, 1, 3)
     batch = simulate_many(crowd, position, velocity, max_time=0.1)

@@ -407,7 +407,7 @@ def test_the_largest_excess_is_passed_once_in_a_thousand_times(spare: int) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 25, 28])
+@pytest.mark.parametrize("seed", [3, *(pytest.param(seed, marks=takes_long) for seed in (25, 28))])
 def test_a_search_goes_on_where_what_remains_is_implausible(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -212,7 +212,7 @@ def test_a_loaded_run_has_none(tmp_path: Path) -> None:
 def test_random_scenes() -> None:
     """Most derivatives are numbers, and all numbers are right."""
     far, shares, compared = [], [], 0
-    for seed in seeds(SOME):
+    for seed in seeds(SOME, 12):
         try:
             scene = press_scene(seed)
         except SceneError:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from commands import Capture, exit_code
-from scenes import columns_of
+from scenes import columns_of, takes_long
 
 from pool_pymunk import load, simulate_many
 from pool_pymunk.cli import common, terminal
@@ -349,7 +349,11 @@ MANY = {
 }
 
 
-@pytest.mark.parametrize("command", MANY)
+# A worker has numba, and compiles.
+@pytest.mark.parametrize(
+    "command",
+    [*list(MANY)[:-1], pytest.param("sweep --workers", marks=takes_long)],
+)
 def test_without_numba_a_command_says_so_in_one_plain_line(
     command: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scenes import DATA
+from scenes import DATA, takes_long
 from shots import uncompiled
 
 from pool_pymunk import (
@@ -259,8 +259,16 @@ def test_ends_have_the_same_bits_on_every_machine(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("by", ["the solver", "the loop"])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("kind", "by"),
+    [
+        *((kind, "the solver") for kind in KINDS),
+        *(
+            pytest.param(kind, "the loop", marks=[takes_long] * kind.startswith("rolling"))
+            for kind in KINDS
+        ),
+    ],
+)
 def test_without_numba_they_have_the_same_bits(
     kind: str, by: str, on_file: dict[str, dict[str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from expected_breaks import KEYS, NEVER, Entry, Key, breaks, played
 from rich.console import Console
+from scenes import takes_long
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
 from pool_pymunk.cli.terminal import WIDTH, draw
@@ -107,6 +108,7 @@ def test_a_solver_that_raises_is_not_as_the_table_has_it(
     assert found != expected_breaks.table().get(key, Entry()).expected
 
 
+@takes_long
 @pytest.mark.slow
 def test_in_every_case_something_happens() -> None:
     """The exceptions are balls that miss what they graze, and one that is alone on a plane."""

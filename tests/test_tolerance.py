@@ -15,7 +15,7 @@ import pymunk
 import pytest
 from commands import exit_code
 from hard_scenes import exact
-from scenes import largest_distance, random_scene, seeds
+from scenes import largest_distance, random_scene, seeds, takes_long
 
 from pool_pymunk import (
     SOLVERS,
@@ -287,6 +287,7 @@ def pinball(dt: float) -> list[Point]:
     return [(body.position.x, body.position.y)]
 
 
+@takes_long
 @pytest.mark.slow
 def test_a_world_of_other_shapes() -> None:
     choice = choose_step(pinball, 1e-2, smallest=1e-4)
