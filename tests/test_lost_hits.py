@@ -126,6 +126,16 @@ def random_table(seed: int) -> Scene:
     return Scene(balls, Table.rectangle(*table), Restitution(e, cushion=at_cushions), friction)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1041, 1320])
+def test_a_ball_that_its_neighbours_hold_does_not_stop_again_and_again(seed: int) -> None:
+    """Another ball slides along it and presses, but it cannot leave its place."""
+    run = simulate(random_table(seed), solver="event-driven")
+    stops = {(event.balls, round(event.t, 4)) for event in run.events if event.kind == "stop"}
+    assert len(stops) <= 4 * len(run.scene.balls)
+    assert deepest(run) < 1e-8
+
+
 @takes_long
 @pytest.mark.slow
 @pytest.mark.seeded

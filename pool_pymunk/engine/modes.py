@@ -58,13 +58,14 @@ from pool_pymunk.physics.pieces import (
     change,
     clear_total,
     close,
+    creeps,
     halves,
     is_even,
     join,
     moves,
     settle,
 )
-from pool_pymunk.physics.pressed import REST, ROLL, STUCK, find_units, look, opening
+from pool_pymunk.physics.pressed import LET_GO, REST, ROLL, STUCK, find_units, look, opening
 
 # s; the first piece of a mode is no longer. Where a contact has just opened it is shorter, because
 # the gap is still narrower than pieces deviate.
@@ -100,7 +101,9 @@ def begin_at(w: Any, sides: Any, i: int) -> None:
             join_sides(w)
             guess(w.press, w.press.state)
             close(w.press, w.press.state)
-            decide_mode(w, 0, w.now, 0)
+            for k in range(w.press.contacts):
+                w.press.was_on[k] = 0
+            decide_mode(w, 0, w.now, FIRST)
             play_pieces(w)
     predict_loose(w, sides)
 
@@ -303,9 +306,10 @@ def go_on(w: Any, sides: Any, i: int) -> None:
         if is_cut or (r.fell[leader] < 0 and not r.faded[leader] and not any_stuck(w.press)):
             keep_start(w, leader, r.span[leader] if is_cut else r.after[leader])
         else:
+            held = any_stuck(w.press)
             for m in range(w.press.balls):
-                w.press.stuck[m] = 0
-            turn(w, leader)
+                w.press.stuck[m] = LET_GO if w.press.stuck[m] == LET_GO else 0
+            turn(w, leader, r.after[leader] if held and r.fell[leader] < 0 else FIRST)
         play_pieces(w)
     predict_loose(w, sides)
 
@@ -316,6 +320,14 @@ def load_end(w: Any) -> None:
     for m in range(g.balls):
         for p in range(6):
             g.end[6 * m + p] = w.groups.end[g.ball[m]][p]
+
+
+def any_let_go(g: Any) -> bool:
+    """Tell whether a ball of the press was let go just now."""
+    found = False
+    for m in range(g.balls):
+        found |= g.stuck[m] == LET_GO
+    return found
 
 
 def any_stuck(g: Any) -> bool:
@@ -349,7 +361,7 @@ def play_pieces(w: Any) -> None:
         note_piece(w, leader, piece)
         if piece.time == 0.0:
             r.changes[leader] += 1
-            turn(w, leader)
+            turn(w, leader, r.longest[leader] if any_let_go(w.press) else FIRST)
         else:
             r.changes[leader] = 0
             set_out(w, leader, 0)
@@ -362,7 +374,7 @@ def keep_piece(w: Any, leader: int, piece: Piece) -> None:
     r.steps[leader] = g.steps
     for m in range(g.balls):
         i = g.ball[m]
-        if piece.time > 0.0 and r.stuck[i] != STUCK:
+        if r.stuck[i] == LET_GO and piece.time > 0.0 and not creeps(g, g.end, m):
             r.stuck[i] = 0
         for p in range(6):
             r.end[i][p] = g.end[6 * m + p]
@@ -373,41 +385,40 @@ def keep_piece(w: Any, leader: int, piece: Piece) -> None:
         k, c = k + 1, r.following[c]
 
 
-def turn(w: Any, leader: int) -> None:
-    """Change the mode of the group in the press at the end of its piece."""
+def turn(w: Any, leader: int, longest: float) -> None:
+    """Change the mode of the group in the press at the end of its piece.
+
+    The next piece is not longer than a time (s).
+    """
     g, r = w.press, w.groups
     if r.faded[leader]:
         settle(g, g.state)
         for m in range(g.balls):
             if g.phase[m] == ROLL != r.phase[g.ball[m]]:
                 begins_to_roll(w, g.ball[m], w.now)
-    before, fell = count_on(g), r.fell[leader]
+    for k in range(g.contacts):
+        g.was_on[k] = g.on[k]
+    fell = r.fell[leader]
     if fell >= 0:
         change(g, g.state, fell)
         if r.span[leader] == 0.0 and fell < 4 * g.contacts and fell % 4 == 0:
             wait(w, fell // 4)
     changes = r.changes[leader]
     free_contacts(r, leader)
-    decide_mode(w, changes, w.now, before)
+    decide_mode(w, changes, w.now, longest)
 
 
-def count_on(g: Any) -> int:
-    """Return how many contacts of the press have a force."""
-    count = 0
-    for k in range(g.contacts):
-        count += g.on[k]
-    return count
-
-
-def decide_mode(w: Any, changes: int, began: float, before: int) -> None:
-    """Go on with the press in a mode that fits, or without forces for a moment if there is none.
-
-    So many contacts had a force ``before``.
-    """
+def decide_mode(w: Any, changes: int, began: float, longest: float) -> None:
+    """Go on with the press in a mode that fits, or without forces for a moment if there is none."""
     g = w.press
     if changes <= MOST_CHANGES and finds_forces(w):
         note_impulses(w, began)
-        split(w, OPENED if count_on(g) < before else FIRST, changes)
+        lost = 0
+        for k in range(g.contacts):
+            lost += g.was_on[k] - g.on[k]
+            if changes > 0 and g.was_on[k] > g.on[k]:  # It may come back at once.
+                wait(w, k)
+        split(w, OPENED if lost > 0 else longest, changes)
         return
     join(g, g.state, 0.0)
     note_impulses(w, began)
@@ -442,8 +453,8 @@ def find_parts(w: Any) -> None:
         r.first[m], r.joined[m] = m, 0
     for _ in range(g.balls):
         for k in range(g.contacts):
-            if g.on[k] and moves(g, k):
-                i, j = g.one[k], g.other[k] if g.other[k] >= 0 else g.one[k]
+            i, j = g.one[k], g.other[k] if g.other[k] >= 0 else g.one[k]
+            if g.on[k] and (moves(g, k) or STUCK in (g.stuck[i], g.stuck[j])):
                 r.first[i] = r.first[j] = min(r.first[i], r.first[j])
                 r.joined[i] = r.joined[j] = 1
 

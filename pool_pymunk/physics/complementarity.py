@@ -124,9 +124,10 @@ def decide(g: Any, s: Any) -> bool:
 def mend(g: Any, s: Any, misfit: float, all_at_once: bool) -> bool:
     """Change what does not fit, all of a kind or the worst of it; tell whether anything did."""
     if misfit > 1e3 * g.small[1]:
-        return open_widest(g)
+        return let_slip(g, False) or open_widest(g)
     return (
-        open_pulling(g, all_at_once)
+        (not all_at_once and let_slip(g, False))
+        or open_pulling(g, all_at_once)
         or let_slip(g, all_at_once)
         or close_closing(g, s, all_at_once)
         or let_go(g, s)

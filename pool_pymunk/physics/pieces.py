@@ -10,7 +10,13 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from pool_pymunk.physics.complementarity import FADED, SLOW, set_free, set_phases, spare_hold
+from pool_pymunk.physics.complementarity import (
+    FADED,
+    SLOW,
+    set_free,
+    set_phases,
+    spare_hold,
+)
 from pool_pymunk.physics.forces import find_forces, is_own, solve
 from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.pressed import (
@@ -309,6 +315,20 @@ class Piece(NamedTuple):
     faded: bool
 
 
+def creeps(g: Any, s: Any, i: int) -> bool:
+    """Tell whether the slip of a ball, or its speed where it rolls, is hardly more than none."""
+    p = 6 * i
+    x, y = s[p + 2], s[p + 3]
+    if g.phase[i] == SLIP:
+        x, y = x - s[p + 4], y - s[p + 5]
+    return bool(math.sqrt(x * x + y * y) <= slowest(g))
+
+
+def slowest(g: Any) -> float:
+    """Return the speed (m/s) below which a ball rests that was let go, and has not set off."""
+    return float(10.0 * FADED * g.small[2] * g.small[0])
+
+
 def piece_of(g: Any, longest: float) -> Piece:
     """Play a piece of the motion from ``state`` to ``end``.
 
@@ -524,7 +544,7 @@ def lose(g: Any, s: Any, end: Any) -> None:
 
 def settle(g: Any, s: Any) -> None:
     """Let balls roll or rest whose slip or speed has faded."""
-    least = 10.0 * FADED * g.small[2] * g.small[0]
+    least = slowest(g)
     for i in range(g.balls):
         size, time = fading(g, s, i)
         if g.phase[i] == REST or size > least or time == math.inf:

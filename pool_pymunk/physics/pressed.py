@@ -50,6 +50,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "over": (int, ("C",)), "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)),
     "force": (float, ("C", 3)), "normal": (float, ("C", 2)), "bend": (float, ("C",)),
     "slip": (float, ("C",)), "closed": (int, ("C",)), "chosen": (int, ("C",)),
+    "was_on": (int, ("C",)),
     "unknown": (int, ("3C", 2)), "matrix": (float, ("3C", "3C+1")), "column": (int, ("3C",)),
     "found": (float, ("3C",)), "free": (float, ("3C", "3C")),
     "state": (float, ("6N",)), "end": (float, ("6N",)), "total": (float, ("C", 3)),
