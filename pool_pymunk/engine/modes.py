@@ -20,7 +20,6 @@ from pool_pymunk.engine.asked import (
     find_touching,
     finds_forces,
     has_room,
-    has_room_to_wait,
     lead,
     motion,
     moves_on,
@@ -32,9 +31,7 @@ from pool_pymunk.engine.asked import (
     path_from,
     path_of,
     predict_loose,
-    pull_and_drag,
     push_piece,
-    push_press,
     read_shape,
     roll_of,
 )
@@ -47,13 +44,11 @@ from pool_pymunk.engine.groups import (
     put_ball,
     put_contact,
     set_leader,
-    wait_of,
 )
-from pool_pymunk.engine.persisting import least_radius, stays
+from pool_pymunk.engine.persisting import stays, wait
 from pool_pymunk.physics.complementarity import guess, set_scale
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.pieces import (
-    DEVIATION,
     Piece,
     change,
     clear_total,
@@ -234,41 +229,12 @@ def rest(w: Any, m: int) -> None:
 def wait_all(w: Any) -> None:
     """Let no contact of the press have a force for a moment."""
     for k in range(w.press.contacts):
-        wait(w, k)
+        wait_at(w, k)
 
 
-def wait(w: Any, k: int) -> None:
-    """Let a contact have no force for a moment, in which no ball sinks in to be seen.
-
-    Each time the moment is twice as long, because what presses so weakly hardly moves a ball.
-    """
-    g, r = w.press, w.groups
-    i, other = g.ball[g.one[k]], g.place[k]
-    m = wait_of(r, i, other)
-    if m == NONE:
-        m = new_wait(w)
-        r.wait[m][0], r.wait[m][1], r.until[m], r.ended[m] = i, other, -math.inf, -math.inf
-    if r.until[m] > w.now:
-        return
-    pull, _ = pull_and_drag(w)
-    first = math.sqrt(2.0 * DEVIATION * least_radius(w, i, other) / max(pull, 1.0))
-    ended = max(r.until[m], r.ended[m])
-    r.length[m] = first if ended == -math.inf or ended < w.now - r.length[m] else 2.0 * r.length[m]
-    r.until[m] = w.now + r.length[m]
-    push_press(w, i, r.until[m])
-
-
-def new_wait(w: Any) -> int:
-    """Return the number of a new wait; it takes that of the oldest one if there is no room."""
-    r = w.groups
-    if has_room_to_wait(w):
-        r.waits += 1
-        return int(r.waits - 1)
-    oldest = 0
-    for m in range(r.waits):
-        if max(r.until[m], r.ended[m]) < max(r.until[oldest], r.ended[oldest]):
-            oldest = m
-    return oldest
+def wait_at(w: Any, k: int) -> None:
+    """Let a contact of the press have no force for a moment."""
+    wait(w, w.press.ball[w.press.one[k]], w.press.place[k])
 
 
 def cut(w: Any, leader: int) -> None:
@@ -402,7 +368,7 @@ def turn(w: Any, leader: int, longest: float) -> None:
     if fell >= 0:
         change(g, g.state, fell)
         if r.span[leader] == 0.0 and fell < 4 * g.contacts and fell % 4 == 0:
-            wait(w, fell // 4)
+            wait_at(w, fell // 4)
     changes = r.changes[leader]
     free_contacts(r, leader)
     decide_mode(w, changes, w.now, longest)
@@ -417,7 +383,7 @@ def decide_mode(w: Any, changes: int, began: float, longest: float) -> None:
         for k in range(g.contacts):
             lost += g.was_on[k] - g.on[k]
             if changes > 0 and g.was_on[k] > g.on[k]:  # It may come back at once.
-                wait(w, k)
+                wait_at(w, k)
         split(w, OPENED if lost > 0 else longest, changes)
         return
     join(g, g.state, 0.0)

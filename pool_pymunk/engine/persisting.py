@@ -17,6 +17,7 @@ from pool_pymunk.engine.asked import (
     facing,
     follower,
     gap_between,
+    has_room_to_wait,
     is_closed,
     is_pocket,
     motion,
@@ -32,6 +33,7 @@ from pool_pymunk.engine.groups import NONE, contact_of, find_state, wait_of
 from pool_pymunk.physics.forces import find_forces
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.persistent import UNSEEN, persists, pressing_of_balls, pressing_of_wall
+from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.physics.pressed import NEAR, REST
 
 STILL = 1e-10  # of a speed that friction gives within a radius: slower sides do not part or close
@@ -53,7 +55,43 @@ def takes(w: Any, sides: Any, i: int, other: int, t: float) -> bool:
         return True
     if look_at(w, sides, i, other) or cuts(w, i, other, t):
         return True
-    return t <= w.now and rubs(w, sides, i, other)
+    if t > w.now or not rubs(w, sides, i, other):
+        return False
+    if other < 0 and facing(w, sides, i, other)[2] < 0.0:  # A path leads out of an arc later.
+        wait(w, i, other)
+    return True
+
+
+def wait(w: Any, i: int, other: int) -> None:
+    """Let a contact have no force for a moment, in which no ball sinks in to be seen.
+
+    Each time the moment is twice as long, because what presses so weakly hardly moves a ball.
+    """
+    r, m = w.groups, wait_of(w.groups, i, other)
+    if m == NONE:
+        m = new_wait(w)
+        r.wait[m][0], r.wait[m][1], r.until[m], r.ended[m] = i, other, -math.inf, -math.inf
+    if r.until[m] > w.now:
+        return
+    pull, _ = pull_and_drag(w)
+    first = math.sqrt(2.0 * DEVIATION * least_radius(w, i, other) / max(pull, 1.0))
+    ended = max(r.until[m], r.ended[m])
+    r.length[m] = first if ended == -math.inf or ended < w.now - r.length[m] else 2.0 * r.length[m]
+    r.until[m] = w.now + r.length[m]
+    push_press(w, i, r.until[m])
+
+
+def new_wait(w: Any) -> int:
+    """Return the number of a new wait; it takes that of the oldest one if there is no room."""
+    r = w.groups
+    if has_room_to_wait(w):
+        r.waits += 1
+        return int(r.waits - 1)
+    oldest = 0
+    for m in range(r.waits):
+        if max(r.until[m], r.ended[m]) < max(r.until[oldest], r.ended[oldest]):
+            oldest = m
+    return oldest
 
 
 def look_at(w: Any, sides: Any, i: int, other: int) -> bool:
