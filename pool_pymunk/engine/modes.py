@@ -49,12 +49,14 @@ from pool_pymunk.engine.persisting import stays, wait
 from pool_pymunk.physics.complementarity import guess, set_scale
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.pieces import (
+    GROWTH,
     Piece,
     change,
     clear_total,
     close,
     creeps,
     halves,
+    hold,
     is_even,
     join,
     moves,
@@ -269,13 +271,23 @@ def go_on(w: Any, sides: Any, i: int) -> None:
         is_cut = w.now < end
         cut(w, leader)
         r.todos = 0
-        if is_cut or (r.fell[leader] < 0 and not r.faded[leader] and not any_stuck(w.press)):
-            keep_start(w, leader, r.span[leader] if is_cut else r.after[leader])
-        else:
-            held = any_stuck(w.press)
+        goes_on = r.fell[leader] < 0 and not r.faded[leader]
+        if is_cut:
+            keep_start(w, leader, r.span[leader])
+        elif goes_on and any_stuck(w.press):
             for m in range(w.press.balls):
                 w.press.stuck[m] = LET_GO if w.press.stuck[m] == LET_GO else 0
-            turn(w, leader, r.after[leader] if held and r.fell[leader] < 0 else FIRST)
+            turn(w, leader, r.after[leader])
+        elif goes_on and hold_creeping(w.press):
+            r.held[leader] = GROWTH * max(r.held[leader], r.span[leader])
+            turn(w, leader, r.held[leader])
+        elif goes_on:
+            r.held[leader] = 0.0
+            keep_start(w, leader, r.after[leader])
+        else:
+            for m in range(w.press.balls):
+                w.press.stuck[m] = LET_GO if w.press.stuck[m] == LET_GO else 0
+            turn(w, leader, FIRST)
         play_pieces(w)
     predict_loose(w, sides)
 
@@ -286,6 +298,21 @@ def load_end(w: Any) -> None:
     for m in range(g.balls):
         for p in range(6):
             g.end[6 * m + p] = w.groups.end[g.ball[m]][p]
+
+
+def hold_creeping(g: Any) -> bool:
+    """Let balls rest or roll for a piece that were let go and creep; tell whether there are any.
+
+    The direction of a slip or a speed that stays so low turns fast: many short pieces would follow.
+    """
+    s, found = g.state, False
+    for m in range(g.balls):
+        if g.stuck[m] == LET_GO and g.phase[m] != REST and creeps(g, s, m):
+            hold(g, s, m)
+            found = True
+    if found:
+        close(g, s)
+    return found
 
 
 def any_let_go(g: Any) -> bool:

@@ -549,16 +549,36 @@ def settle(g: Any, s: Any) -> None:
         size, time = fading(g, s, i)
         if g.phase[i] == REST or size > least or time == math.inf:
             continue
-        p = 6 * i
         if g.phase[i] == SLIP and g.rolls:
-            for q in (p + 2, p + 3):
-                s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
-            g.phase[i] = ROLL
+            begin_to_roll(g, s, i)
             size, time = fading(g, s, i)
         if size <= least:
-            s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
-            g.phase[i], g.stuck[i] = REST, STUCK if g.stuck[i] == LET_GO else 0
+            put_to_rest(g, s, i)
+            g.stuck[i] = STUCK if g.stuck[i] == LET_GO else 0
     close(g, s)
+
+
+def hold(g: Any, s: Any, i: int) -> None:
+    """Let a ball roll or rest again that was let go, for a piece."""
+    if g.phase[i] == SLIP and g.rolls:
+        begin_to_roll(g, s, i)
+    else:
+        put_to_rest(g, s, i)
+    g.stuck[i] = STUCK
+
+
+def begin_to_roll(g: Any, s: Any, i: int) -> None:
+    """Let a ball roll whose slip is none."""
+    for q in (6 * i + 2, 6 * i + 3):
+        s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
+    g.phase[i] = ROLL
+
+
+def put_to_rest(g: Any, s: Any, i: int) -> None:
+    """Let a ball rest."""
+    p = 6 * i
+    s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
+    g.phase[i] = REST
 
 
 def is_even(g: Any, h: float) -> bool:
