@@ -33,8 +33,12 @@ def scene_of(found: Any) -> Scene:
     )
     e, at_cushions = found["restitution"]
     surface, cushion, ball_ball, rolling = found["friction"]
+    length, width = found["table"]
+    table = Table.rectangle(length, width)
+    if found.get("is_round"):
+        table = Table.stadium(length, width) if length > width else Table.circle(width / 2.0)
     return Scene(
-        balls, Table.rectangle(*found["table"]), Restitution(e, cushion=at_cushions),
+        balls, table, Restitution(e, cushion=at_cushions),
         Friction(surface, cushion, ball_ball, rolling=rolling),
     )  # fmt: skip
 
@@ -46,6 +50,11 @@ def deepest(run: Run) -> float:
     places, _ = run.at(np.concatenate((times, (times[1:] + times[:-1]) / 2.0)))
     x0, y0, x1, y1 = run.scene.table.bounds
     gaps = [(places - (x0, y0)).min() - R, ((x1, y1) - places).min() - R]
+    if any(run.scene.table.bulge):  # The ends are half circles.
+        half = (y1 - y0) / 2.0
+        x, y = places[..., 0], places[..., 1] - y0 - half
+        off = np.hypot(x - np.clip(x, x0 + half, x1 - half), y)
+        gaps.append(half - off.max() - R)
     for i, j in combinations(range(places.shape[1]), 2):
         gaps.append(np.hypot(*(places[:, i] - places[:, j]).T).min() - 2.0 * R)
     return float(max(-min(gaps) / R, 0.0))

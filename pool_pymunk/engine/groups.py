@@ -24,8 +24,8 @@ NONE = -1  # stands for no ball, no contact
 # `state`, `phase` and `stuck` are those at the beginning of a piece (physics/pressed.py), `end` is
 # its end. The leader has what the group has: when its piece `began`, its length `span`, its number
 # of `steps`, how long the `longest` and the one `after` may be (s), what ends it (`fell`, `faded`),
-# the `changes` of mode at one instant, how long (s) balls are `held` that creep, and its tolerances
-# (`small`). A ball has had `many` hits,
+# the `changes` of mode at one instant, how long (s) balls that creep are `held_for`, and its
+# tolerances (`small`). A ball has had `many` hits,
 # the last at `hit_t` (s); it is `loose` if its group was taken apart.
 # `wait` has contacts without forces (ball, other) `until` a time (s), of a moment `length` (s).
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
@@ -34,7 +34,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "stuck": (int, ("N",)), "began": (float, ("N",)), "span": (float, ("N",)),
     "steps": (int, ("N",)), "longest": (float, ("N",)), "after": (float, ("N",)),
     "fell": (int, ("N",)), "faded": (int, ("N",)), "changes": (int, ("N",)),
-    "held": (float, ("N",)),
+    "held_for": (float, ("N",)),
     "small": (float, ("N", 3)),
     "hit_t": (float, ("N",)), "many": (int, ("N",)), "loose": (int, ("N",)), "todo": (int, ("N",)),
     "local": (int, ("N",)), "first": (int, ("N",)), "joined": (int, ("N",)), "out": (int, ("N",)),

@@ -279,10 +279,10 @@ def go_on(w: Any, sides: Any, i: int) -> None:
                 w.press.stuck[m] = LET_GO if w.press.stuck[m] == LET_GO else 0
             turn(w, leader, r.after[leader])
         elif goes_on and hold_creeping(w.press):
-            r.held[leader] = GROWTH * max(r.held[leader], r.span[leader])
-            turn(w, leader, r.held[leader])
+            r.held_for[leader] = GROWTH * max(r.held_for[leader], r.span[leader])
+            turn(w, leader, r.held_for[leader])
         elif goes_on:
-            r.held[leader] = 0.0
+            r.held_for[leader] = 0.0
             keep_start(w, leader, r.after[leader])
         else:
             for m in range(w.press.balls):
