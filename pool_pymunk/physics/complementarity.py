@@ -65,12 +65,25 @@ def set_phases(g: Any, s: Any) -> None:
     """Set the phases of balls; tiny slips and speeds are none."""
     fastest = g.small[0] / SLOW
     for i in range(g.balls):
-        p, g.phase[i] = 6 * i, phase_of(g, s, i, TINY * g.small[2] * fastest)
+        g.phase[i] = phase_of(g, s, i, TINY * g.small[2] * fastest)
         if g.phase[i] == ROLL:
-            for q in (p + 2, p + 3):
-                s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
+            begin_to_roll(g, s, i)
         elif g.phase[i] == REST:
-            s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
+            put_to_rest(g, s, i)
+
+
+def begin_to_roll(g: Any, s: Any, i: int) -> None:
+    """Let a ball roll whose slip is none."""
+    for q in (6 * i + 2, 6 * i + 3):
+        s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
+    g.phase[i] = ROLL
+
+
+def put_to_rest(g: Any, s: Any, i: int) -> None:
+    """Let a ball rest."""
+    p = 6 * i
+    s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
+    g.phase[i] = REST
 
 
 def phase_of(g: Any, s: Any, i: int, least: float) -> int:

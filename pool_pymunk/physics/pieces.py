@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 from pool_pymunk.physics.complementarity import (
     FADED,
     SLOW,
+    begin_to_roll,
+    put_to_rest,
     set_free,
     set_phases,
     spare_hold,
@@ -565,20 +567,6 @@ def hold(g: Any, s: Any, i: int) -> None:
     else:
         put_to_rest(g, s, i)
     g.stuck[i] = STUCK
-
-
-def begin_to_roll(g: Any, s: Any, i: int) -> None:
-    """Let a ball roll whose slip is none."""
-    for q in (6 * i + 2, 6 * i + 3):
-        s[q] = s[q + 2] = (1.0 - SHARE) * s[q] + SHARE * s[q + 2]
-    g.phase[i] = ROLL
-
-
-def put_to_rest(g: Any, s: Any, i: int) -> None:
-    """Let a ball rest."""
-    p = 6 * i
-    s[p + 2] = s[p + 3] = s[p + 4] = s[p + 5] = 0.0
-    g.phase[i] = REST
 
 
 def is_even(g: Any, h: float) -> bool:
