@@ -50,7 +50,7 @@ def takes(w: Any, sides: Any, i: int, other: int, t: float) -> bool:
     if k != NONE and (w.groups.on[k] or is_idle(w, sides, i, other)):
         return True
     m = wait_of(w.groups, i, other)
-    if m != NONE and w.groups.until[m] > w.now:
+    if m != NONE and w.groups.until[m] > max(t, w.now):  # A later hit comes after the wait.
         push_press(w, i, w.groups.until[m])
         return True
     if look_at(w, sides, i, other) or cuts(w, i, other, t):

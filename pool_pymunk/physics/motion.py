@@ -21,6 +21,7 @@ STILL_TOUCHING = 1e-12
 # In the bundled scenes 9 iterations are the most, so half would do. Only a path that stays within
 # rounding of a touch comes near this number, and twice as many would not tell whether it touches.
 MOST_ITERATIONS = 200
+OUTSIDE = 1e-9  # of the square of a radius; a point so far beyond a disc is not in it
 
 
 def stopping_time(speed: float, deceleration: float) -> float:
@@ -151,9 +152,12 @@ def time_to_leave(
             return math.inf
         piece = touching / slower
         bound = (speed + pull * piece) * (speed + pull * piece) + touching * pull
+        is_outside = room < -OUTSIDE * touching * touching
         room = room if room > tiny else tiny
         root = math.sqrt(rate * rate + 4.0 * bound * room)
         step = 2.0 * room / (root - rate) if rate < 0.0 else (rate + root) / (2.0 * bound)
+        if is_outside and rate > 0.0:  # It moves in first, for as long as this at least.
+            step = rate / (2.0 * bound)
         before, t = t, t + (step if step < piece else piece)
         if t > horizon:
             return math.inf

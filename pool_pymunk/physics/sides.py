@@ -42,6 +42,7 @@ ALONG = 1e-9
 
 # A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
 MOST_CROSSINGS = 2
+BEFORE = 2e-8  # radii; a ball that runs along a side passes to the next one so much before its end
 
 
 class Side(Protocol):
@@ -320,9 +321,14 @@ def bent_to_arc_since(arc: Arc, path: Path, r: float, now: float) -> float:
             t = time_out(path, center, touching, radius, since)
         if t == math.inf:
             return t
-        x, y, _, _ = motion_at(path, t)
-        if within_sector(x - center[0], y - center[1], first, last):
+        x, y, vx, vy = motion_at(path, t)
+        x, y, speed = x - center[0], y - center[1], math.sqrt(vx * vx + vy * vy)
+        ahead = BEFORE * r / speed if speed > 0.0 else 0.0
+        x_on, y_on = x + ahead * vx, y + ahead * vy
+        if within_sector(x, y, first, last):
             return t if t > now else now
+        if within_sector(x_on, y_on, first, last):  # It is beside the arc, and runs on along it.
+            return t + ahead if t + ahead > now else now
         if facing > 0.0:
             since = time_out(path, center, touching, touching, t)
         else:
