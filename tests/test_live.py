@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from press_scenes import AT_A_CUSHION
 from scenes import seeds, takes_long
@@ -82,7 +83,18 @@ def check_same(
     its = story(scene, steps, meddle, hears, law)
     contacts.LOOPS[:] = kept
     for k, (one, other) in enumerate(zip(mine, its, strict=True)):
-        assert one == other, k
+        assert is_same(one, other), k
+
+
+def is_same(one: Any, other: Any) -> bool:
+    """Tell whether two parts of a story are the same.
+
+    Python puts a body on its path again where a wait ends, and the loop lets it go on by itself, so
+    that what is shown may differ by rounding. Paths, events and states do not.
+    """
+    if not isinstance(one, list):
+        return bool(one == other)
+    return bool(np.shape(one) == np.shape(other) and np.allclose(one, other, rtol=0.0, atol=1e-14))
 
 
 def hit_now_and_then(table: Billiards, step: int) -> None:
