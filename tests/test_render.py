@@ -23,7 +23,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
-from scenes import sliding, typed
+from scenes import sliding, takes_long, typed
 from texts import text_of
 
 from pool_pymunk import Run, load, loads, simulate
@@ -349,6 +349,7 @@ def test_joined_gifs_have_all_frames_in_the_colours_of_all(run: Run, tmp_path: P
     assert set(delays[2]) == {30, 40}
 
 
+@takes_long
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_film(run: Run) -> None:
     def peak(slow: float) -> float:

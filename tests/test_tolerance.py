@@ -217,6 +217,7 @@ def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
     assert largest_distance(run, exact(scene)) < 1e-6
 
 
+@takes_long
 @pytest.mark.seeded
 def test_discrete_contacts_keep_the_word_that_is_given() -> None:
     """An estimate may refuse what is within the tolerance, but must not pass what is not."""
