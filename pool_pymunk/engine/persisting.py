@@ -51,8 +51,10 @@ def takes(w: Any, sides: Any, i: int, other: int, t: float) -> bool:
         return True
     m = wait_of(w.groups, i, other)
     if m != NONE and w.groups.until[m] > max(t, w.now):  # A later hit comes after the wait.
-        push_press(w, i, w.groups.until[m])
-        return True
+        left = w.groups.until[m] - w.now
+        if closing_of(w, sides, i, other) * left <= DEVIATION * least_radius(w, i, other):
+            push_press(w, i, w.groups.until[m])
+            return True
     if look_at(w, sides, i, other) or cuts(w, i, other, t):
         return True
     if t > w.now or not rubs(w, sides, i, other):

@@ -96,12 +96,15 @@ def path_to_disc(offset: Vector, direction: Vector, touching: float) -> float:
     return max((distance - touching) * (distance + touching) / (along + chord), 0.0)
 
 
-def path_out_of_disc(offset: Vector, direction: Vector, touching: float, deepest: float) -> float:
+def path_out_of_disc(
+    offset: Vector, direction: Vector, touching: float, deepest: float, grazing: float = 0.0
+) -> float:
     """Return the path length (m) after which a straight path leaves a disc; infinite if it misses.
 
     The arguments are those of :func:`path_to_disc`. A path that begins at the disc's edge, or not
     farther out than ``deepest`` (m) from its middle, leaves at once if it does not lead inwards. A
-    path that is tangent to the edge, to rounding, leaves there.
+    path that is tangent to the edge, to rounding, leaves there; so does one that passes it by less
+    than the share ``grazing`` of its length until there.
 
     >>> path_out_of_disc((0.5, 0.0), (1.0, 0.0), 1.0, 1.1)
     1.5
@@ -114,8 +117,8 @@ def path_out_of_disc(offset: Vector, direction: Vector, touching: float, deepest
     room = (touching - distance) * (touching + distance)
     far = (touching - across) * (touching + across)  # keeps its digits where ``room`` is negative
     square = room + along * along if room > 0.0 else far  # of half the chord
-    rounding = 16.0 * EPSILON * touching * (touching + distance)
-    if distance > deepest and (along <= 0.0 or square <= -rounding):
+    slack = touching * (16.0 * EPSILON * (touching + distance) + 2.0 * grazing * along)
+    if distance > deepest and (along <= 0.0 or square <= -slack):
         return math.inf
     chord = math.sqrt(square) if square > 0.0 else 0.0
     if along > 0.0:

@@ -168,12 +168,15 @@ class Face(NamedTuple):
             time = 2.0 * gap / (closing + math.sqrt(square))
         if not path.slows and (time == math.inf or time > path.end - path.t):
             return math.inf
-        along = path.vx * tx + path.vy * ty + time * (path.ax * tx + path.ay * ty) / 2.0
-        foot = x * tx + y * ty + time * along
-        slack = GRAZING * width
+        u, pull = path.vx * tx + path.vy * ty, path.ax * tx + path.ay * ty
+        foot, u = x * tx + y * ty + time * (u + time * pull / 2.0), u + time * pull
+        slack, ahead = GRAZING * width, 0.0
         if foot < -slack or foot > width + slack:
-            return math.inf
-        t = path.t + time
+            ahead = BEFORE * r / abs(u) if u != 0.0 and not path.slows else 0.0
+            foot += ahead * u
+            if foot < -slack or foot > width + slack or ahead == 0.0:
+                return math.inf
+        t = path.t + time + ahead  # It is beside the face until then, and runs on along it.
         return t if t > now else now
 
     def edge(self, r: float) -> Straight:
@@ -287,7 +290,7 @@ def straight_to_arc(arc: Arc, path: Path, r: float, now: float) -> float:
         rest_x, rest_y = x + time * path.vx, y + time * path.vy
         if rest_x * rest_x + rest_y * rest_y < within * within:
             return math.inf
-        length = path_out_of_disc((-x, -y), (ux, uy), touching, radius)
+        length = path_out_of_disc((-x, -y), (ux, uy), touching, radius, GRAZING)
     if length == math.inf or not within_sector(x + length * ux, y + length * uy, first, last):
         return math.inf
     return arrival(path, length, now)
