@@ -8,15 +8,14 @@ from __future__ import annotations
 import json
 import math
 import random
-from itertools import combinations
 from typing import Any
 
-import numpy as np
 import pytest
 from scenes import DATA, seeds, takes_long
 from shots import needs_numba
+from small_tables import deepest, small_table
 
-from pool_pymunk import Ball, Friction, Restitution, Run, Scene, Table, simulate
+from pool_pymunk import Ball, Friction, Restitution, Scene, Table, simulate
 from pool_pymunk.fast import ahead
 
 Point = tuple[float, float]
@@ -41,23 +40,6 @@ def scene_of(found: Any) -> Scene:
         balls, table, Restitution(e, cushion=at_cushions),
         Friction(surface, cushion, ball_ball, rolling=rolling),
     )  # fmt: skip
-
-
-def deepest(run: Run) -> float:
-    """Return how deep (radii) balls are in others or in cushions, at and between breakpoints."""
-    assert run.scene.table is not None
-    times = np.unique(np.concatenate([rows[:, 0] for rows in run.knots]))
-    places, _ = run.at(np.concatenate((times, (times[1:] + times[:-1]) / 2.0)))
-    x0, y0, x1, y1 = run.scene.table.bounds
-    gaps = [(places - (x0, y0)).min() - R, ((x1, y1) - places).min() - R]
-    if any(run.scene.table.bulge):  # The ends are half circles.
-        half = (y1 - y0) / 2.0
-        x, y = places[..., 0], places[..., 1] - y0 - half
-        off = np.hypot(x - np.clip(x, x0 + half, x1 - half), y)
-        gaps.append(half - off.max() - R)
-    for i, j in combinations(range(places.shape[1]), 2):
-        gaps.append(np.hypot(*(places[:, i] - places[:, j]).T).min() - 2.0 * R)
-    return float(max(-min(gaps) / R, 0.0))
 
 
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
@@ -156,3 +138,22 @@ def test_no_hit_is_lost_on_random_tables() -> None:
     found = [deepest(simulate(random_table(seed), solver="event-driven")) for seed in numbers]
     assert max(found) < 1e-2
     assert sum(depth > 1e-8 for depth in found) <= len(found) / 50 + 1
+
+
+# A ball rolls from a cushion on to an arc, or is pressed from an arc on to a cushion; another one
+# hits it while a contact waits; a cushion is met again after many hits.
+@takes_long
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [102, 4956, 5442, 5868, 7820, 20366])
+def test_no_hit_is_lost_at_arcs(seed: int) -> None:
+    assert deepest(simulate(small_table(seed), solver="event-driven")) < 1e-8
+
+
+@takes_long
+@pytest.mark.slow
+@pytest.mark.seeded
+@needs_numba
+def test_no_hit_is_lost_on_tables_with_arcs_and_posts() -> None:
+    ahead.compile(small_table(0))
+    found = [deepest(simulate(small_table(seed), solver="event-driven")) for seed in seeds(40)]
+    assert max(found) < 1e-8

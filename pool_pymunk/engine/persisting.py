@@ -190,15 +190,18 @@ def tangent_of(w: Any, i: int) -> Path:
 
 def wear(w: Any, i: int, other: int) -> float:
     """Return how many times as much as UNSEEN the bounces of this contact may be."""
-    many = w.groups.many[i] if other < 0 else max(w.groups.many[i], w.groups.many[other])
+    many = many_of(w, i) if other < 0 else max(many_of(w, i), many_of(w, other))
     return float(w.groups.coarser * WEAR[min(max(many - FEW, 0), MOST)])
+
+
+def many_of(w: Any, i: int) -> int:
+    """Return how many hits a ball has had, each less than ``AGO`` (s) before the next and now."""
+    return int(w.groups.many[i]) if w.now - w.groups.hit_t[i] < AGO else 0
 
 
 def note_hit(w: Any, i: int) -> None:
     """Count a hit of a ball."""
-    r = w.groups
-    r.many[i] = r.many[i] + 1 if w.now - r.hit_t[i] < AGO else 1
-    r.hit_t[i] = w.now
+    w.groups.many[i], w.groups.hit_t[i] = many_of(w, i) + 1, w.now
 
 
 def is_idle(w: Any, sides: Any, i: int, other: int) -> bool:
