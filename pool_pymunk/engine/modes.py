@@ -440,7 +440,10 @@ def split(w: Any, longest: float, changes: int) -> None:
 
 
 def find_parts(w: Any) -> None:
-    """Find which balls of the press contacts join, and the ``first`` ball of each part."""
+    """Find which balls of the press contacts join, and the ``first`` ball of each part.
+
+    A part in which no ball moves is none: all of it rests.
+    """
     g, r = w.press, w.groups
     for m in range(g.balls):
         r.first[m], r.joined[m] = m, 0
@@ -450,6 +453,11 @@ def find_parts(w: Any) -> None:
             if g.on[k] and (moves(g, k) or STUCK in (g.stuck[i], g.stuck[j])):
                 r.first[i] = r.first[j] = min(r.first[i], r.first[j])
                 r.joined[i] = r.joined[j] = 1
+    for m in range(g.balls):
+        if r.joined[m] and g.phase[m] != REST:
+            r.joined[r.first[m]] = 2
+    for m in range(g.balls - 1, -1, -1):  # The first ball of a part tells whether one moves.
+        r.joined[m] = r.joined[r.first[m]] // 2
 
 
 def store(w: Any, root: int) -> None:
