@@ -256,6 +256,8 @@ class ContactEngine:
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
+        if groups.holds(self.groups, i, -1 - wall):
+            return math.inf
         hit = What("wall", i, wall)
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
         if (

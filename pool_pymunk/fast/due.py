@@ -101,6 +101,8 @@ def look_for_walls(w: Work, sides: Sides, i: int) -> None:
     due.path_end = math.inf
     if ball.speed > 0.0:
         for k in range(len(sides)):
+            if holds(w.groups, i, -1 - sides[k].first):
+                continue
             t = time_of_contact(sides[k], path, ball.radius, w.now)
             if t < first:
                 second = second if sides[k].wall == wall else first
@@ -121,7 +123,7 @@ def not_taken(w: Work, sides: Sides, i: int) -> tuple[int, float, float]:
     ball = w.ball[i]
     path, found, first, second = path_of(ball), NOTHING, math.inf, math.inf
     for n in range(len(sides)):
-        if sides[n].first != n:
+        if sides[n].first != n or holds(w.groups, i, -1 - n):
             continue
         side, soonest = n, math.inf
         for k in range(n, sides[n].last):

@@ -23,6 +23,7 @@ from pool_pymunk.physics.path import (
     Path,
     arrival,
     disc_time,
+    fastest_of,
     motion_at,
     speed_of,
     time_in,
@@ -309,6 +310,8 @@ def bent_to_arc_since(arc: Arc, path: Path, r: float, now: float) -> float:
     """Return when (s) a ball on a bent path meets an arc from a time ``now`` (s) on."""
     center, radius, first, last, facing = arc
     since, touching = max(path.t, now), radius + facing * r
+    if is_short_of(arc, path, r, since):
+        return math.inf
     if facing > 0.0:
         touching -= 8.0 * EPSILON * (abs(path.x) + abs(path.y) + r)
         x, y, _, _ = motion_at(path, since)
@@ -374,6 +377,18 @@ def keeps_beside_sector(
         return False
     vx, vy = path.vx, path.vy
     return first[0] * vy - first[1] * vx <= 0.0 and vx * last[1] - vy * last[0] <= 0.0
+
+
+def is_short_of(arc: Arc, path: Path, r: float, since: float) -> bool:
+    """Tell whether a bent path is too short to come into the sector of an arc after a time (s)."""
+    (cx, cy), _, (fx, fy), (lx, ly), _ = arc
+    x, y, _, _ = motion_at(path, since)
+    x, y = x - cx, y - cy
+    far = fastest_of(path) * (path.end - since) + 2.0 * BEFORE * r
+    after, before = far + fx * y - fy * x, far + x * ly - y * lx
+    if fx * ly - fy * lx > 0.0:
+        return after < 0.0 or before < 0.0
+    return after < 0.0 and before < 0.0
 
 
 def within_sector(x: float, y: float, first: Vector, last: Vector) -> bool:
