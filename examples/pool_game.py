@@ -93,9 +93,7 @@ class Game:
         """Let time (s) pass; when all balls rest, a pocketed cue ball comes back."""
         self.space.step(min(seconds, STEP))
         if not self.table.moving and not self.balls[0].is_on_table:
-            state, spot = self.table.save_state(), self.table.free_spot((LENGTH / 4, WIDTH / 2))
-            state.motions[self.balls[0].number] = (*spot, 0.0, 0.0)
-            self.table.restore_state(state)
+            self.table.place(self.balls[0], self.table.free_spot((LENGTH / 4, WIDTH / 2)))
 
     def handle(self, event: pygame.event.Event) -> None:
         """Do what the player asks for."""

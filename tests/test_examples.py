@@ -124,6 +124,24 @@ def test_every_obstacle_is_a_wall() -> None:
         assert world.table.predict(world.balls[0], (0.0, 1.0)).wall == wall
 
 
+# -- an opponent that looks ahead ------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_opponents_pot_what_they_see(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("numba")
+    opponent = example("pool_opponent")
+    monkeypatch.setattr(opponent, "ERROR", 0.0)
+    turns = opponent.main(["--out", str(tmp_path), "--angles", "200"])
+    assert (tmp_path / "pool_opponent.png").read_bytes().startswith(b"\x89PNG")
+    potted = [name for turn in turns for name in turn.potted]
+    assert sorted(potted, key=int) == [f"{k}" for k in range(1, 16)]
+    assert len(turns) < 20
+    assert "tries 1000 shots" in capsys.readouterr().out
+
+
 # -- a thousand shots that learn -------------------------------------------------------------------
 
 

@@ -140,8 +140,8 @@ def test_no_hit_is_lost_on_random_tables() -> None:
     assert sum(depth > 1e-8 for depth in found) <= len(found) / 50 + 1
 
 
-# A ball rolls from a cushion on to an arc, or its friction leads it from an arc to a cushion; another
-# one hits it while a contact waits; it meets a cushion again after many hits.
+# A ball rolls from a cushion on to an arc, or its friction leads it from an arc to a cushion;
+# another one hits it while a contact waits; it meets a cushion again after many hits.
 @takes_long
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [102, 4956, 5442, 5868, 7820, 20366])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from functools import partial
@@ -11,6 +12,7 @@ import pymunk
 
 from pool_pymunk.engine.recorder import Motion
 from pool_pymunk.model.plain import argument, between, size
+from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.path import Path
 
@@ -32,10 +34,10 @@ class TableBall:
     """A ball has a number, its circle and body, and a sensor that finds what is near.
 
     ``id`` is the name that you gave it, or None. ``is_on_table`` is False once the ball is pocketed
-    or removed.
+    or removed. ``data`` is for what you want to keep with it; the table never reads it.
     """
 
-    __slots__ = ("_path_of", "as_it_came", "before", "body", "body_id", "circle", "id",
+    __slots__ = ("_path_of", "as_it_came", "before", "body", "body_id", "circle", "data", "id",
                  "is_on_table", "joint", "number", "radius", "sensor", "shapes", "velocity_func",
                  "wide")  # fmt: skip
 
@@ -51,6 +53,7 @@ class TableBall:
         self.circle, self.sensor = circle, sensor
         self.body, self.body_id = circle.body, circle.body.id
         self.id: str | None = None
+        self.data: Any = None
         self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self.is_on_table = True
         self.shapes: tuple[pymunk.Shape, ...] = ()  # what leaves the space with it, and comes back
@@ -145,9 +148,33 @@ def of_any_two(pair: Pair, i: int, j: int) -> Pair:
 class TableState(NamedTuple):
     """A table's state has the time (s), and each ball's motion (m, m/s).
 
-    Where balls roll, it has their ``rolls`` (m/s). Balls are numbers, so it can be pickled.
+    Where balls roll, it has their ``rolls`` (m/s). Balls are numbers, so it can be pickled, and
+    kept as JSON with all digits.
+
+    >>> state = TableState(0.5, {0: (0.1, 0.2, 0.0, 0.0)})
+    >>> state.to_json()
+    '{"time": 0.5, "motions": {"0": [0.1, 0.2, 0.0, 0.0]}, "rolls": null}'
+    >>> TableState.from_json(state.to_json()) == state
+    True
     """
 
     time: float
     motions: dict[int, Motion]
     rolls: dict[int, Vector] | None = None
+
+    def to_json(self) -> str:
+        """Return the state as JSON."""
+        return json.dumps(self._asdict())
+
+    @classmethod
+    def from_json(cls, text: str) -> TableState:
+        """Return the state of which :meth:`to_json` gave this text; ValueError for another one."""
+        from pydantic import ConfigDict, TypeAdapter, ValidationError  # It takes 0.1 s.
+
+        form = ConfigDict(allow_inf_nan=False, extra="forbid")
+        try:
+            return TypeAdapter(cls, config=form).validate_json(text)
+        except ValidationError as error:
+            what = error.errors()[0]
+            key = ".".join(map(str, what["loc"])) or "text"
+            raise setting_error(f"state: {key}", shown(what["input"]), what["msg"]) from None

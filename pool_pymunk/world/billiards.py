@@ -19,6 +19,7 @@ import pymunk
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.recorder import Recorder
+from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
@@ -26,6 +27,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.sides import Side, Wall, pocket
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
+from pool_pymunk.world.as_scene import scene_of
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import BALL, SENSOR, WALL
@@ -184,13 +186,42 @@ class Billiards:
 
     @property
     def deceleration(self) -> float:
-        """Return the deceleration (m/s^2) of a ball that slides, mu_s g."""
+        """Return the deceleration (m/s^2) of a ball that slides, mu_s g; you may set it in play."""
         return self.state.surface.pull
+
+    @deceleration.setter
+    def deceleration(self, pull: float) -> None:
+        self._change_surface(pull, self.rolling)
 
     @property
     def rolling(self) -> float | None:
-        """Return the deceleration (m/s^2) of a ball that rolls, mu_r g; None if none rolls."""
+        """Return the deceleration (m/s^2) of a ball that rolls, mu_r g; None if none rolls.
+
+        You may set it in play, as when ice is swept: all balls go on over the other surface.
+        """
         return self.state.surface.drag if self.state.surface.rolls else None
+
+    @rolling.setter
+    def rolling(self, drag: float | None) -> None:
+        self._change_surface(self.deceleration, drag)
+
+    def _change_surface(self, pull: float, drag: float | None) -> None:
+        """Let balls slide and roll at other decelerations (m/s^2) from now on."""
+        surface = checks.read_surface(pull, drag)
+        self._catch_up(changes_space=True)
+        self.state.change_surface(surface)
+
+    @property
+    def least_closing(self) -> float:
+        """Return the speed (m/s), 0 at first, below which ``on_contact`` is not called for a hit.
+
+        With a speed above 0 it is not called for persistent contacts, either.
+        """
+        return self.state.callbacks.least_closing
+
+    @least_closing.setter
+    def least_closing(self, speed: float) -> None:
+        self.state.callbacks.least_closing = argument("least_closing", speed, FROM_ZERO)
 
     @property
     def count(self) -> int:
@@ -201,6 +232,11 @@ class Billiards:
     def joints(self) -> int:
         """Return the number of friction joints that are in the space now."""
         return self.state.joints
+
+    @property
+    def walls(self) -> dict[int, pymunk.Shape]:
+        """Return the shape of each wall, by its number."""
+        return {each.wall.number: each.shape for each in self._obstacles if each.is_solid}
 
     @property
     def pockets(self) -> dict[int, tuple[Vector, float]]:
@@ -260,15 +296,18 @@ class Billiards:
         for ball in self.on_table():
             self.state.drop(ball)
 
-    def _check_ball(self, ball: TableBall, changes_space: bool = False) -> None:
+    def _check_ball(
+        self, ball: TableBall, changes_space: bool = False, may_be_off: bool = False
+    ) -> None:
         own = self.balls
         if not isinstance(ball, TableBall) or own[ball.number : ball.number + 1] != [ball]:
             raise setting_error("ball", shown(ball), "must be what add_ball of this table returned")
-        if not ball.is_on_table:
-            message = "the ball is off the table: add_ball(ball.circle) makes a new one of it"
+        was_on_table = ball.is_on_table
+        if not (was_on_table or may_be_off):
+            message = "the ball is off the table: place(ball, position) puts it back"
             raise setting_error("ball", ball.number, message)
         self._catch_up(changes_space)
-        if not ball.is_on_table:
+        if was_on_table and not ball.is_on_table:
             raise setting_error("ball", ball.number, "the ball was taken out of the space")
 
     def add_wall(
@@ -312,10 +351,15 @@ class Billiards:
         """
         center, radius = argument("position", position, point), argument("radius", radius, size)
         self._catch_up(changes_space=True)
-        hole = pocket(center, radius, len(self.pockets))
+        hole = pocket(center, radius, self._walls.holes)
         shape = pymunk.Circle(self.space.static_body, radius, center)
         shape.sensor = True
         return self._walls.put_if_free(checks.Obstacle(shape, hole))
+
+    def remove_pocket(self, pocket: int) -> None:
+        """Take the pocket of this number away; the other pockets keep their numbers."""
+        self._catch_up(changes_space=True)
+        self._walls.remove(pocket, is_pocket=True)
 
     # -- moving balls ----------------------------------------------------------------------------
 
@@ -332,22 +376,47 @@ class Billiards:
     def place(self, ball: TableBall, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
 
-        Raises ValueError if it overlaps a ball or a wall there, or lies within a pocket, or outside
-        of the table in which it lies now.
+        A ball that was pocketed or removed comes back, with its number and its id. Raises
+        ValueError if the ball overlaps a ball or a wall there, or lies within a pocket, or outside
+        of the table in which it lies now; and if a ball that comes back is another ball by now.
         """
-        self._check_ball(ball, changes_space=True)
+        self._check_ball(ball, changes_space=True, may_be_off=True)
         self._walls.refuse_changed()
         position = argument("position", position, point)
-        discs = self.state.discs()
-        old, _ = discs.pop(ball)
-        checks.check_place(position, ball.radius, discs, self._obstacles)
-        self._walls.refuse_off_table(old, position)
-        self.state.mend(ball)
-        self.state.send(ball, position, (0.0, 0.0), NO_ROLL)
+        state = self.state
+        checks.check_place(position, ball.radius, state.discs(without=ball), self._obstacles)
+        if ball.is_on_table:
+            self._walls.refuse_off_table(state.discs()[ball][0], position)
+        else:
+            checks.check_return(ball, state.ball_of, self.space)
+            state.bring_back(ball)
+        state.mend(ball)
+        state.send(ball, position, (0.0, 0.0), NO_ROLL)
 
     def set_out(self, balls: Sequence[TableBall]) -> None:
         """Predict what balls on new paths meet, and put their bodies on them."""
         self.state.set_out(balls)
+
+    def to_scene(self, table: Table | None = None) -> tuple[Scene, State]:
+        """Return the table as a Scene and a State, as solvers and many shots take them.
+
+        So an opponent tries thousands of shots at once. Balls have their ids, or their numbers.
+        Walls that are segments become the ``table``'s cushions, round ones posts; if the segments
+        are no single outline, give the table. Gravity is 1 m/s^2, so that coefficients of surface
+        friction are decelerations. Raises ValueError for what a scene cannot have, such as walls
+        with several coefficients.
+
+        >>> from pool_pymunk import same_balls, simulate_many
+        >>> live = Billiards(pymunk.Space(), 1 / 60, deceleration=1.0, pair=same_balls(0.9, 0.0))
+        >>> body = pymunk.Body(0.2, math.inf)
+        >>> ball = live.add_ball(pymunk.Circle(body, 0.03), id="cue")
+        >>> scene, state = live.to_scene()
+        >>> tries = simulate_many(scene, state.position, [[(v, 0.0)] for v in (1.0, 2.0)])
+        >>> tries.end[:, 0].tolist()
+        [[0.5, 0.0], [2.0, 0.0]]
+        """
+        self._catch_up(sees_walls=True)
+        return scene_of(self.state, [*self._obstacles], table)
 
     # -- undo, and looking ahead -----------------------------------------------------------------
 

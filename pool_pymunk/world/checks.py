@@ -36,6 +36,11 @@ class Obstacle(NamedTuple):
     wall: Wall
     is_drawn: bool = False
 
+    @property
+    def is_solid(self) -> bool:
+        """Tell whether it is a wall, and no pocket."""
+        return not self.wall.is_pocket
+
     def room(self, center: Vector, radius: float) -> float:
         """Return the gap (m) of a ball, or of its centre to a pocket's rim; negative inside."""
         if self.is_drawn:
@@ -253,6 +258,16 @@ def check_id(id_: Any, balls: Iterable[TableBall]) -> None:
         raise setting_error("id", shown(id_), "must be a text")
     if id_ in [ball.id for ball in balls if ball.id is not None]:
         raise setting_error("id", id_, "another ball on the table has this id")
+
+
+def check_return(ball: TableBall, ball_of: Mapping[int, TableBall], space: pymunk.Space) -> None:
+    """Refuse that a ball comes back whose body is another ball's, or whose id is."""
+    if (other := ball_of.get(ball.body.id)) is not None:
+        message = f"the ball cannot come back: its body is that of ball {other.number} now"
+        raise setting_error("ball", ball.number, message)
+    if ball.body.space not in (None, space):
+        raise setting_error("ball", ball.number, "its body is in another space now")
+    check_id(ball.id, ball_of.values())
 
 
 def check_step(dt: float, longest: float) -> None:

@@ -19,7 +19,7 @@ from pool_pymunk.model.places import lies_in
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.physics.surface import NO_ROLL, is_piece
+from pool_pymunk.physics.surface import NO_ROLL, Surface, is_piece
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import Bodies
 from pool_pymunk.world.broad_phase import BroadPhase
@@ -171,6 +171,21 @@ class LiveState:
             self.take_out_gone()
             self.set_out(())
 
+    def bring_back(self, ball: TableBall) -> None:
+        """Put the body and the shapes of a ball that has left the table into the space again."""
+        self.join(ball.body, *ball.shapes)
+        self._enter(ball)
+
+    def change_surface(self, surface: Surface) -> None:
+        """Let all balls go on over another surface from now on."""
+        now = {ball.number: self.state_of(ball.number) for ball in self.on_table()}
+        for ball in list(self.moving.values()):
+            self._rest(ball)
+            ball.joint = None  # It pulls as the surface does.
+        self.surface = self.engine.surface = surface
+        rolls = {i: roll for i, (_, roll) in now.items()} if surface.rolls else None
+        self.predict_anew({i: motion for i, (motion, _) in now.items()}, rolls)
+
     def take_out_gone(self) -> None:
         """Take the bodies and shapes of balls that have left the table out of the space."""
         while self.near.gone:
@@ -281,7 +296,8 @@ class LiveState:
                 engine.set_off(i, path)
             self.carry(self.balls[i])
             self._move_sensor(self.balls[i])
-        engine.predict(numbers)
+        if numbers:
+            engine.predict(numbers)
         self.wake = -math.inf
 
     def _move_sensor(self, ball: TableBall) -> None:
@@ -309,8 +325,7 @@ class LiveState:
         self.sent.clear()
         for ball in (self.balls[number] for number in saved.motions):
             if not ball.is_on_table:
-                self.join(ball.body, *ball.shapes)
-                self._enter(ball)
+                self.bring_back(ball)
         self.predict_anew(saved.motions, saved.rolls)
 
     # -- bodies on their paths -------------------------------------------------------------------

@@ -41,6 +41,7 @@ class Callbacks(Recorder):
     def __init__(self, state: WatchedState, table: object) -> None:
         self.state = state
         self.of = partial(getattr, table)
+        self.least_closing = 0.0  # m/s; slower hits are not told, nor persistent contacts
         self.pending: list[PendingCall] = []  # what has happened in the present instant
         self._before = Snapshot()  # how the bodies moved when the present callback was called
 
@@ -50,11 +51,15 @@ class Callbacks(Recorder):
         if self.of("on_contact") is not None:
             balls = tuple(self.state.balls[i] for i in contact.balls)
             closing = closing_speed(contact, {ball.number: ball.path.at(t)[1] for ball in balls})
+            if closing < self.least_closing:
+                return
             where = contact.point, contact.normal
             event = ContactEvent(t, balls, contact.cushion, *where, closing, *impulse[:2])
             self._tell("on_contact", event, balls=balls)
 
     def persistent(self, persisted: Persisted) -> None:
+        if self.least_closing > 0.0:
+            return
         contact, since, t, x, y = persisted
         balls = tuple(self.state.balls[i] for i in contact.balls)
         nx, ny = contact.normal

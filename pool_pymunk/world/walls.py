@@ -33,7 +33,7 @@ class Walls:
 
     def __init__(self, state: LiveState) -> None:
         self.state = state
-        self.count = 0  # of walls that were ever put up
+        self.count = self.holes = 0  # of walls and pockets that were ever put up
         self._unused: list[int] = []
         self.obstacles: dict[int, Obstacle] = {}  # by places
         # the bodies of walls, and their shapes by places, as they came to the table
@@ -62,6 +62,7 @@ class Walls:
         assert shape.body is not None
         self._bodies.setdefault(shape.body, body_features(shape.body))
         self.count += not wall.is_pocket
+        self.holes += wall.is_pocket
         place = self._unused.pop() if self._unused else len(walls)
         walls[place : place + 1] = [wall]
         state.near.numbers[shape] = -1 - place
@@ -72,13 +73,14 @@ class Walls:
                 state.engine.meet_wall(i, place)
         return wall.number
 
-    def remove(self, number: int) -> None:
-        """Take the wall of this number out of the space."""
-        walls = {k: each.wall for k, each in self.obstacles.items() if not each.wall.is_pocket}
-        place = next((k for k, wall in walls.items() if wall.number == number), None)
-        if place is None:
-            raise setting_error("wall", shown(number), "there is no wall of this number")
-        self._take_down([place])
+    def remove(self, number: int, is_pocket: bool = False) -> None:
+        """Take the wall or the pocket of this number out of the space."""
+        for place, each in self.obstacles.items():
+            if each.wall.is_pocket == is_pocket and each.wall.number == number:
+                self._take_down([place])
+                return
+        what = "pocket" if is_pocket else "wall"
+        raise setting_error(what, shown(number), f"there is no {what} of this number")
 
     def drop_lost(self) -> None:
         """Take the walls and pockets down whose shapes somebody took out of the space."""
@@ -105,7 +107,7 @@ class Walls:
 
     def refuse_off_table(self, old: Vector, new: Vector) -> None:
         """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
-        walls = [each for each in self.obstacles.values() if not each.wall.is_pocket]
+        walls = [each for each in self.obstacles.values() if each.is_solid]
         shapes = [each.shape for each in walls if each.is_drawn]
         # A wall with sides of its own is not its shape: such tables are not judged.
         is_judged = len(shapes) == len(walls)

@@ -1,0 +1,186 @@
+"""This module describes a live table as a Scene and a State, for solvers and many shots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+import pymunk
+
+from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.model import (
+    Ball,
+    Friction,
+    Physics,
+    Pocket,
+    Post,
+    Restitution,
+    Scene,
+    State,
+    Table,
+)
+from pool_pymunk.model.problems import setting_error
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.physics.sides import face_between
+from pool_pymunk.world.ball import TableBall
+from pool_pymunk.world.checks import Obstacle
+from pool_pymunk.world.state import LiveState
+
+JOINED = 1e-9  # of the size of an outline; ends of walls that are nearer are one corner
+STEEP = 1e-9  # the sine of an angle; walls that meet at a smaller one go straight on
+Line = tuple[Vector, Vector]  # the ends of a wall (m), with the table on the left
+
+
+def scene_of(
+    state: LiveState, obstacles: Sequence[Obstacle], table: Table | None
+) -> tuple[Scene, State]:
+    """Return the balls on a table and all around them, and how the balls move now.
+
+    ``table`` is the outline; by default it is that of the walls.
+    """
+    balls, engine, surface = state.on_table(), state.engine, state.surface
+    walls = [each for each in obstacles if each.is_solid]
+    posts = [each for each in walls if each.is_drawn and isinstance(each.shape, pymunk.Circle)]
+    others = [each for each in walls if each not in posts]
+    hits, cue = _of_balls(engine, [ball.number for ball in balls])
+    at_cushions, rubs = _of_cushions(others)
+    moves = [state.state_of(ball.number) for ball in balls]
+    places = tuple([(x, y) for (x, y, _, _), _ in moves])
+    scene = Scene(
+        tuple([
+            Ball(name_of(ball), place, ball.radius, ball.body.mass, cue=ball.number == cue)
+            for ball, place in zip(balls, places, strict=True)
+        ]),
+        _outline(others) if table is None and others else table,
+        Restitution(hits[0], cue_ball=hits[1], cushion=at_cushions),
+        Friction(surface.pull, rubs, hits[2], surface.drag if surface.rolls else None),
+        Physics(_law_of(engine), gravity=1.0),
+        pockets=tuple([_pocket(each) for each in obstacles if not each.is_solid]),
+        posts=tuple([_post(each) for each in posts]),
+    )  # fmt: skip
+    rolls = tuple([roll for _, roll in moves]) if surface.rolls else None
+    return scene, State(places, tuple([(u, v) for (_, _, u, v), _ in moves]), roll=rolls)
+
+
+def name_of(ball: TableBall) -> str:
+    """Return the id of a ball, or its number if it has none."""
+    return f"{ball.number}" if ball.id is None else ball.id
+
+
+def _law_of(engine: ContactEngine) -> str:
+    law = engine.law
+    if LAWS.get(law.name) is not law:
+        message = "a scene has a law of a name: give a law of your own to simulate(law=...)"
+        raise setting_error("law", law.name, message)
+    return law.name
+
+
+# -- coefficients ----------------------------------------------------------------------------------
+
+
+def _of_balls(
+    engine: ContactEngine, balls: Sequence[int]
+) -> tuple[tuple[float | None, float | None, float], int | None]:
+    """Return what hits of balls have, and the ball whose hits have another restitution, if any.
+
+    That is the restitution of all hits, that of this ball's, and the friction.
+    """
+    pairs = {(i, j): engine.pair(i, j) for i, j in combinations(balls, 2)}
+    if not pairs:
+        return (None, None, 0.0), None
+    frictions = {pair.friction for pair in pairs.values()}
+    for cue in (None, *balls):
+        apart = {pair.restitution for two, pair in pairs.items() if cue in two}
+        rest = {pair.restitution for two, pair in pairs.items() if cue not in two}
+        if len(rest) == len(frictions) == 1 and len(apart) <= 1:
+            return (rest.pop(), apart.pop() if apart else None, frictions.pop()), cue
+    message = "a scene has one restitution for all balls, and one for a cue ball, and one friction"
+    raise setting_error("pair", "several coefficients", message)
+
+
+def _of_cushions(walls: Sequence[Obstacle]) -> tuple[float | None, float]:
+    """Return the restitution and the friction of all walls that are no posts."""
+    found = {(each.wall.restitution, each.wall.friction) for each in walls}
+    if len(found) > 1:
+        message = "a scene has one restitution and one friction for all cushions"
+        raise setting_error("walls", "several coefficients", message)
+    return found.pop() if found else (None, 0.0)
+
+
+# -- places ----------------------------------------------------------------------------------------
+
+
+def _post(each: Obstacle) -> Post:
+    shape, wall = each.shape, each.wall
+    assert isinstance(shape, pymunk.Circle) and shape.body is not None
+    x, y = shape.body.local_to_world(shape.offset)
+    return Post((x, y), shape.radius, wall.restitution, wall.friction)
+
+
+def _pocket(each: Obstacle) -> Pocket:
+    wall = each.wall
+    assert wall.center is not None
+    return Pocket(f"{wall.number}", wall.center, wall.sides[0].radius)  # type: ignore[attr-defined]
+
+
+def _outline(walls: Sequence[Obstacle]) -> Table:
+    """Return the outline that segments enclose, which begins with the first one."""
+    message = "these walls are no single outline of segments: give it as table=Table(...)"
+    lines = []
+    for each in walls:
+        shape = each.shape
+        if not isinstance(shape, pymunk.Segment) or not each.is_drawn:
+            raise setting_error("walls", type(shape).__name__, message)
+        assert shape.body is not None
+        a, b = (shape.body.local_to_world(end) for end in (shape.a, shape.b))
+        lines.append((((a[0], a[1]), (b[0], b[1])), shape.radius))
+    size = max(math.dist(*line) for line, _ in lines)
+    loop = _loop(lines, JOINED * size)
+    if loop is None:
+        raise setting_error("walls", len(walls), message)
+    corners = [_corner(*two) for two in zip(loop[-1:] + loop[:-1], loop, strict=True)]
+    if None in corners:
+        raise setting_error("walls", "thick at an inner corner", message)
+    return Table(tuple(corner for corner in corners if corner is not None))
+
+
+def _loop(lines: list[tuple[Line, float]], near: float) -> list[tuple[Line, float]] | None:
+    """Return lines from end to end, counter-clockwise; None if they do not close."""
+    found, left = lines[:1], lines[1:]
+    while left:
+        _, end = found[-1][0]
+        here = [
+            (k, line)
+            for k, line in enumerate(left)
+            if min(math.dist(end, p) for p in line[0]) <= near
+        ]
+        if len(here) != 1:
+            return None
+        k, ((a, b), radius) = here[0]
+        found.append((((a, b) if math.dist(end, a) <= near else (b, a)), radius))
+        del left[k]
+    if math.dist(found[-1][0][1], found[0][0][0]) > near:
+        return None
+    area = sum(a[0] * b[1] - a[1] * b[0] for (a, b), _ in found)
+    if area > 0.0:
+        return found
+    turned = [((b, a), radius) for (a, b), radius in reversed(found)]
+    return turned[-1:] + turned[:-1]  # It begins with the same wall.
+
+
+def _corner(before: tuple[Line, float], after: tuple[Line, float]) -> Vector | None:
+    """Return where the surfaces (m) of two walls meet; None where a thick wall has a round end."""
+    ((a, b), r), ((_, c), s) = before, after
+    one, two = face_between(a, b), face_between(b, c)
+    (ux, uy), (vx, vy) = one.tangent, two.tangent
+    turn = ux * vy - uy * vx
+    if r == s == 0.0 or (abs(turn) <= STEEP and r == s):
+        return b[0] + r * one.outward[0], b[1] + r * one.outward[1]
+    if turn <= STEEP:
+        return None
+    # The corner lies r from one wall's middle line, and s from the other's.
+    along = (s - r * (ux * vx + uy * vy)) / turn
+    x, y = b[0] + r * one.outward[0], b[1] + r * one.outward[1]
+    return x - along * ux, y - along * uy
