@@ -203,7 +203,7 @@ def test_a_body_may_be_a_ball_again_after_it_was_removed() -> None:
     one.body.position = (1.0, 0.0)
     again = table.add_ball(one.circle)
     assert (one.number, again.number, again.is_on_table) == (0, 1, True)
-    assert "add_ball(ball.circle)" in said(lambda: table.place(one, (1.0, 1.0)))
+    assert "its body is that of ball 1 now" in said(lambda: table.place(one, (1.0, 1.0)))
     table.clear()
     assert not again.is_on_table
     assert not [body for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC]
@@ -503,7 +503,7 @@ def test_calls_that_make_no_sense() -> None:
     assert said(lambda: table.strike(one, (math.nan, 0.0))).startswith("velocity = [nan, 0.0]")
     table.remove_ball(one)
     assert said(lambda: table.strike(one, (1.0, 0.0))) == (
-        "ball = 0: the ball is off the table: add_ball(ball.circle) makes a new one of it"
+        "ball = 0: the ball is off the table: place(ball, position) puts it back"
     )
 
 

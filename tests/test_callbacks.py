@@ -302,7 +302,7 @@ def test_a_ball_that_was_pocketed_in_this_step_is_off_the_table(alone: bool) -> 
         assert not cue.is_on_table
         changes: tuple[Callable[[], object], ...] = (
             lambda: table.strike(cue, (1.0, 0.0)),
-            lambda: table.place(cue, (0.3, 0.3)),
+            lambda: table.predict(cue, (1.0, 0.0)),
             lambda: table.remove_ball(cue),
         )
         for change in changes:

@@ -199,18 +199,21 @@ def test_a_state_is_the_same_after_json(rolling: float | None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    "text",
     [
-        ("{}", "state: time = {}: Field required"),
-        ("x", 'state: text = "x": Invalid JSON'),
-        ('{"time": 0, "motions": {"0": [1, 2, 3]}}', "state: motions.0.3"),
-        ('{"time": 1e999, "motions": {}}', "state: time = inf"),
+        "x", "3", "[]", "{}", '{"time": 0, "motions": {}}',
+        '{"time": 0, "motions": {"0": [1, 2, 3]}, "rolls": null}',
+        '{"time": 0, "motions": {"a": [1, 2, 3, 4]}, "rolls": null}',
+        '{"time": 0, "motions": {"0": [1, 2, 3, "4"]}, "rolls": null}',
+        '{"time": 0, "motions": {"0": [1, 2, 3, 4]}, "rolls": {"0": [1]}}',
+        '{"time": NaN, "motions": {}, "rolls": null}',
+        '{"time": null, "motions": {}, "rolls": null}',
     ],
-)
-def test_what_is_no_state_is_refused_in_one_line(text: str, said: str) -> None:
-    with pytest.raises(ValueError, match="state") as error:
+)  # fmt: skip
+def test_what_is_no_state_is_refused_in_one_line(text: str) -> None:
+    with pytest.raises(ValueError, match="must be what to_json of a state gave") as error:
         TableState.from_json(text)
-    assert str(error.value).startswith(said)
+    assert str(error.value).startswith("text = ")
     assert "\n" not in str(error.value)
 
 
