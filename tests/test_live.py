@@ -154,6 +154,49 @@ def test_a_persistent_contact_is_heard_when_it_is_over(played: Counter[bool]) ->
     assert played[True] > 0
 
 
+@pytest.mark.parametrize("least", [0.1, 1.0])
+def test_hits_that_nobody_hears_change_nothing(least: float, played: Counter[bool]) -> None:
+    def hear_less(table: Billiards, step: int) -> None:
+        table.least_closing = least
+
+    for seed in seeds(3):
+        check_same(some_scene("crowd", seed), 120, hear_less)
+        check_same(some_scene("pockets", seed), 120, hear_less)
+    assert played[True] > 9 * played[False]
+
+
+def test_the_loop_waits_for_nobody_who_hears_of_pockets_alone() -> None:
+    """It tells what has happened once a step, and not at each hit."""
+    scene, told = some_scene("rack", 1), {}
+    ahead.compile(scene)
+    for name in ("on_contact", "on_pocket"):
+        table = set_up(scene, scene.start(None), Settings(DT), "joint")
+        setattr(table, name, lambda *_: None)
+        told[name] = 0
+        tell = table.engine.recorder.tell_all  # type: ignore[attr-defined]
+
+        def counted(name: str = name, tell: Callable[[], object] = tell) -> None:
+            told[name] += 1
+            tell()
+
+        table.engine.recorder.tell_all = counted  # type: ignore[attr-defined]
+        for _ in range(60):
+            table.step(DT)
+    assert told["on_pocket"] == 0 < told["on_contact"]
+
+
+def test_another_cloth_is_that_of_python(played: Counter[bool]) -> None:
+    def sweep(table: Billiards, step: int) -> None:
+        if step % 20 == 11:
+            table.deceleration *= 0.9
+        if step == 60:
+            table.place(table.balls[0], table.free_spot((0.5, 0.5), ball=table.balls[0]))
+
+    for seed in seeds(3):
+        check_same(some_scene("rectangle", seed), 120, sweep)
+    assert played[True] > played[False]
+
+
 def test_a_callback_may_change_what_follows(played: Counter[bool]) -> None:
     scene = struck(load("report"))
 

@@ -23,6 +23,7 @@ from pool_pymunk.fast.moves import keep_event, put_on, stop
 from pool_pymunk.fast.records import (
     CHANGES,
     COLUMNS,
+    HITS,
     IN_COLLAPSE,
     IS_CUT,
     IS_OVER,
@@ -32,6 +33,7 @@ from pool_pymunk.fast.records import (
     Sides,
     Work,
 )
+from pool_pymunk.fast.shared import room_of, share_out
 from pool_pymunk.fast.tables import AS_LISTED, AT_ONCE
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
@@ -50,7 +52,7 @@ from pool_pymunk.physics.pressed import BALL
 from pool_pymunk.physics.pressed import root_of as finds_root
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
-from pool_pymunk.physics.together import Room, begin_orders, next_in_order, push_at_once
+from pool_pymunk.physics.together import begin_orders, next_in_order, push_at_once
 
 Four = tuple[float, float, float, float]
 
@@ -210,16 +212,9 @@ def read_plastic(w: Work, k: int) -> None:
 
 def settle_group(w: Work, count: int) -> None:
     at = w.instant
-    w.is_hard |= may_roll(w.ball[0])  # The engine finds the impulses.
     w.is_hard |= not push_at_once(at.group, count, at.velocity, room_of(at))
-
-
-def room_of(at: Any) -> Room:
-    """Return the room for the impulses of a group."""
-    return Room(
-        at.response, at.factor, at.wanted, at.unit, at.pushes, at.rest, at.pushing, at.chosen,
-        at.shares,
-    )  # fmt: skip
+    if may_roll(w.ball[0]) and not w.is_hard:  # Cushions slow a roll by their impulses.
+        share_out(w, count)
 
 
 def may_answer(w: Work) -> bool:
@@ -330,6 +325,7 @@ def begins_to_roll(w: Work, i: int, t: float) -> None:
 
 def take_in(w: Work, sides: Sides, i: int, other: int) -> None:
     ball, count, side = w.ball[i], w.count, sides[-1 - other]
+    w.track.is_heard |= w.scene.hears & HITS
     keep_event(w, i, -1 - side.wall, w.now)
     x, y, vx, vy = motion_at(due.path_of(ball), w.now)
     if w.groups.members:
@@ -354,11 +350,22 @@ def count_unlisted(w: Work) -> None:
 
 def note_contact(w: Work, k: int) -> None:
     one = w.instant.contact[k]
+    if w.scene.hears & HITS:
+        w.track.is_heard |= closing_of(w, one) >= (1.0 - NOISE) * w.scene.least
     if one.b != NO_BALL:
         moves.note_hit(w, one.a, one.b)
     else:
         moves.note_cushion(w, one.a, one.wall)
     moves.keep_impulse(w, w.instant.impulse[k])
+
+
+def closing_of(w: Work, one: Any) -> float:
+    """Return how fast (m/s) the sides of a contact close on the present paths."""
+    (nx, ny), (_, _, vx, vy) = one.normal, motion(w, one.a)
+    if one.b == NO_BALL:
+        return float(-(vx * nx + vy * ny))
+    _, _, ux, uy = motion(w, one.b)
+    return float((vx - ux) * nx + (vy - uy) * ny)
 
 
 def note_jump(w: Work, k: int) -> None:
@@ -409,13 +416,11 @@ def meet(w: Work, sides: Sides, i: int, j: int) -> None:
 
 
 def use_up(w: Work, sides: Sides, i: int, other: int) -> None:
-    soonest = w.due[i]
     if other >= 0 and w.pair_t[i, other] <= w.now:
         w.pair_t[i, other] = math.inf
         refresh(w, i)
-    elif other < 0 and soonest.wall_t <= w.now:
-        look_for_walls(w, sides, i)
-        soonest.wall_t = soonest.wall_t if soonest.wall_t > w.now else math.inf
+    elif other < 0 and w.due[i].wall_t <= w.now:
+        look_for_walls(w, sides, i, w.now)
         note_next(w, i)
 
 

@@ -56,6 +56,7 @@ APART = (
     "pool_pymunk.engine.persisting",
     "pool_pymunk.fast.asked",
     "pool_pymunk.fast.instant",
+    "pool_pymunk.fast.shared",
     "pool_pymunk.physics.collapse",
     "pool_pymunk.physics.complementarity",
     "pool_pymunk.physics.forces",

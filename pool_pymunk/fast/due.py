@@ -94,8 +94,11 @@ def refresh(w: Work, i: int) -> None:
 # -- predictions -----------------------------------------------------------------------------------
 
 
-def look_for_walls(w: Work, sides: Sides, i: int) -> None:
-    """Predict a path's first wall and when it meets a second; if it meets none, its end."""
+def look_for_walls(w: Work, sides: Sides, i: int, after: float) -> None:
+    """Predict a path's first wall and when it meets a second; if it meets none, its end.
+
+    Walls that it meets up to ``after`` (s) do not count: they are answered.
+    """
     ball, due = w.ball[i], w.due[i]
     path, found, wall, first, second = path_of(ball), NOTHING, NOTHING, math.inf, math.inf
     due.path_end = math.inf
@@ -109,8 +112,8 @@ def look_for_walls(w: Work, sides: Sides, i: int) -> None:
                 found, wall, first = k, sides[k].wall, t
             elif t < second and sides[k].wall != wall:
                 second = t
-        if first < math.inf and may_press(w, i, i, first):
-            found, first, second = not_taken(w, sides, i)
+        if first <= after or (first < math.inf and may_press(w, i, i, first)):
+            found, first, second = not_taken(w, sides, i, after)
         if first < math.inf:
             due.path_end = first + decisions.nearly_now(ball.radius, ball.speed)
         elif ball.end < math.inf and w.groups.leader[i] == NOTHING:
@@ -118,7 +121,7 @@ def look_for_walls(w: Work, sides: Sides, i: int) -> None:
     due.side, due.wall_t, due.second_t = found, first, second
 
 
-def not_taken(w: Work, sides: Sides, i: int) -> tuple[int, float, float]:
+def not_taken(w: Work, sides: Sides, i: int, after: float) -> tuple[int, float, float]:
     """Return a path's first wall and second wall, without those that a ball is pressed on to."""
     ball = w.ball[i]
     path, found, first, second = path_of(ball), NOTHING, math.inf, math.inf
@@ -131,7 +134,7 @@ def not_taken(w: Work, sides: Sides, i: int) -> tuple[int, float, float]:
             if t < soonest:
                 side, soonest = k, t
         is_taken = soonest < math.inf and may_press(w, i, i, soonest)
-        if is_taken and takes(w, sides, i, -1 - n, soonest):
+        if soonest <= after or (is_taken and takes(w, sides, i, -1 - n, soonest)):
             continue
         if soonest < first:
             found, first, second = side, soonest, first
@@ -192,7 +195,7 @@ def predict(w: Work, sides: Sides, balls: tuple[int, ...]) -> None:
         return
     for i in balls:
         forget(w, i)
-        look_for_walls(w, sides, i)
+        look_for_walls(w, sides, i, -math.inf)
         look_ahead(w, i)
     for i in balls:
         meet_others(w, sides, i, balls[0])
@@ -211,7 +214,7 @@ def predict_anew(w: Work, sides: Sides) -> None:
     for i in range(w.scene.balls):
         if w.anew[i]:
             forget(w, i)
-            look_for_walls(w, sides, i)
+            look_for_walls(w, sides, i, -math.inf)
             look_ahead(w, i)
     for i in range(w.scene.balls):
         if w.anew[i]:

@@ -21,12 +21,14 @@ from pool_pymunk.engine.due import Hit, What, hit_of
 from pool_pymunk.engine.groups import FORM, NONE, contact_of
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.recorder import Persisted
-from pool_pymunk.fast.loop import ENTER, GO_ON, HITS, PAUSED, STOPS
+from pool_pymunk.fast.loop import ENTER, GO_ON, PAUSED
 from pool_pymunk.fast.records import (
     CROWD,
+    HITS,
     MOST_BALLS,
     MOST_TOGETHER,
     NOTHING,
+    STOPS,
     WHOLE,
     WORKS,
     nothing,
@@ -105,6 +107,7 @@ class Loop:
             return False
         hits, stops = self.table.callbacks.hears()
         self.scene["hears"] = HITS * hits + STOPS * stops
+        self.scene["least"] = self.table.callbacks.least_heard
         has_told = False
         while self.next_t <= until and not has_told:
             kept = [part.copy() for part in self.parts]
@@ -375,7 +378,7 @@ class Loop:
         self._read_balls([i for i in changed if i not in self.table.near.gone])
         for past in track["past"][: track["pasts"]].tolist():
             engine.recorder.persistent(self._persisted(past))
-        track["rows"] = track["events"] = track["notes"] = track["pasts"] = 0
+        track["rows"] = track["events"] = track["notes"] = track["pasts"] = track["is_heard"] = 0
         self._read_held()
         own = engine.groups
         own.members = int(self.groups["members"])

@@ -34,10 +34,12 @@ from pool_pymunk.fast.moves import keep, keep_held, path_from, put_on
 from pool_pymunk.fast.records import (
     CHANGES,
     COLUMNS,
+    HITS,
     MOST_NOTES,
     MOST_ROWS,
     MOST_TOGETHER,
     NOTHING,
+    STOPS,
     WHOLE,
     Out,
     Shots,
@@ -49,7 +51,7 @@ from pool_pymunk.fast.records import (
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.complementarity import decide
-from pool_pymunk.physics.motion_changes import ROLL, STOP
+from pool_pymunk.physics.motion_changes import STOP
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
 from pool_pymunk.physics.pieces import part_of, piece_of
 from pool_pymunk.physics.surface import NO_ROLL, roll_at
@@ -59,7 +61,6 @@ from pool_pymunk.physics.surface import NO_ROLL, roll_at
 SETTLED, OUT_OF_TIME, OUT_OF_EVENTS, PAUSED, HARD = 0, 1, 2, 3, -1
 # what the engine asks the press for (fast/press.py), and a table the loop (fast/live.py)
 PIECE, DECIDE, END, ENTER, GO_ON = 1, 2, 3, 4, 5
-HITS, STOPS = 1, 2  # what somebody hears of: hits, pockets and persistent contacts, and stops
 ALMOST = 0.75  # of the room for tracks; what happens at one instant takes less than the rest
 
 
@@ -246,15 +247,14 @@ def play(w: Work, sides: Sides) -> int:
 
 def has_told(w: Work, t: float) -> bool:
     """Tell whether somebody is to hear of what has happened, before what is due at ``t`` (s)."""
-    track, r, is_told = w.track, w.groups, False
-    if w.scene.hears & HITS:
-        is_told = track.pasts > 0
+    track, r, is_told = w.track, w.groups, w.track.is_heard != 0
+    if w.scene.hears & HITS and w.scene.least == 0.0:
+        is_told |= track.pasts > 0
         for m in range(r.helds if t > w.now else 0):
             is_told |= not groups.holds(r, int(r.held[m][0]), int(r.held[m][1]))
-    for k in range(track.events if w.scene.hears else 0):
-        other = track.event[k][2]
-        is_told |= other != ROLL and w.scene.hears & (STOPS if other == STOP else HITS) != 0
-    return is_told
+    for k in range(track.events if w.scene.hears & STOPS else 0):
+        is_told |= track.event[k][2] == STOP
+    return bool(is_told)
 
 
 def first_of_all(w: Work, i: int, t: float) -> int:

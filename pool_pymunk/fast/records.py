@@ -25,6 +25,7 @@ MOST_BALLS, CROWD = 64, 512
 MOST_TOGETHER = 64  # A shot with more contacts at one instant goes to the engine.
 MOST_ROWS = 4096  # A track with more breakpoints goes to the engine.
 ROOM = 65_536  # This many breakpoints of some shots are kept together, in 6 MB a thread.
+HITS, STOPS = 1, 2  # what somebody hears of: hits, pockets and persistent contacts, and stops
 NOTHING = -1  # stands for no ball, no side, no pocket
 
 C, F, I = MOST_TOGETHER, np.float64, np.int64  # noqa: E741
@@ -46,9 +47,9 @@ SIDES = {
 SCENE = np.dtype(
     [("kind", I), ("together", I), ("balls", I), ("walls", I), ("cue", I), ("watched", I),
      ("latest", F), ("most", I), ("keeps", I), ("resumes", I), ("slip", F, 2), ("coarser", F),
-     ("hears", I), ("asks", I), ("steps", I), ("longest", F), ("time", F), ("answer", F, 4),
-     ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F), ("pull", F), ("drag", F),
-     ("cushion_friction", F), ("ball_friction", F)]
+     ("hears", I), ("least", F), ("asks", I), ("steps", I), ("longest", F), ("time", F),
+     ("answer", F, 4), ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F),
+     ("pull", F), ("drag", F), ("cushion_friction", F), ("ball_friction", F)]
 )  # fmt: skip
 
 # A ball has its path, a speed that it does not exceed there, how much of a velocity is noise, and a
@@ -84,7 +85,7 @@ COLUMNS, MOST_NOTES = 10, 1024
 # the number of its hits, and whether they came to an end.
 IN_COLLAPSE, IS_OVER, IS_CUT = -2, -3, -4
 TRACK = np.dtype(
-    [("rows", I), ("events", I), ("notes", I), ("pasts", I),
+    [("rows", I), ("events", I), ("notes", I), ("pasts", I), ("is_heard", I),
      ("row", F, (MOST_ROWS, COLUMNS)), ("event", F, (2 * MOST_ROWS, 7)),
      ("note", F, (MOST_NOTES, 3)), ("past", F, (MOST_NOTES, COLUMNS))]
 )  # fmt: skip
@@ -98,6 +99,12 @@ CONTACT = np.dtype(
     [("a", I), ("b", I), ("normal", F, 2), ("wall", I), ("curvature", F),
      ("pair", [(name, F) for name in Pair._fields])]
 )  # fmt: skip
+# The impulses of a group are found along two lines a contact, of which each has a row here.
+# `momentum` is what each ball gets (N s), and `trial` has velocities (m/s).
+SHARED: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    **together.ROOM, "line": (CONTACT, ("C",)),
+    "momentum": (float, ("N", 2)), "trial": (float, ("N", 2)),
+}  # fmt: skip
 
 
 def form_of(form: Any, balls: int, contacts: int, /, **scalars: Any) -> Any:
@@ -134,6 +141,7 @@ def parts_of(balls: int) -> dict[str, Any]:
             movers=I,
         ),
         "collapses": I,
+        "shared": form_of(SHARED, balls + 1, 2 * C),
         "orders": form_of(
             together.ORDERS, balls, C, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I,
             is_over=I,

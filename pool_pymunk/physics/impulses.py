@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed, groups
-from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
+from pool_pymunk.physics.together import Room, at_once, coupling, least_impulses, lines, room
 
 # A method explains a change of velocities if it errs by less than this share. Rounding in some
 # thousand calls is less, and a wrong method errs by hundredths, so half or twice this would do.
@@ -180,8 +180,14 @@ def _least(group: Sequence[Contact], change: Mapping[int, Vector]) -> list[Impul
     momentum = {i: (masses[i] * x, masses[i] * y) for i, (x, y) in change.items()}
     both = lines([contact._replace(pair=UNIT) for contact in group])
     own = room(len(both))
-    for k, line in enumerate(both):
-        own.response[k] = [coupling(line, other) for other in both]
-        own.wanted[k], own.pushing[k] = -closing_speed(line, momentum), True
-    least_impulses(own, len(both))
+    explain(both, len(both), momentum, own)
     return _opposite(group, own.impulse[::2], own.impulse[1::2])
+
+
+def explain(both: Any, count: int, momentum: Any, room: Room) -> None:
+    """Find the impulses of least norm along lines that explain changes of ``momentum`` (N s)."""
+    for k in range(count):
+        for m in range(count):
+            room.response[k][m] = coupling(both[k], both[m])
+        room.wanted[k], room.pushing[k] = -closing_speed(both[k], momentum), True
+    least_impulses(room, count)

@@ -109,6 +109,11 @@ class Callbacks(Recorder):
         is_heard = [self.of(name) is not None for name in ("on_contact", "on_pocket", "on_stop")]
         return is_heard[0] or is_heard[1], is_heard[2]
 
+    @property
+    def least_heard(self) -> float:
+        """The speed (m/s) below which nobody hears of hits; infinite if nobody hears of any."""
+        return math.inf if self.of("on_contact") is None else self.least_closing
+
     # -- the instant is over ---------------------------------------------------------------------
 
     def tell_all(self) -> None:
