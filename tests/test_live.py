@@ -167,22 +167,22 @@ def test_hits_that_nobody_hears_change_nothing(least: float, played: Counter[boo
 
 def test_the_loop_waits_for_nobody_who_hears_of_pockets_alone() -> None:
     """It tells what has happened once a step, and not at each hit."""
-    scene, told = some_scene("rack", 1), {}
+    scene, heard = some_scene("rack", 1), {}
     ahead.compile(scene)
     for name in ("on_contact", "on_pocket"):
         table = set_up(scene, scene.start(None), Settings(DT), "joint")
         setattr(table, name, lambda *_: None)
-        told[name] = 0
+        heard[name] = 0
         tell = table.engine.recorder.tell_all  # type: ignore[attr-defined]
 
         def counted(name: str = name, tell: Callable[[], object] = tell) -> None:
-            told[name] += 1
+            heard[name] += 1
             tell()
 
         table.engine.recorder.tell_all = counted  # type: ignore[attr-defined]
         for _ in range(60):
             table.step(DT)
-    assert told["on_pocket"] == 0 < told["on_contact"]
+    assert heard["on_pocket"] == 0 < heard["on_contact"]
 
 
 def test_another_cloth_is_that_of_python(played: Counter[bool]) -> None:

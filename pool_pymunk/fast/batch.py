@@ -41,7 +41,7 @@ class Batch:
 
     ``handed_back`` (S,) marks the shots that the exact solver played in Python, because they are
     hard or the law is not compiled; ``by_reference`` is their number. A shot is hard if more than
-    64 contacts come at one instant, or if the impulses of contacts of balls that roll are unknown.
+    64 contacts come at one instant, or if a law answers contacts of balls that roll in all orders.
     ``in_doubt`` (S,) marks shots in which contacts of one instant have no known order, and those
     handed back. ``wall_time`` is in s.
 

@@ -3,7 +3,8 @@
 It finds what happens next in a table of pairs, as the engine does in its queue. What happens then
 is answered by the engine's own functions (:mod:`pool_pymunk.engine.instants` and
 :mod:`pool_pymunk.engine.modes`), so every bit of an end is the same. A shot is ``HARD``, and goes
-to the engine, if too many contacts come at once, their impulses are unknown, or a ball is lost.
+to the engine, if too many contacts come at once, if a law answers those of rolling balls in all
+orders, or if a ball is lost.
 """
 
 from __future__ import annotations
