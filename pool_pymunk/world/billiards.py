@@ -412,7 +412,7 @@ class Billiards:
         >>> ball = live.add_ball(pymunk.Circle(body, 0.03), id="cue")
         >>> scene, state = live.to_scene()
         >>> tries = simulate_many(scene, state.position, [[(v, 0.0)] for v in (1.0, 2.0)])
-        >>> tries.end[:, 0].tolist()
+        >>> tries.final[:, 0].tolist()
         [[0.5, 0.0], [2.0, 0.0]]
         """
         self._catch_up(sees_walls=True)
