@@ -86,7 +86,7 @@ def moved(g: Any, i: int, x: float, y: float, t: float) -> tuple[float, float]:
 def delay(g: Any, row: Any, t: float) -> None:
     """Delay the end of a slide: its time errs by a unit, and by three units of the slide."""
     if is_of_errors(g):
-        add(g, g.late[np.newaxis], (UNIT * (t + 3.0 * (t - row[1])),), TIMES)
+        add(g, g.late.reshape(1, len(g.late)), (UNIT * (t + 3.0 * (t - row[1])),), TIMES)
 
 
 def may_miss(g: Any, own: Any, velocity: Any, normal: Any, curvature: float) -> bool:

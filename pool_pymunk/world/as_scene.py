@@ -72,7 +72,7 @@ def name_of(ball: TableBall) -> str:
 def _law_of(engine: ContactEngine) -> str:
     law = engine.law
     if LAWS.get(law.name) is not law:
-        message = "a scene has a law of a name: give a law of your own to simulate(law=...)"
+        message = "a scene has a law by its name, so it cannot have one of your own"
         raise setting_error("law", law.name, message)
     return law.name
 
