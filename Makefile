@@ -93,7 +93,6 @@ gallery: $(VENV)/installed
 	$(BIN)/pool-pymunk atlas eight-ball --ball cue --angle -8:8 --speed 2:10 --size 660x440 \
 		--out renders/gallery/atlas-eight-ball.png
 	$(BIN)/python examples/find_a_shot.py --out renders/gallery
-	$(BIN)/python examples/pool_opponent.py --out renders/gallery
 
 # pictures of the page in a browser, for the gallery
 screenshots: $(VENV)/browser-installed

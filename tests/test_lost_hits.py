@@ -16,7 +16,9 @@ from shots import needs_numba
 from small_tables import deepest, small_table
 
 from pool_pymunk import Ball, Friction, Restitution, Scene, Table, simulate
+from pool_pymunk.engine import modes
 from pool_pymunk.fast import ahead
+from pool_pymunk.physics.pressed import REST
 
 Point = tuple[float, float]
 
@@ -147,6 +149,19 @@ def test_no_hit_is_lost_on_random_tables() -> None:
 @pytest.mark.parametrize("seed", [102, 4956, 5442, 5868, 7820, 20366])
 def test_no_hit_is_lost_at_arcs(seed: int) -> None:
     assert deepest(simulate(small_table(seed), solver="event-driven")) < 1e-8
+
+
+@pytest.mark.slow
+def test_a_group_of_which_no_ball_moves_has_no_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One variant of this run had a million at one instant."""
+    set_out = modes.set_out
+
+    def checked(w: Any, leader: int, is_second: int) -> None:
+        assert any(w.press.phase[m] != REST for m in range(w.press.balls))
+        set_out(w, leader, is_second)
+
+    monkeypatch.setattr(modes, "set_out", checked)
+    simulate(small_table(40061), solver="event-driven", compiled=False)
 
 
 @takes_long

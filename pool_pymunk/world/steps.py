@@ -41,9 +41,7 @@ class Callbacks(Recorder):
     def __init__(self, state: WatchedState, table: object) -> None:
         self.state = state
         self.of = partial(getattr, table)
-        self.least_closing = (
-            0.0  # m/s; nobody hears of slower hits, nor of persistent contacts then
-        )
+        self.least_closing = 0.0  # m/s; if it is above 0, lasting contacts are silent, too
         self.pending: list[PendingCall] = []  # what has happened in the present instant
         self._before = Snapshot()  # how the bodies moved when the present callback was called
 
