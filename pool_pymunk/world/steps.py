@@ -41,7 +41,7 @@ class Callbacks(Recorder):
     def __init__(self, state: WatchedState, table: object) -> None:
         self.state = state
         self.of = partial(getattr, table)
-        self.least_closing = 0.0  # m/s; if it is above 0, lasting contacts are silent, too
+        self.least_closing = 0.0  # m/s; above 0, nobody hears of persistent contacts, either
         self.pending: list[PendingCall] = []  # what has happened in the present instant
         self._before = Snapshot()  # how the bodies moved when the present callback was called
 
