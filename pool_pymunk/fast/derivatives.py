@@ -80,7 +80,7 @@ class Follower:
         is_cut = (self.out.status[part] == OUT_OF_TIME) | (duration == scene.physics.max_time)
         numbers = changed_numbers(scene, self.names, "restitution.cue_ball" in self.source.vary)
         starts, work = self._starts(part), self.source.work(keeps=True)
-        g = _follow(scene, work.scene, tracks, numbers, starts.shape[2])
+        g = _follow(scene, work[0].scene, tracks, numbers, starts.shape[2])
         pass_ = compiled.follow_shots(follow_shots)
         ends = np.column_stack((tracks.ends, duration, is_cut, np.zeros(len(duration))))
         pass_(g, self.source.shots(part), starts, ends, self.found[part], self.why[part])

@@ -100,10 +100,7 @@ class Loop:
         if self.state == ON and until != self.until and not self._is_as_before():
             self.leave()
         self.until = until
-        if self.state == OFF and until <= self.given_up:
-            return False  # The engine plays this step to its end.
-        if self.state != ON and not (self._may_play() and self._enter()):
-            self._hand_back(until)
+        if not self.resume(until):
             return False
         hits, stops = self.table.callbacks.hears()
         self.scene["hears"] = HITS * hits + STOPS * stops
@@ -121,10 +118,15 @@ class Loop:
             self._tell()
         return True
 
-    def resume(self, until: float) -> None:
-        """Play again after the engine has taken over; else let the engine play up to a time (s)."""
-        if self.state == TAKEN and not (self._may_play() and self._enter()):
-            self._hand_back(until)
+    def resume(self, until: float) -> bool:
+        """Let the record have what is due, or the engine play up to a time (s); tell which."""
+        is_given_up = self.state == OFF and until <= self.given_up
+        if not (self.is_on or is_given_up):
+            if self._may_play() and self._enter():
+                self.until = until  # Balls and walls are as they came.
+            else:
+                self._hand_back(until)
+        return self.is_on
 
     def _is_as_before(self) -> bool:
         """Tell whether walls and balls are as they were when the record began."""
@@ -160,7 +162,7 @@ class Loop:
         Return how that ended, and whether somebody is to hear of it.
         """
         self.scene["asks"], self.scene["time"] = what, until
-        self.loaded[self.form](self.work, self.arrays, *self.no_shots, 0, 0)
+        self.loaded[self.form](self.array, self.arrays, *self.no_shots, 0, 0)
         status, self.next_t, has_told, _ = self.scene["answer"].tolist()
         return int(status), bool(has_told)
 
@@ -191,7 +193,7 @@ class Loop:
         engine = self.engine
         if self.array is None or self.array.dtype != WORKS[self.form.rolls, self.form.many]:
             self.array = record_of(self.engine, self.form)
-            self.work, self.scene = self.array[0], self.array["scene"][0]
+            self.scene = self.array["scene"][0]
             self.ball, self.due = self.array["ball"][0], self.array["due"][0]
             self.groups, self.track = self.array["groups"][0], self.array["track"][0]
             self.instant = self.array["instant"][0]

@@ -66,12 +66,15 @@ ALMOST = 0.75  # of the room for tracks; what happens at one instant takes less 
 
 
 def play_shots(
-    w: Work, table: TableArrays, shots: Shots, out: Out, tracks: Tracks, first: int, last: int
+    work: Any, table: TableArrays, shots: Shots, out: Out, tracks: Tracks, first: int, last: int
 ) -> int:
     """Play the shots from ``first`` up to ``last``, and return how many were played.
 
-    They are fewer if ``out.halt`` is set, or if the ``tracks`` have no room for another one.
+    They are fewer if ``out.halt`` is set, or if the ``tracks`` have no room for another one. The
+    record is the only one of an array (1,), because numba takes an array over in a microsecond, and
+    a record in forty.
     """
+    w: Work = work[0]
     if w.scene.asks >= ENTER:
         answer_table(w, table.sides)
         return 0

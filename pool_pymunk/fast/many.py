@@ -240,7 +240,7 @@ def play_chunk(
         if first == count:
             break
     if watcher is not None and watcher.replays:
-        work.scene.keeps = 0
+        work[0].scene.keeps = 0
         for s in np.flatnonzero(own.status < 0).tolist():
             play(work, table, shots, own, kept, s, s + 1)
     return first

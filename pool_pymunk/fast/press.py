@@ -44,7 +44,7 @@ class RecordPress(Press):
 
     def __init__(self, form: Form, play: Any) -> None:
         work = np.zeros(1, dtype=WORKS[form.rolls, form.many])
-        self.play, self.work = play, work[0]
+        self.play, self.work = play, work
         self.nothing = nothing(form.differ)
         press, self.asks = work["press"], work["scene"][0]
         self.numbers = {name: views(press[name]) for name in NUMBERS}

@@ -158,15 +158,17 @@ def work_of(rolls: bool, balls: int) -> Any:
 
     A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
     """
-    return np.dtype(
-        [("scene", SCENE), ("ball", BALLS[rolls], balls), ("now", F), ("errors", ERRORS),
-         ("is_hard", I), ("in_doubt", I), ("next_t", F, balls), ("due", DUE, balls),
-         ("pair_t", F, (balls, balls)), ("anew", I, balls), ("last", F, (balls, 6)),
-         *parts_of(balls).items()]
-    )  # fmt: skip
+    fields = [
+        ("scene", SCENE), ("ball", BALLS[rolls], balls), ("now", F), ("errors", ERRORS),
+        ("is_hard", I), ("in_doubt", I), ("next_t", F, balls), ("due", DUE, balls),
+        ("pair_t", F, (balls, balls)), ("anew", I, balls), ("last", F, (balls, 6)),
+        *parts_of(balls).items(),
+    ]  # fmt: skip
+    return np.dtype((np.record, fields))
 
 
-# These are the forms of records by whether balls roll, and whether they are a crowd.
+# These are the forms of records by whether balls roll, and whether they are a crowd. numba compares
+# other forms with them field by field, which takes longer than a shot.
 WORKS = {
     (rolls, many): work_of(rolls, CROWD if many else MOST_BALLS)
     for rolls in BALLS for many in (False, True)

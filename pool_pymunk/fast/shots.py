@@ -94,10 +94,10 @@ class Source(NamedTuple):
         return places
 
     def work(self, keeps: bool) -> Any:
-        """Return a record in which shots can be played, and which may keep their tracks."""
+        """Return an array (1,) of a record in which shots can be played, and may keep their tracks."""
         form = loop_form(self.scene)
-        work = np.zeros(1, dtype=WORKS[form.rolls, form.many]).view(np.recarray)[0]
-        own, latest = work.scene, self.asked.settings.max_time
+        work = np.zeros(1, WORKS[form.rolls, form.many])
+        own, latest = work[0].scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)
         own.watched, own.keeps, own.coarser, own.most = self.watched, keeps, 1.0, NEVER_SETTLES
         own.balls, own.walls = len(self.scene.balls), len(self.scene.cushions)
