@@ -17,6 +17,7 @@ from pool_pymunk.fast.tables import (
     cue_of,
     law_number,
     loop_form,
+    put_patches,
     together_number,
 )
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
@@ -96,7 +97,9 @@ class Source(NamedTuple):
     def work(self, keeps: bool) -> Any:
         """Return a record in which shots can be played, and which may keep their tracks."""
         form = loop_form(self.scene)
-        work = np.zeros(1, dtype=WORKS[form.rolls, form.many]).view(np.recarray)[0]
+        array = np.zeros(1, dtype=WORKS[form.rolls, form.many]).view(np.recarray)
+        put_patches(array, self.scene.ground)
+        work = array[0]
         own, latest = work.scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)
         own.watched, own.keeps, own.coarser, own.most = self.watched, keeps, 1.0, NEVER_SETTLES

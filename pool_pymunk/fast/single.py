@@ -37,6 +37,7 @@ from pool_pymunk.fast.tables import (
     cue_of,
     law_number,
     loop_form,
+    put_patches,
     table_of,
     together_number,
 )
@@ -46,7 +47,7 @@ from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import NO_FRICTION, Law
-from pool_pymunk.physics.motion_changes import ROLL, STOP
+from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
 from pool_pymunk.physics.path import Path
 from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.exact import EngineTrace, pockets
@@ -129,7 +130,7 @@ class Desk:
     """A desk is the record in which a thread plays runs, with views of what it reads and writes."""
 
     def __init__(self, form: Form) -> None:
-        array = np.zeros(1, dtype=WORKS[form.rolls, form.many])
+        self.array = array = np.zeros(1, dtype=WORKS[form.rolls, form.many])
         self.work = array[0]
         self.scene, self.errors, self.ball = array["scene"][0], array["errors"][0], array["ball"][0]
         self.now, self.last = array["now"], array["last"][0]
@@ -164,6 +165,7 @@ class Desk:
             }  # fmt: skip
             for key, value in values.items():
                 self.scene[key] = value
+            put_patches(self.array, scene.ground)
             self.prepared = its
         begin_errors(errors := Errors(), variant)
         for key, value in vars(errors).items():
@@ -255,6 +257,8 @@ def note_event(trace: EngineTrace, t: float, i: int, other: int, impulse: list[f
         trace.ball_ball(t, i, other, Impulse(*impulse))
     elif other == ROLL:
         trace.roll(i, t)
+    elif other <= OUT:
+        trace.crossed(i, OUT - 1 - other, t)
     elif other == STOP:
         trace.events.append((t, "stop", (i,), None, None))
     elif -1 - other < cushions:
