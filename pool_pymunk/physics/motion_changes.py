@@ -116,12 +116,8 @@ def move(g: Any, i: int, t: float) -> None:
 
 def carry(g: Any, row: Any, own: Any, t: float) -> None:
     """Take a change from a breakpoint along the path to a time (s)."""
-    vx, vy, time, (pull, drag, of_pull, of_drag) = (
-        row[4],
-        row[5],
-        t - row[1],
-        friction_of(g, row, t),
-    )
+    vx, vy, time = row[4], row[5], t - row[1]
+    pull, drag, of_pull, of_drag = friction_of(g, row, t)
     if len(own) == 4:
         by_state, by_pull = slowing(vx, vy, time, pull)
         advance_slowing(g, own, by_state, by_pull, g.of_numbers[of_pull])

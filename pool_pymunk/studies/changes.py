@@ -180,7 +180,8 @@ def follow_of(
         corners, [SimpleNamespace(at=0, met=STOP, gone=ball.id in gone, mass=ball.mass,
                                   radius=ball.radius) for ball in scene.balls],
         np.vstack((of_numbers, np.zeros(inputs))), of_mass, of_radius, starts.copy(),
-        np.zeros((count, inputs), bool), np.zeros(inputs), one, **columns.room(size, inputs), **signs, anchors=anchors, kept=kept,
+        np.zeros((count, inputs), bool), np.zeros(inputs), one, **columns.room(size, inputs),
+        **signs, anchors=anchors, kept=kept,
         borders=scene.ground.borders, ground=scene.ground.own,
     )  # fmt: skip
     return g
