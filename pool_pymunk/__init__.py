@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pool_pymunk.model import (
         Ball,
         Friction,
+        Patch,
         Physics,
         Pocket,
         Post,
@@ -71,6 +72,7 @@ __all__ = [
     "Normal",
     "Outcome",
     "Pair",
+    "Patch",
     "PersistentContact",
     "Physics",
     "Pocket",
@@ -113,7 +115,7 @@ __all__ = [
 _HOMES = {
     "fast": "Batch simulate_many",
     "fast.ahead": "compile",
-    "model": "Ball Friction Physics Pocket Post Restitution Scene SceneError Shot State Table"
+    "model": "Ball Friction Patch Physics Pocket Post Restitution Scene SceneError Shot State Table"
     " Units",
     "model.racks": "rack",
     "model.scenario": "load loads",

@@ -19,7 +19,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 from typing import Any
 
-from pool_pymunk.engine import decisions, groups, instants, modes, persisting
+from pool_pymunk.engine import borders, decisions, groups, instants, modes, persisting
 from pool_pymunk.engine.answers import Instant
 from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
@@ -29,6 +29,7 @@ from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import NO_FRICTION, Law
 from pool_pymunk.physics.pairs import pair_time
+from pool_pymunk.physics.patches import NO_PATCHES, Patches
 from pool_pymunk.physics.path import (
     NOISE,
     Path,
@@ -38,7 +39,7 @@ from pool_pymunk.physics.path import (
 )
 from pool_pymunk.physics.pressed import Press
 from pool_pymunk.physics.sides import Wall, unit
-from pool_pymunk.physics.surface import Surface
+from pool_pymunk.physics.surface import NO_ROLL, Surface
 
 # Once the compiled loop is loaded, it puts in here what plays a table's engine, with the same bits
 # (pool_pymunk/fast/live.py).
@@ -67,7 +68,6 @@ class ContactEngine:
         self, law: Law, pair: Callable[[int, int], Pair], surface: Surface, recorder: Recorder
     ) -> None:
         self.pair = pair
-        self.surface = surface
         self.recorder = recorder
         self.now = 0.0
         self.is_finite = True
@@ -85,6 +85,7 @@ class ContactEngine:
         self.collapses = 0  # of more than two contacts, so far
         self.groups, self.press = Groups(), Press()  # balls in persistent contact
         self.compiled = True  # Presses are compiled where that is loaded.
+        self.lay(surface)
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
@@ -94,6 +95,24 @@ class ContactEngine:
         self.loop: Any = None  # It may have the groups, and what is due.
 
     # -- setting up ----------------------------------------------------------------------------
+
+    def lay(self, surface: Surface, patches: Patches = NO_PATCHES) -> None:
+        """Let balls move over a surface, and over others where there are patches."""
+        self.surface, self.patches = surface, patches
+        self.pull = max(each.pull for each in (surface, *patches.surfaces))
+
+    def surface_of(self, i: int) -> Surface:
+        """Return the surface where ball ``i`` is."""
+        patch = self.groups.patch[i]
+        return self.surface if patch < 0 else self.patches.surfaces[patch]
+
+    def path_at(
+        self, i: int, t: float, place: Vector, velocity: Vector, roll: Vector = NO_ROLL
+    ) -> Path:
+        """Return the path of ball ``i``, which somebody puts at a place (m) at a time (s)."""
+        self.groups.hold(i + 1, 0)
+        self.groups.patch[i] = self.patches.at(*place)
+        return self.surface_of(i).path(t, place, velocity, roll)
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
@@ -175,7 +194,10 @@ class ContactEngine:
                         end = t
                 if end < math.inf:
                     end += decisions.nearly_now(self.radii[i], self.speeds[i])
-                elif path.end < math.inf and leader[i] < 0:
+                if self.patches.borders and (t := borders.next_crossing(self, i)) < math.inf:
+                    push(t, What("patch", i))
+                    end = min(end, t)
+                if end == math.inf > path.end and leader[i] < 0:
                     push(path.end, What("stop", i))
             self.path_ends[i] = end
         self._look_ahead(balls)
@@ -294,6 +316,9 @@ class ContactEngine:
         self.tally.answered += 1
         if what.kind == "stop":
             instants.end_path(self, None, what.i)
+            return
+        if what.kind == "patch":
+            borders.cross(self, None, what.i)
             return
         if what.kind == "piece":
             modes.go_on(self, None, what.i)

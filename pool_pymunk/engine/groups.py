@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from pool_pymunk.engine.asked import find_end, has_room, mass_of, radius_of
+from pool_pymunk.engine.asked import find_end, has_room, mass_of, pull_and_drag, radius_of
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.physics.contact import Contact
@@ -27,6 +27,8 @@ NONE = -1  # stands for no ball, no contact
 # the `changes` of mode at one instant, how long (s) balls that creep are `held_for`, and its
 # tolerances (`small`). A ball has had `many` hits,
 # the last at `hit_t` (s); it is `loose` if its group was taken apart.
+# A ball is in a `patch`, or in none (-1); it last `crossed` a border at a time (s), and has had so
+# many `crossings` at that instant.
 # `wait` has contacts without forces (ball, other) `until` a time (s), of a moment `length` (s).
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "leader": (int, ("N",)), "next": (int, ("N",)), "contact": (int, ("N",)),
@@ -38,6 +40,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, ("N", 3)),
     "hit_t": (float, ("N",)), "many": (int, ("N",)), "loose": (int, ("N",)), "todo": (int, ("N",)),
     "local": (int, ("N",)), "first": (int, ("N",)), "joined": (int, ("N",)), "out": (int, ("N",)),
+    "patch": (int, ("N",)), "crossed": (float, ("N",)), "crossings": (int, ("N",)),
     "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)), "is_new": (int, ("N",)),
     "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
     "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
@@ -85,6 +88,7 @@ def forget_all(r: Any) -> None:
 def forget_ball(r: Any, i: int) -> None:
     """Forget what ball ``i`` was part of."""
     r.leader[i], r.loose[i], r.many[i], r.hit_t[i] = NONE, 0, 0, -math.inf
+    r.patch[i], r.crossed[i] = NONE, -math.inf
 
 
 def contact_of(r: Any, i: int, other: int) -> int:
@@ -121,6 +125,7 @@ def put_ball(w: Any, m: int, i: int, phase: int, stuck: int) -> None:
     g = w.press
     g.ball[m], g.mass[m], g.radius[m] = i, mass_of(w, i), radius_of(w, i)
     g.phase[m], g.stuck[m], w.groups.local[i] = phase, stuck, m
+    g.pull[m], g.drag[m] = pull_and_drag(w, i)
 
 
 def put_contact(w: Any, k: int, i: int, other: int) -> None:

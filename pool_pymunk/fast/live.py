@@ -39,15 +39,17 @@ from pool_pymunk.fast.tables import (
     arrays_of,
     coefficients_of,
     cue_of,
+    fits,
     knows,
     law_number,
     own_of,
+    put_patches,
     together_number,
 )
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.impulses import Impulse
-from pool_pymunk.physics.motion_changes import ROLL, STOP
+from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.pressed import lengths
 from pool_pymunk.physics.surface import Rolling, Sliding
@@ -147,6 +149,7 @@ class Loop:
             and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
             and engine.recorder is self.table.callbacks
             and all(ball.is_as_it_came() for ball in self.table.on_table())
+            and fits(engine.patches)
             and pairs_of(self.table.pair_as_said, engine.masses) is not None
         )  # fmt: skip
 
@@ -225,6 +228,7 @@ class Loop:
         for key, value in values.items():
             self.scene[key] = value
         self.array["now"], self.array["collapses"] = engine.now, engine.collapses
+        put_patches(self.array, engine.patches)
         for key, value in vars(engine.errors).items():
             self.array["errors"][0][key] = value
 
@@ -394,7 +398,7 @@ class Loop:
             if vx == vy == ax == ay == 0.0:
                 path = standing(t, x, y)
             else:
-                path = engine.surface.path(t, (x, y), (vx, vy), (wx, wy))
+                path = engine.surface_of(i).path(t, (x, y), (vx, vy), (wx, wy))
                 if path.ax != ax or path.ay != ay:
                     path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
             engine.paths[i] = path
@@ -407,6 +411,9 @@ class Loop:
             engine.recorder.stop(i, t, motion_at(engine.paths[i], t)[:2])
         elif other == ROLL:
             engine.recorder.roll(i, t)
+        elif other <= OUT:
+            engine.groups.patch[i] = OUT - 1 - other
+            engine.recorder.crossed(i, OUT - 1 - other, t)
         elif other < 0 and engine.walls[-1 - other].is_pocket:
             wall, motion = engine.walls[-1 - other], motion_at(engine.paths[i], t)
             assert wall.center is not None

@@ -17,6 +17,7 @@ from pool_pymunk.fast.tables import (
     cue_of,
     law_number,
     loop_form,
+    put_patches,
     together_number,
 )
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
@@ -94,9 +95,10 @@ class Source(NamedTuple):
         return places
 
     def work(self, keeps: bool) -> Any:
-        """Return an array (1,) of a record in which shots can be played, and may keep their tracks."""
+        """Return an array (1,) of a record to play shots in, which may keep their tracks."""
         form = loop_form(self.scene)
         work = np.zeros(1, WORKS[form.rolls, form.many])
+        put_patches(work, self.scene.ground)
         own, latest = work[0].scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)
         own.watched, own.keeps, own.coarser, own.most = self.watched, keeps, 1.0, NEVER_SETTLES

@@ -60,6 +60,7 @@ class Solver:
     late: bool = False  # It answers contacts at the end of a step, so up to a step late.
     own_law: bool = False  # It does not use the scene's contact law.
     rolls: bool = False  # It plays scenes in which balls roll.
+    patches: bool = False  # It plays scenes that have patches.
     engine: bool = False  # It has the contact engine, so it can play variants of a run.
     limits: str = ""  # It says why the method must break at extremes. Empty: it must not break.
 

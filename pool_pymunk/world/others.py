@@ -169,11 +169,12 @@ class SharedSteps(Steps):
             return
         (ax, ay), (dx, dy) = kick or NOTHING, self._turned.get(ball, NOTHING)
         gain, was = (ax * self.dt, ay * self.dt), (before.vx + dx, before.vy + dy)
-        if path and self.surface.pull > 0.0 and not (self.has_joints and path.slows):
-            vx, vy = self.mean_velocity(path, self.time)
+        if path and self.engine.pull > 0.0 and not (self.has_joints and path.slows):
+            vx, vy = self.mean_velocity(ball.number, path, self.time)
             kept = vx + dx, vy + dy
         else:
-            kept = self._slowed(was, gain, share, self.surface.drag if path else 0.0)
+            drag = self.engine.surface_of(ball.number).drag if path else 0.0
+            kept = self._slowed(was, gain, share, drag)
         wx, wy = now.vx - kept[0], now.vy - kept[1]
         sizes = sum(map(abs, (*was, *kept, *now[2:4])))
         is_pushed = not abs(wx) + abs(wy) <= PUSH_ROUNDING * sizes
@@ -193,7 +194,7 @@ class SharedSteps(Steps):
 
     def _kick(self, ball: TableBall, gain: Vector, share: float) -> None:
         """Add a push to the damped velocity (m/s), unless friction holds the ball at rest."""
-        path, surface = self.engine.paths[ball.number], self.surface
+        path, surface = self.engine.paths[ball.number], self.engine.surface_of(ball.number)
         (gx, gy), ((x, y, vx, vy), roll) = gain, self.state_of(ball.number)
         # A ball that rolls keeps 5/7 of a push.
         holds = min(surface.pull, surface.drag / (1.0 - SHARE)) * self.dt
