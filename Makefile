@@ -15,7 +15,7 @@ QUICK := not long and not slow and $(ELSEWHERE)
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run without-extras oldest-numba test played test-all compiled played-all test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run without-extras oldest-numba test played test-all compiled played-all test-browser lint format bench gallery handin screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -93,6 +93,10 @@ gallery: $(VENV)/installed
 	$(BIN)/pool-pymunk atlas eight-ball --ball cue --angle -8:8 --speed 2:10 --size 660x440 \
 		--out renders/gallery/atlas-eight-ball.png
 	$(BIN)/python examples/find_a_shot.py --out renders/gallery
+
+# the report's film by its own algorithm, its figures and its table of ends, in renders/handin
+handin: $(VENV)/program-installed
+	$(BIN)/python docs/figures/hand_in.py
 
 # pictures of the page in a browser, for the gallery
 screenshots: $(VENV)/browser-installed

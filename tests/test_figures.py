@@ -41,6 +41,7 @@ from pool_pymunk.physics import collapse
 from pool_pymunk.physics.path import LOST
 from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.pieces import DEVIATION
+from pool_pymunk.render import FilmSettings
 from pool_pymunk.results.trace import COARSER
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
@@ -387,3 +388,23 @@ def test_the_pygame_tutorial_beside_ours(tmp_path: Path) -> None:
     for line, theirs, ours in zip(shown, rows[:4], rows[4:], strict=True):
         figures = [float(figure) for figure in re.findall(r"[\d.e-]+", line)]
         assert figures == pytest.approx([float(x) for x in (*theirs, *ours[1:])], abs=1e-9)
+
+
+# -- what a class hands in -------------------------------------------------------------------------
+
+
+def test_what_is_handed_in_has_all_its_parts(tmp_path: Path) -> None:
+    """Long slices are quick; with the report's own all ends agree (tests/test_time_slice.py)."""
+    made = runpy.run_path(str(HOME / "docs" / "figures" / "hand_in.py"))
+    small = FilmSettings(size=(320, 180), fps=5.0)
+    made["hand_in"](tmp_path, small, dt=1e-4)
+    page = (tmp_path / "hand-in.html").read_text(encoding="utf-8")
+    files = re.findall(r"src='(.*?)'", page)
+    assert len(files) == 4 * 3
+    assert all((tmp_path / name).stat().st_size > 0 for name in files)
+    assert [f"Figure {k}." in page for k in range(1, 9)] == [True] * 8
+    rows = (tmp_path / "ends.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 1 + 44 == page.count("<tr>")
+    assert max(float(row.rpartition(",")[2]) for row in rows[1:]) < 2.0
+    for end in ("(17.19, 21.28)", "(19.61, 21.69)", "(21.48, 22.58)"):
+        assert end in page
