@@ -33,7 +33,6 @@ class Layout(NamedTuple):
     tray: Bbox | None
     caption: Bbox
     letter: float
-    key: bool = False
 
     def places(self, count: int) -> tuple[float, list[Point]]:
         """Return the radius of balls in the tray, and where this many of them lie there."""
@@ -76,13 +75,10 @@ def _layout(
     caption = box(2 * margin, margin, width - 2 * margin, strip)
     if not compared:
         return Layout(width, height, rooms, None, shelf, caption, letter)
-    run = show.runs[0]
-    balls = discs(run.scene, run.at([0.0])[0][0], fit(show.seen, rooms[0], SMALL * letter))
-    key = not all(ball.is_labelled_inside for ball in balls)
-    longest = max(len(ball.label) for ball in balls)
-    beside = -(-len(balls) // KEY_ROWS) * (2.0 + 0.55 * longest) * letter if key else 0.0
+    columns = -(-len(show.movers) // KEY_ROWS)
+    beside = columns * (2.0 + 0.55 * max(map(len, show.movers), default=0)) * letter
     plot = box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit - beside, low - 3.0 * unit)
-    return Layout(width, height, rooms, plot, shelf, caption, letter, key)
+    return Layout(width, height, rooms, plot, shelf, caption, letter)
 
 
 class Sheet(NamedTuple):
@@ -114,7 +110,7 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
     if layout.plot is not None:
         size = (layout.width, layout.height) * 2
         plot = figure.add_axes(tuple(layout.plot.bounds / np.array(size)))
-        plot_distances(plot, show, times, style, 0.85 * layout.letter, key=layout.key)
+        plot_distances(plot, show, times, style, 0.85 * layout.letter)
     return Sheet(figure, axes, views, plot)
 
 

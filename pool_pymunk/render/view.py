@@ -120,6 +120,12 @@ class Show:
         run = self.runs[0]
         return tuple(b.id for b in run.scene.balls if b.id in run.off - run.pocketed.keys())
 
+    @cached_property
+    def movers(self) -> tuple[str, ...]:
+        """Return the balls that move in any run."""
+        balls = enumerate(self.runs[0].scene.balls)
+        return tuple(b.id for i, b in balls if any(r.knots[i][:, 3:5].any() for r in self.runs))
+
     @property
     def duration(self) -> float:
         """Return the time at which the last ball of any run stops (s)."""
