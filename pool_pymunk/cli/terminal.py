@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.sweep.job import Done
 
 WIDTH = 160  # characters of a line in a pipe, which has no width of its own
+DRAWN = 100  # characters of a line in a drawing, which can then be read at the width of a page
 PACE = 0.1  # s between two moves of the progress bar
 FIRST, SECOND = 0.7, 1.2  # s until a pipe has a line; the second if no estimate is known
 RARER = 8.0  # The next line comes after this many times as long.
@@ -46,7 +47,7 @@ def show(*parts: str | Printed) -> None:
 
 def draw(path: Path, title: str, *parts: str | Printed) -> None:
     """Draw lines and tables as they look on a terminal, with black on white, into an SVG file."""
-    console = Console(file=io.StringIO(), record=True, width=WIDTH)
+    console = Console(file=io.StringIO(), record=True, width=DRAWN)
     console.print(*(Text(part) if isinstance(part, str) else part for part in parts), sep="\n")
     drawn = console.export_svg(title=title, theme=DEFAULT_TERMINAL_THEME)
     without_hosts = re.sub(r"@font-face {.*?}", "", drawn, flags=re.DOTALL)
