@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -251,10 +252,10 @@ def test_the_choices_are_those_of_the_library() -> None:
 
 
 def test_help_shows_the_choices(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("COLUMNS", "80")
     for command in ("run", "compare", "render", "tradeoff"):
-        assert exit_code(command, "--help") == 0
-        shown = capsys.readouterr().out
+        assert exit_code(command, "--help-all") == 0
+        shown = re.sub(r"-\n +", "-", capsys.readouterr().out)  # Lines also end at hyphens.
         for choice in (*choices.SOLVERS, "coulomb|published", "joint|callback", "--max-time"):
             assert choice in shown, (command, choice)
     assert exit_code("collide", "--help") == 0
@@ -273,8 +274,34 @@ def test_help_fits_eighty_columns_and_has_an_example(
     assert "…" not in shown
     words = " ".join(shown.split())
     assert f"Example: pool-pymunk {command} {COMMANDS[command]}" in words
-    if "{SCENARIO}" in shown:
-        assert all(name in words for name in bundled())
+    others = set(bundled()) - {"report"} - set(COMMANDS[command].split())
+    assert not any(name in words for name in others)
+
+
+def options(command: str) -> list[str]:
+    """Return the first name of each option of a command."""
+    commands: Any = typer.main.get_command(app)
+    own = commands.commands[command].params
+    return [option.opts[0] for option in own if option.param_type_name == "option"]
+
+
+def test_help_is_short_and_names_every_option(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The top lists the scenarios, once; --help-all explains what --help only names."""
+    monkeypatch.setenv("COLUMNS", "80")
+    assert exit_code("--help") == 0
+    lines = (top := capsys.readouterr().out).splitlines()
+    assert all(top.count(name) for name in bundled())
+    for command in COMMANDS:
+        assert exit_code(command, "--help") == 0
+        lines += (shown := capsys.readouterr().out).splitlines()
+        assert exit_code(command, "--help-all") == 0
+        whole = capsys.readouterr().out
+        for option in options(command):
+            assert option in shown
+            assert re.search(rf"^ +(-h, )?{option}\b", whole, re.MULTILINE), (command, option)
+    assert len(lines) < 400
 
 
 @pytest.mark.parametrize("command", COMMANDS)

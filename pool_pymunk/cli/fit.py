@@ -30,8 +30,8 @@ def fit(
         str | None,
         opt.option("Standard deviation of one measured coordinate; default: estimated.", "LENGTH"),
     ] = None,
-    starts: Annotated[int, opt.option("Number of starts of the fit.", "N")] = 8,
-    seed: Annotated[int, opt.option("Seed of the random starts.", "N")] = 0,
+    starts: Annotated[int, opt.option("Number of starts of the fit.", "N", for_experts=True)] = 8,
+    seed: Annotated[int, opt.option("Seed of the random starts.", "N", for_experts=True)] = 0,
     aims_anew: opt.AimAnew = False,
     json: opt.JsonFile = None,
     out: Annotated[

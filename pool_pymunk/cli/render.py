@@ -36,13 +36,22 @@ def render(
     ] = None,
     fps: Annotated[float | None, opt.option("Frames a second; default: 60, gif: 25.")] = None,
     slow: Annotated[float, opt.option("Slower than life by this factor.")] = 1.0,
-    start: Annotated[float, opt.option("Film from this time on (s).", None, "--from")] = 0.0,
+    start: Annotated[
+        float, opt.option("Film from this time on (s).", None, "--from", for_experts=True)
+    ] = 0.0,
     end: Annotated[
-        float | None, opt.option("Film up to this time (s; default: to the end).", None, "--to")
+        float | None,
+        opt.option(
+            "Film up to this time (s; default: to the end).", None, "--to", for_experts=True
+        ),
     ] = None,
     pictures: opt.StartAndEnd = True,
-    picture_format: Annotated[str, opt.option("Their format.", "|".join(opt.PICTURES))] = "png",
-    dpi: Annotated[float, opt.option("Dots per inch of a png, which is 10 in wide.")] = 200.0,
+    picture_format: Annotated[
+        str, opt.option("Their format.", "|".join(opt.PICTURES), for_experts=True)
+    ] = "png",
+    dpi: Annotated[
+        float, opt.option("Dots per inch of a png, which is 10 in wide.", for_experts=True)
+    ] = 200.0,
 ) -> int:
     """Film every shot and draw its start and end.
 

@@ -48,7 +48,10 @@ def run(
         str | None, opt.option("Draw energy and momentum over time, too.", "energy")
     ] = None,
     units: Annotated[
-        str, opt.option(f'The units of the CSV: "scene", or some of {opt.KNOWN}.', "U,...")
+        str,
+        opt.option(
+            f'The units of the CSV: "scene", or some of {opt.KNOWN}.', "U,...", for_experts=True
+        ),
     ] = "m,kg,m/s",
 ) -> int:
     """Simulate every shot: the log, agreement with published ends, pictures and data.

@@ -28,9 +28,12 @@ def sensitivity(
     speed_error: Annotated[str, opt.option("Half-width of the shot's speed.", "SPEED")] = "0",
     angle_error: Annotated[str, opt.option("Half-width of the shot's angle.", "DEGREES")] = "0",
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
-    seed: Annotated[int, opt.option("Seed of random numbers.", "N")] = 0,
+    seed: Annotated[int, opt.option("Seed of random numbers.", "N", for_experts=True)] = 0,
     threads: Annotated[
-        int | None, opt.option("Threads; default: one per core.", "N", "--threads", "--processes")
+        int | None,
+        opt.option(
+            "Threads; default: one per core.", "N", "--threads", "--processes", for_experts=True
+        ),
     ] = None,
     shot: opt.ShotName = None,
     aims_anew: opt.AimAnew = False,

@@ -32,9 +32,10 @@ def tradeoff(
     max_time: opt.MaxTime = None,
     budget: Annotated[float, opt.option("About this time (s) for all repeated runs.", "S")] = 10.0,
     samples: Annotated[
-        int, opt.option("Perturbed starts, for the effect of rounded inputs.", "N")
+        int,
+        opt.option("Perturbed starts, for the effect of rounded inputs.", "N", for_experts=True),
     ] = 1000,
-    seed: Annotated[int, opt.option("Seed of the perturbed starts.")] = 0,
+    seed: Annotated[int, opt.option("Seed of the perturbed starts.", for_experts=True)] = 0,
     position_error: opt.PositionError = None,
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
