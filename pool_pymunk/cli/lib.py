@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pool_pymunk.report import collide, listing
     from pool_pymunk.results import run, table, trace, words
     from pool_pymunk.results.run import Run
+    from pool_pymunk.results.table import TableColumn
     from pool_pymunk.studies import atlas, compare, fit, grid, sensitivity, sweep, tolerance
     from pool_pymunk.studies import uncertainty
     from pool_pymunk.studies.sensitivity import Linear, Sensitivity

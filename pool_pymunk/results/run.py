@@ -25,7 +25,7 @@ from pool_pymunk.physics.motion import Array, free_motions
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.results.events import IMPULSES, Event
 from pool_pymunk.results.persistent import PersistentContact, spells, turning
-from pool_pymunk.results.table import ResultTable
+from pool_pymunk.results.table import Columns, ResultTable, TableColumn
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -40,9 +40,10 @@ SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 # of tables of events and of persistent contacts
-PUSHES = tuple(f"{push} (N s)" for push in (*IMPULSES, "impulse_x", "impulse_y"))
-EVENTS = ("t", "kind", "ball", "other", "cushion", "pocket", *PUSHES[:3])
-PERSISTENT = ("since (s)", "until (s)", "ball", "other", "cushion", *PUSHES[3:])
+PUSHES = [TableColumn(push, unit="N s") for push in (*IMPULSES, "impulse_x", "impulse_y")]
+EVENTS: Columns = ("t", "kind", "ball", "other", "cushion", "pocket", *PUSHES[:3])
+SPELL = (TableColumn("since", unit="s"), TableColumn("until", unit="s"))
+PERSISTENT: Columns = (*SPELL, "ball", "other", "cushion", *PUSHES[3:])
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
@@ -466,10 +467,10 @@ class Run:
                 (c.since, c.until, *_two(c.balls), c.cushion, *c.impulse) for c in self.persistent
             ))  # fmt: skip
         units = argument("units", units or Units(), made(Units))
-        lengths = (f"{axis} ({units.length})" for axis in "xy")
-        speeds = (f"v{axis} ({units.speed})" for axis in "xy")
-        columns = ("t (s)", "ball", *lengths, *speeds, "energy (J)")
-        return ResultTable(columns, self._samples_in(units))
+        lengths = (TableColumn(axis, unit=units.length) for axis in "xy")
+        speeds = (TableColumn(f"v{axis}", unit=units.speed) for axis in "xy")
+        time, energy = TableColumn("t", unit="s"), TableColumn("energy", unit="J")
+        return ResultTable((time, "ball", *lengths, *speeds, energy), self._samples_in(units))
 
     def _samples_in(self, units: Units) -> Iterator[list[float | str]]:
         """Yield a row for each time and ball."""
