@@ -44,6 +44,12 @@ def run(
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: opt.StartAndEnd = True,
+    contacts: Annotated[
+        bool,
+        opt.option(
+            "Also print each contact: place, impulses, velocities, energy.", None, "--contacts"
+        ),
+    ] = False,
     show: Annotated[
         str | None, opt.option("Draw energy and momentum over time, too.", "energy")
     ] = None,
@@ -54,8 +60,8 @@ def run(
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
     Files go to renders/<scenario>: for each shot its start and end as pictures, times, positions
-    and velocities as npz and CSV, and the events as CSV. If the command ends early, it keeps the
-    files of the shots that were finished.
+    and velocities as npz and CSV, and the events as CSV, with --contacts also the contacts. If the
+    command ends early, it keeps the files of the shots that were finished.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
@@ -84,6 +90,8 @@ def run(
             for played in _played(scene, shots, setting, limit, bar):
                 done.append(played)
                 _report(played, folder, drawn, written)
+                if contacts:
+                    _tell_contacts(played[0], folder, written)
     finally:
         if done:
             write_json(json, _results(done), scenario, scene.title)
@@ -147,6 +155,14 @@ def _report(shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Un
             write(run, part, **({"units": units} if ending == ".csv" else {}))
     for what in drawn:
         run.plot(what, folder / f"{stem(run)}-{what}.png")
+
+
+def _tell_contacts(run: lib.Run, folder: Path, units: lib.Units) -> None:
+    """Print the tables of a shot's contacts, and write them as CSV."""
+    for heading, table in lib.contacts.printed_tables(run):
+        lib.terminal.show(f"    {heading}\n", table)
+    with whole(folder / f"{stem(run)}-contacts.csv") as part:
+        run.write_contacts_csv(part, units)
 
 
 def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:

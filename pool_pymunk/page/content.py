@@ -115,8 +115,7 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
     for event in run.events:
         events.append(event.as_dict() | {"balls": [scene.index[id_] for id_ in event.balls]})
         if event.cushion is not None:
-            kind = "cushion" if event.cushion < scene.first_post else "post"
-            events[-1]["side"] = f"{kind} {event.cushion}"
+            events[-1]["side"] = scene.side_name(event.cushion)
         if event.is_contact:  # It has a place and a size: x, y and a radius.
             _, place, radius = next(places)
             events[-1]["place"] = list(map(_finite, (*place, radius)))

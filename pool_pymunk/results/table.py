@@ -162,7 +162,7 @@ def alike(
     is_plain = power >= SMALL and (largest is None or power < largest)
     form = f"{sign}z.{max(shown - 1 - power, 0)}f" if is_plain else f"{sign}.{shown - 1}e"
     return [
-        "" if v is None or v != v else f"{v:{form}}" if isinstance(v, float) and v else f"{v:g}"
+        "" if v is None or v != v else f"{v:{form}}" if isinstance(v, float) and v else f"{v:zg}"
         if isinstance(v, float) else str(v)
         for v in values
     ]  # fmt: skip
