@@ -122,15 +122,15 @@ def test_a_cushion_at_45_degrees(
         Friction(cushion=friction), Physics(max_time=0.5),
     )  # fmt: skip
     [row] = simulate(scene, solver=how[0], **how[1]).contacts
-    near, left = how[2], max(1.0 - friction * 1.7, 0.0)
+    near, rest = how[2], max(1.0 - friction * 1.7, 0.0)
     assert (row.balls, row.cushion, row.kind) == (("A",), 0, kind)
     assert row.normal == pytest.approx((0.0, 1.0))
     assert row.point == pytest.approx((0.5 + 0.4 - R, 0.0), abs=near)
     assert row.impulse == pytest.approx(0.2 * 1.7, abs=near)
-    assert row.tangential == pytest.approx(0.2 * (1.0 - left), abs=near)  # along -x
-    assert row.after == pytest.approx(np.array([(left, 0.7)]), abs=near)
-    assert row.impulses == pytest.approx(np.array([(0.2 * (left - 1.0), 0.34)]), abs=near)
-    assert row.lost == pytest.approx(0.1 * (2.0 - left**2 - 0.49), abs=near)
+    assert row.tangential == pytest.approx(0.2 * (1.0 - rest), abs=near)  # along -x
+    assert row.after == pytest.approx(np.array([(rest, 0.7)]), abs=near)
+    assert row.impulses == pytest.approx(np.array([(0.2 * (rest - 1.0), 0.34)]), abs=near)
+    assert row.lost == pytest.approx(0.1 * (2.0 - rest**2 - 0.49), abs=near)
 
 
 def split(row: ContactRow, ball: int, velocities: tuple[Vector, ...]) -> Vector:
@@ -153,7 +153,7 @@ def pull(run: Run, row: Any) -> Any:
     return -rolling * g * v / np.hypot(*v) if v.any() else np.zeros(2)
 
 
-def knots(run: Run, ball: int) -> Any:
+def breakpoints(run: Run, ball: int) -> Any:
     """Return the breakpoints of a ball; at the last one it falls into its pocket, if it does."""
     return run.knots[ball][:-1] if run.scene.balls[ball].id in run.pocketed else run.knots[ball]
 
@@ -167,7 +167,7 @@ def assert_momentum_adds_up(run: Run, within: float) -> None:
             given[id_] += impulse
             whole += math.hypot(*impulse)
     for i, ball in enumerate(run.scene.balls):
-        rows = knots(run, i)
+        rows = breakpoints(run, i)
         rubbed = [ball.mass * t * pull(run, row) for row, t in zip(rows, np.diff(rows[:, 0]))]  # noqa: B905
         lacking = ball.mass * (rows[-1, 3:5] - rows[0, 3:5]) - given[ball.id] - sum(rubbed)
         assert np.hypot(*lacking) <= within * whole, ball.id
@@ -179,11 +179,11 @@ def energy(run: Run, i: int, v: Any, w: Any) -> float:
 
 
 def assert_energy_adds_up(run: Run, within: float) -> None:
-    """What contacts take is the energy at the start less the surface's work and what is left."""
+    """What contacts take is the energy at the start less the surface's work and that at the end."""
     lost = sum(row.lost or 0.0 for row in run.contacts)
     taken = 0.0
     for i in range(len(run.scene.balls)):
-        rows, fallen = knots(run, i), len(knots(run, i)) < len(run.knots[i])
+        rows, fallen = breakpoints(run, i), len(breakpoints(run, i)) < len(run.knots[i])
         for k, (row, t) in enumerate(zip(rows, np.diff(rows[:, 0]))):  # noqa: B905
             v, w, a = row[3:5], row[7:9], pull(run, row)
             slides = len(w) and np.hypot(*(v - w)) > 1e-12 * (np.hypot(*v) + np.hypot(*w))
@@ -357,9 +357,9 @@ def test_the_command_prints_tables_of_80_columns_and_writes_a_file(
     assert "J_n" not in plain.stdout and not (tmp_path / "shot-1-contacts.csv").exists()
     answer = typed("run", "report", "--shot", 1, "--contacts", *options)
     assert answer.returncode == 0, answer.stderr
-    told = answer.stdout.partition("Contacts.")[2].partition("Published ends")[0].splitlines()
-    tables = [line for line in told if line.lstrip()[:1].isdigit()]
-    assert max(map(len, told)) <= 80
+    shown = answer.stdout.partition("Contacts.")[2].partition("Published ends")[0].splitlines()
+    tables = [line for line in shown if line.lstrip()[:1].isdigit()]
+    assert max(map(len, shown)) <= 80
     run = simulate(load("report"), 1, max_time=0.7)
     assert len(tables) == sum(1 + len(row.balls) for row in run.contacts)
     first = "1 0.13880 C, 1 42.30 21.61 -170.1 0.5753 0.0288 slip 0.3429"

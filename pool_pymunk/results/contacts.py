@@ -51,8 +51,8 @@ class ContactRow:
 
     ``kind`` is "stick" if the two sides do not slip on each other after the contact, "slip" if they
     do, and "persistent" if they stay in contact ``until`` a later time (s). A persistent contact
-    has its impulse in all this time, but no point, and no velocities. Nobody can
-    tell its loss of energy from that by the surface.
+    has its impulse in all this time, but no point, no velocities and no energy: nobody can tell
+    what it takes from what the surface takes.
 
     >>> from pool_pymunk import load, simulate
     >>> [hit] = simulate(load("two-balls"), max_time=0.5).contacts
