@@ -19,7 +19,8 @@ unexport PYTHONDONTWRITEBYTECODE
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
-	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report
+	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report \
+		--against renders/report-time-slice
 
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
 # docstrings, run without them.

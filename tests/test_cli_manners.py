@@ -151,6 +151,21 @@ def test_tables_of_comparisons_fit_80_columns(
     assert {"discrete", "builtin"} <= set(" ".join(lines[:first]).split())
 
 
+def test_a_table_that_is_too_wide_is_printed_as_several(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No cell and no word of a heading is broken, and each part has the first column."""
+    steps = [f"pymunk-discrete 0.00{k}{NO_BREAK}s" for k in range(1, 10)]
+    table = ResultTable(("ball", *steps), [(str(k), *[10.0 + k] * 9) for k in range(3)])
+    monkeypatch.setenv("COLUMNS", "40")
+    terminal.show(table)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 40
+    assert sum(line.split()[:1] == ["ball"] for line in lines) == 3
+    shown = " ".join(lines).split()
+    assert shown.count("discrete") == shown.count("12") == 9
+
+
 def test_a_table_without_rows_has_its_headings() -> None:
     assert printed_by(ResultTable(("ball", "x"), []).rich())[0].split() == ["ball", "x"]
 
@@ -160,6 +175,9 @@ def test_a_column_has_one_notation() -> None:
     assert alike([4.2e-12, 42.0, "failed"]) == ["4.2e-12", "4.2e+01", "failed"]
     assert alike([-0.25, 12.0], sign="+") == ["-0.25", "+12.00"]
     assert alike([3, 14]) == ["3", "14"]
+    assert alike([0.5, -12.3456, 1e-9], largest=4) == ["0.50", "-12.35", "0.00"]
+    assert alike([2e-7, 1e-9], largest=3) == ["2.00e-07", "1.00e-09"]
+    assert alike([123456.0, 1.0], largest=3) == ["1.23e+05", "1.00e+00"]
 
 
 # -- the log's digits ----------------------------------------------------------------------------

@@ -620,3 +620,39 @@ def test_the_words_beside_a_ball_stay_in_the_frame(width: int, visit: Any, tmp_p
         assert frame["x"] <= box["x"] and box["y"] >= frame["y"]
         assert box["x"] + box["width"] <= frame["x"] + frame["width"] + 1
         assert box["height"] < 120
+
+
+def test_the_row_of_a_contact(visit: Any, report: Path, runs: list[Run]) -> None:
+    """Where the page stands at a contact, it says what the contact did, and nowhere else."""
+    seen = visit(report)
+    assert seen.page.locator("#contact").is_hidden()
+    seen.press("ArrowRight")
+    row = runs[0].contacts[0]
+    assert row.impulse is not None and row.lost is not None
+    said = seen.text("contact")
+    assert "C meets 1 at 42.297, 21.615 in; normal -170.15\N{DEGREE SIGN}; it slips" in said
+    assert f"J_n {row.impulse:.4g} N s" in said and f"energy lost: {row.lost:.4g} J" in said
+    assert " ".join(f"{v:.4f}" for v in row.after[0]) in said.replace(",", "")
+    seen.press(".")
+    assert seen.page.locator("#contact").is_hidden()
+
+
+def test_arrows_are_switched_on(visit: Any, report: Path) -> None:
+    seen = visit(report)
+    seen.press("ArrowRight")
+    without = picture(seen)
+    seen.press("a")
+    assert seen.page.locator("#arrows").is_checked()
+    assert picture(seen) != without
+    seen.press("a")
+    assert picture(seen) == without
+
+
+def test_momentum_stands_beside_energy(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report)
+    masses = np.array([ball.mass for ball in runs[0].scene.balls])
+    x, y = masses @ runs[0].at(0.0)[1]
+    assert seen.text("momentum") == f"{x:.4f}, {y:.4f} N s along x, y"
+    times = [0.1, 0.7, runs[0].duration]
+    shown = seen.ask("(times) => times.map((t) => momentumAt(player.run, t))", times)
+    assert np.allclose(shown, np.einsum("i,tij->tj", masses, runs[0].at(times)[1]), atol=1e-15)

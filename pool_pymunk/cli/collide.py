@@ -108,8 +108,8 @@ def _print(hit: lib.collide.Collision, units: lib.Units) -> None:
         f"{_six(math.degrees(hit.angle))}° to x"
     )
     typer.echo(f"Velocities are in {units.speed}, momentum in {units.mass} {units.speed}")
-    table = lib.table.ResultTable(("", "x", "y", "n", "t"), _rows(hit, units))
-    lib.terminal.show(table.rich(left=("",)))
+    columns = (lib.table.TableColumn("", left=True), "x", "y", "n", "t")
+    lib.terminal.show(lib.table.ResultTable(columns, _rows(hit, units)))
     lost = f"{1.0 - after / before:z.2%}" if before > 0.0 else ""
     change = f", {lost.lstrip('-')} {'gained' if lost.startswith('-') else 'lost'}" if lost else ""
     typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")

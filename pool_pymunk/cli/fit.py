@@ -60,9 +60,9 @@ def fit(
     except ImportError as missing:
         raise read.InputError(str(missing)) from None
     if found.values:
-        columns = ("number", "fitted", "standard error", "scenario's", "unit")
-        table = lib.table.ResultTable(columns, _rows(found))
-        lib.terminal.show(table.rich(left=("number", "unit")))
+        number, unit = (lib.table.TableColumn(each, left=True) for each in ("number", "unit"))
+        columns = (number, "fitted", "standard error", "scenario's", unit)
+        lib.terminal.show(lib.table.ResultTable(columns, _rows(found)))
     say(sentences(found))
     found.scene.to_toml(folder / FITTED)
     with whole(folder / "residuals.csv") as part:

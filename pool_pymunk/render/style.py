@@ -67,6 +67,7 @@ class Style:
     grid: str = "#bbc6c5"
     outline: str = "#101418"
     arrow: str = "#ffffff"
+    impulse: str = "#ff6fcf"
     flash: str = "#fff6c8"
     hole: str = "#0b0d0f"
     lip: str = "#2c2622"

@@ -67,20 +67,11 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Bbox:
 
 def contact_places(run: Run) -> list[tuple[float, Point, float]]:
     """Return the time (s), the place (m) and the size (m) of each contact, in their order."""
-    contacts, scene = [event for event in run.events if event.is_contact], run.scene
-    positions = run.at([event.t for event in contacts])[0]
     found = []
-    for event, places in zip(contacts, positions.tolist(), strict=True):
-        balls = [scene.index[id_] for id_ in event.balls]
-        (x, y), radius = places[balls[0]], scene.balls[balls[0]].radius
-        if event.kind == "ball-ball":
-            (x2, y2), other = places[balls[1]], scene.balls[balls[1]].radius
-            share = radius / (radius + other)
-            x, y, radius = x + share * (x2 - x), y + share * (y2 - y), min(radius, other)
-        elif event.cushion is not None:
-            nx, ny = scene.cushions[event.cushion].nearest(x, y, radius).normal(x, y)
-            x, y, radius = x - radius * nx, y - radius * ny, radius / 2.0
-        found.append((event.t, (x, y), radius))
+    for row in run.contacts:
+        if row.point is not None:
+            radius = min(run.scene.balls[run.scene.index[id_]].radius for id_ in row.balls)
+            found.append((row.t, row.point, radius if row.cushion is None else radius / 2.0))
     return found
 
 
