@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -656,3 +657,27 @@ def test_momentum_stands_beside_energy(visit: Any, report: Path, runs: list[Run]
     times = [0.1, 0.7, runs[0].duration]
     shown = seen.ask("(times) => times.map((t) => momentumAt(player.run, t))", times)
     assert np.allclose(shown, np.einsum("i,tij->tj", masses, runs[0].at(times)[1]), atol=1e-15)
+
+
+def test_a_page_that_asks_stops_before_the_first_contact(visit: Any, tmp_path: Path) -> None:
+    """Its answers are compared with the velocities after the contact, and the shot goes on."""
+    run = simulate(load("two-balls"), 1, solver="event-driven")
+    write_page([[run]], tmp_path / "asks.html", predict=True)
+    shown = visit(tmp_path / "asks.html")
+    first = next(row for row in run.contacts if row.point)
+    assert 0.999999 * first.t < shown.ask("pool.duration") < first.t
+    said = "document.getElementById('question').textContent"
+    for name in first.balls:
+        assert f"where will {name} go?" in shown.ask(said)
+        index = run.scene.index[name]
+        x, y = run.at([first.t])[0][0][index]
+        vx, vy = first.after[first.balls.index(name)]
+        place = shown.ask(f"player.table.place({x + 0.2 * vx}, {y + 0.2 * vy})")
+        box = shown.page.locator("#table").bounding_box()
+        ratio = shown.ask("player.table.ratio")
+        shown.page.mouse.click(box["x"] + place[0] / ratio, box["y"] + place[1] / ratio)
+    shown.wait("pool.duration > 1.01 * player.first.t")
+    off = [float(text) for text in re.findall(r"goes ([\d.]+)°", shown.ask(said))]
+    assert len(off) == 2
+    assert max(off) < 3.0  # A pointer is on a pixel.
+    assert shown.ask("pool.duration") == run.duration

@@ -27,6 +27,9 @@ def page(
             "SOLVER[:DT][:LAW]|SCENARIO",
         ),
     ] = None,
+    predict: Annotated[
+        bool, opt.option("Stop before the first contact, and ask for the rest.", None, "--predict")
+    ] = False,
     out: Annotated[
         Path | None, opt.option("Default: page.html in renders/<scenario>.", "FILE.html", "--out")
     ] = None,
@@ -35,7 +38,8 @@ def page(
 
     The page has the exact paths between contacts. Stop it, go from contact to contact, slow it
     down a hundred times, and see other runs as ghosts. A scenario to compare with must have the
-    same table, and balls of the same ids and sizes; the page names it by its title.
+    same table, and balls of the same ids and sizes; the page names it by its title. With --predict
+    a class says where balls will go before the page shows it.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
@@ -60,6 +64,7 @@ def page(
     for other in others:
         its = [one and other.shots[scene.shots.index(one)] for one in chosen]
         columns.append(simulate_and_warn(other, its, settings[:1]))
-    lib.page.write_page([sum(runs, ()) for runs in zip(*columns, strict=True)], path)
+    shown = [sum(runs, ()) for runs in zip(*columns, strict=True)]
+    lib.page.write_page(shown, path, predict)
     typer.echo(path)
     return 0
