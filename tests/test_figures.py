@@ -300,8 +300,8 @@ def test_the_tutorial_shows_what_its_commands_print(
 
 def answer(number: int) -> str:
     """Return an answer of the worksheet."""
-    lines = (HOME / "docs" / "worksheet.md").read_text(encoding="utf-8")
-    return flat(re.split(r"^\d+\. ", lines.partition("## Answers")[2], flags=re.MULTILINE)[number])
+    lines = (HOME / "docs" / "worksheet-answers.md").read_text(encoding="utf-8")
+    return flat(re.split(r"^\d+\. ", lines, flags=re.MULTILINE)[number])
 
 
 def test_the_share_of_energy_that_is_lost() -> None:

@@ -94,7 +94,7 @@ class Source(NamedTuple):
         return places
 
     def work(self, keeps: bool) -> Any:
-        """Return an array (1,) of a record in which shots can be played, and may keep their tracks."""
+        """Return an array (1,) of a record to play shots in, which may keep their tracks."""
         form = loop_form(self.scene)
         work = np.zeros(1, WORKS[form.rolls, form.many])
         own, latest = work[0].scene, self.asked.settings.max_time
