@@ -23,14 +23,22 @@ from pool_pymunk.cli.common import (
 
 NOTHING = "name a second scenario, or say with --overlay what to show on the second table"
 FILM_FORMATS = ("mp4", "gif")
+Other = Annotated[
+    str | None,
+    typer.Argument(metavar="OTHER", help="A scenario to compare with, as with --overlay."),
+]
+Overlay = Annotated[
+    str | None,
+    opt.option(
+        "Compare with this solver or scenario, shown as a ghost.", "SOLVER[:DT][:LAW]|SCENARIO"
+    ),
+]
+SideBySide = Annotated[bool, opt.option("Show the two runs on two tables.", None, "--side-by-side")]
 
 
 def render(
     scenario: opt.Scenario,
-    other: Annotated[
-        str | None,
-        typer.Argument(metavar="[OTHER]", help="A scenario to compare with, as with --overlay."),
-    ] = None,
+    other: Other = None,
     solver: opt.SolverName = "pymunk",
     dt: opt.Step = None,
     shot: opt.ShotName = None,
@@ -38,15 +46,8 @@ def render(
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
     out: opt.OutDir = None,
-    overlay: Annotated[
-        str | None,
-        opt.option(
-            "Compare with this solver or scenario, shown as a ghost.", "SOLVER[:DT][:LAW]|SCENARIO"
-        ),
-    ] = None,
-    side_by_side: Annotated[
-        bool, opt.option("Show the two runs on two tables.", None, "--side-by-side")
-    ] = False,
+    overlay: Overlay = None,
+    side_by_side: SideBySide = False,
     films: Annotated[bool, opt.option("Film each shot, and all shots in one film.")] = True,
     form: Annotated[
         str, opt.option("Format of the films.", "|".join(FILM_FORMATS), "--format")
@@ -70,34 +71,40 @@ def render(
     A scenario to compare with must have the same table, and balls of the same ids and sizes; words
     say what differs (render soft.toml --side-by-side hard.toml).
     """
-    if other is not None and overlay is not None:
-        raise read.InputError(f"--overlay = {overlay}: {other} is compared with already")
-    overlay = other if overlay is None else overlay
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    runs = [how.setting(scene, solver, dt)]
-    shots = read.shots(scene, shot)
+    setting, shots = how.setting(scene, solver, dt), read.shots(scene, shot)
     read.one_of("--format", form, FILM_FORMATS)
     settings = _settings(form, size, fps=fps, slow=slow, start=start, end=end)
-    if side_by_side and overlay is None:
-        raise read.InputError(f"--side-by-side: {NOTHING}")
     if not 10.0 <= dpi <= 2400.0:
         raise read.InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
     read.one_of("--picture-format", picture_format, opt.PICTURES)
-    beside = None
-    if overlay is not None and (other is not None or is_scenario(overlay)):
-        beside = other_scene(how, scene, scenario, overlay)
-    elif overlay is not None:
-        runs.append(read_setting(overlay))
+    ghosts, beside = _compared(how, scene, scenario, overlay, other)
+    if side_by_side and not ghosts and beside is None:
+        raise read.InputError(f"--side-by-side: {NOTHING}")
     folder = place(out, scenario)
-    rows = _rows(scene, beside, shots, runs)
+    rows = _rows(scene, beside, shots, [setting, *ghosts])
     shows = [lib.render.Show(each, side_by_side) for each in rows]
-    suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
+    suffix = "" if len(shows[0].runs) < 2 else "-side-by-side" if side_by_side else "-overlay"
     written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
     say(map(str, written))
     return 0
+
+
+def _compared(
+    how: How, scene: lib.Scene, scenario: str, overlay: str | None, other: str | None
+) -> tuple[list[lib.grid.Column], lib.Scene | None]:
+    """Return what is compared with: a solver's setting, or a scene."""
+    if other is not None and overlay is not None:
+        raise read.InputError(f"--overlay = {overlay}: {other} is compared with already")
+    text = overlay if other is None else other
+    if text is None:
+        return [], None
+    if other is not None or is_scenario(text):
+        return [], other_scene(how, scene, scenario, text)
+    return [read_setting(text)], None
 
 
 def _rows(
