@@ -17,6 +17,14 @@ LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
 # a finished shot, and the choice of its step if a tolerance made it
 PlayedShot = tuple["lib.Run", "lib.tolerance.Choice | None"]
+Contacts = Annotated[
+    bool,
+    opt.option("Also print each contact: place, impulses, velocities, energy.", None, "--contacts"),
+]
+Against = Annotated[
+    str | None, opt.option("List only ends that differ from those of a run there.", "FOLDER")
+]
+Verbose = Annotated[bool, opt.option("Also print steps and computing time.", None, "--verbose")]
 # Why the exact ends of the report's shots are not the published ones (docs/report.md, 4 and 5).
 REASONS = {
     "Simulation 1": (
@@ -44,18 +52,9 @@ def run(
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: opt.StartAndEnd = True,
-    contacts: Annotated[
-        bool,
-        opt.option(
-            "Also print each contact: place, impulses, velocities, energy.", None, "--contacts"
-        ),
-    ] = False,
-    against: Annotated[
-        str | None, opt.option("List only ends that differ from those of a run there.", "FOLDER")
-    ] = None,
-    verbose: Annotated[
-        bool, opt.option("Also print steps and computing time.", None, "--verbose")
-    ] = False,
+    contacts: Contacts = False,
+    against: Against = None,
+    verbose: Verbose = False,
     show: Annotated[
         str | None, opt.option("Draw energy and momentum over time, too.", "energy")
     ] = None,

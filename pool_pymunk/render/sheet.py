@@ -16,7 +16,7 @@ from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.table import draw_plane, draw_pockets_and_posts, draw_table
-from pool_pymunk.render.view import Show, View, fit, settings
+from pool_pymunk.render.view import Show, View, fit, headings
 from pool_pymunk.results.run import Run
 
 SMALL = 0.7  # the size of labels beside balls, in that of the caption's letters
@@ -103,7 +103,7 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
             draw_plane(axes, room, view, scene.units, style)
         draw_pockets_and_posts(axes, scene, view, style)
     if show.side_by_side:
-        for room, text in zip(layout.rooms, settings(show.runs), strict=True):
+        for room, text in zip(layout.rooms, headings(show.runs), strict=True):
             at = ((room.x0 + room.x1) / 2, room.y1 + 0.6 * layout.letter)
             draw_text(axes, text, at, layout.letter, room.width, ha="center", color=style.ink)
     plot = None

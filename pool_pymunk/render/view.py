@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point, Scene
+from pool_pymunk.model.inputs import differing
 from pool_pymunk.model.plain import argument, made
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
@@ -19,6 +20,7 @@ from pool_pymunk.safety.files import RenderError
 
 CUSHION, RAIL = 0.035, 0.075  # the widths of both, as shares of the table's shorter side
 MOST_LONG = 2.4  # Without a table, one side of the picture is at most this many times the other.
+MOST_WORDS = 3  # More differences of two scenes are only counted.
 DOT = "  \N{MIDDLE DOT}  "
 
 
@@ -124,10 +126,35 @@ class Show:
 
     def caption(self, *more: str) -> str:
         """Return scenario, shot, solver and time step in one line."""
-        run, names = self.runs[0], [] if self.side_by_side else settings(self.runs)
+        run, names = self.runs[0], [] if self.side_by_side else headings(self.runs)
+        title = run.scene.title if len({one.scene.title for one in self.runs}) == 1 else ""
         if len(names) > 1:
             names = [f"{names[0]} (ghost: {names[1]})"]
-        return DOT.join(text for text in (run.scene.title, run.name, *names, *more) if text)
+        return DOT.join(text for text in (title, run.name, *names, *more) if text)
+
+
+def headings(runs: Sequence[Run]) -> list[str]:
+    """Return what tells runs apart: numbers that differ in their scenes, or the solvers.
+
+    >>> from dataclasses import replace
+    >>> from pool_pymunk import load, simulate
+    >>> soft = load("report")
+    >>> hard = replace(soft, restitution=replace(soft.restitution, cushion=0.9))
+    >>> headings([simulate(scene, 1) for scene in (soft, hard)])
+    ['cushion restitution 0.7', 'cushion restitution 0.9']
+    """
+    plain, titles = settings(runs), [run.scene.title or "" for run in runs]
+    if len(runs) < 2 or runs[0].scene == runs[1].scene:
+        return plain
+    first = runs[0].scene
+    shot = first.shots.index(runs[0].shot) + 1 if runs[0].shot else 1
+    words = differing(first, runs[1].scene, shot)
+    if titles[0] != titles[1] and not 0 < len(words[0]) <= MOST_WORDS:
+        words = ([titles[0]], [titles[1]])
+    more = [f"and {len(words[0]) - MOST_WORDS} more"] if len(words[0]) > MOST_WORDS else []
+    alike = plain[0] == plain[1] and words[0] != words[1]
+    each = zip(words, plain, strict=True)
+    return [", ".join((*its[:MOST_WORDS], *more, *[how] * (not alike))) for its, how in each]
 
 
 def settings(runs: Sequence[Run]) -> list[str]:
