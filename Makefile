@@ -132,20 +132,26 @@ $(VENV)/installed: $(VENV)/program-installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
-# a wheel and a source distribution; in an environment of its own the wheel runs the program, and passes
-# the quick tests that the source distribution has
+# a wheel and a source distribution; with each of these Pythons, in an environment of its own, each of
+# them runs README's commands and its lines of Python, and then the wheel passes the quick tests that
+# the source distribution has
+PYTHONS ?= $(PYTHON)
+TRIED := build/.venv/$(notdir $(BIN))
 dist: $(VENV)/installed
-	rm -rf dist build/.venv
+	rm -rf dist build
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check build
 	$(BIN)/python -m build --outdir dist .
-	$(PYTHON) -m venv build/.venv
-	build/.venv/$(notdir $(BIN))/python -m pip install --quiet --disable-pip-version-check dist/*.whl
-	cd build && .venv/$(notdir $(BIN))/pool-pymunk run two-balls --out two-balls
-	wheel=$$(echo dist/*.whl) && build/.venv/$(notdir $(BIN))/python -m pip install --quiet \
+	mkdir -p build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
+	sed -n '/^```python/,/^```/p' README.md | grep -v '^```' >build/readme.py
+	set -e; for python in $(PYTHONS); do for file in $$PWD/dist/*; do \
+		echo "$$($$python --version): $$file"; rm -rf build/.venv; $$python -m venv build/.venv; \
+		$(TRIED)/python -m pip install --quiet --disable-pip-version-check "$$file"; \
+		(cd build && .venv/$(notdir $(BIN))/pool-pymunk run report --out report >report.log && \
+		.venv/$(notdir $(BIN))/pool-pymunk render eight-ball --no-films --out eight-ball && \
+		.venv/$(notdir $(BIN))/python readme.py && test -s follow.png); done; done
+	wheel=$$(echo dist/*.whl) && $(TRIED)/python -m pip install --quiet \
 		--disable-pip-version-check "$$wheel[test]"
-	rm -rf build/source && mkdir build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
-	cd build/source && ../.venv/$(notdir $(BIN))/pytest -q -n auto tests \
-		-m "$(QUICK)"
+	cd build/source && ../.venv/$(notdir $(BIN))/pytest -q -n auto tests -m "$(QUICK)"
 
 clean:
 	rm -rf $(VENV) .venv-plain $(OLDEST) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
