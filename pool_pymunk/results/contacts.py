@@ -178,9 +178,9 @@ def _impulses(event: Event, normal: Point) -> tuple[Point, ...]:
         return ()
     n, t, (nx, ny) = event.impulse, event.tangential, normal
     last = n * nx - t * ny, n * ny + t * nx
-    if event.tangential_first is None:
+    if event.cushion is not None:
         return (last,)
-    t = event.tangential_first
+    t = -t if event.tangential_first is None else event.tangential_first
     return (-n * nx - t * ny, t * nx - n * ny), last
 
 

@@ -266,9 +266,10 @@ class Run:
         """Return the table of contacts: for each where, impulses, velocities, energy.
 
         It is worked out from the run's events and breakpoints when it is asked for first. For each
-        ball the impulses and the friction of the surface add up to its change of momentum.
-        ``pymunk-builtin`` does not tell how fast balls spin, so its contacts have neither kind nor
-        loss of energy. ``to_frame("contacts")`` has the rows in SI.
+        ball the impulses and the friction of the surface add up to its change of momentum, unless a
+        warning says that hits of a collapse are no events. ``pymunk-builtin`` does not tell how
+        fast balls spin, so its contacts have neither kind nor loss of energy.
+        ``to_frame("contacts")`` has the rows in SI.
         """
         return contact_rows(self)
 
