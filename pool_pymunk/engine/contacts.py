@@ -103,7 +103,10 @@ class ContactEngine:
 
     def surface_of(self, i: int) -> Surface:
         """Return the surface where ball ``i`` is."""
-        patch = self.groups.patch[i]
+        return self.surface_in(self.groups.patch[i])
+
+    def surface_in(self, patch: int) -> Surface:
+        """Return the surface in a patch of this number, or in none (-1)."""
         return self.surface if patch < 0 else self.patches.surfaces[patch]
 
     def path_at(

@@ -150,13 +150,17 @@ def next_border(borders: Any, count: int, path: Path, since: float) -> float:
 
 
 def has_moved(border: Any, path: Path, since: float, t: float) -> bool:
-    """Tell whether a ball has moved visibly from one time (s) to a later one."""
+    """Tell whether a ball has moved visibly from one time (s) to a later one.
+
+    It may be back where it was, and was elsewhere in the middle of that time.
+    """
     if not since < t < path.end:
         return False
     x, y, _, _ = motion_at(path, since)
     u, v, _, _ = motion_at(path, t)
+    p, q, _, _ = motion_at(path, 0.5 * (since + t))
     size = abs(x) + abs(y) + abs(border[2]) + abs(border[3]) + abs(border[4]) + abs(border[5])
-    return bool(abs(u - x) + abs(v - y) > SHORT * size)
+    return bool(max(abs(u - x) + abs(v - y), abs(p - x) + abs(q - y)) > SHORT * size)
 
 
 def time_at_line(border: Any, path: Path, since: float) -> float:
