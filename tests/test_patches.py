@@ -261,19 +261,25 @@ def test_a_border_at_the_cushion_that_a_ball_hits() -> None:
     assert len(crossings(with_sand)) in (0, 2)
 
 
-def test_a_ball_held_along_a_cushion_crosses_a_border() -> None:
-    """A roll on to a dead cushion presses the ball, and friction there takes speed, too."""
-    scene = replace(
+HELD = State(((0.2, R),), ((0.6, 0.0),), roll=((0.4, -0.9),))
+
+
+def held_along_a_cushion() -> Scene:
+    """Return a ball that its roll presses on to a dead cushion, beside which a border lies."""
+    return replace(
         plane(ball(0.2, R, 0.6), friction=Friction(0.2, 0.2, rolling=0.02)),
         table=Table.rectangle(3.0, 1.0), restitution=Restitution(cushion=0.0),
         patches=(Patch(((0.25, 0), (2, 0), (2, 1), (0.25, 1)), surface=0.3, rolling=0.1),),
     )  # fmt: skip
-    start = State(((0.2, R),), ((0.6, 0.0),), roll=((0.4, -0.9),))
-    run = played(scene, start=start)
+
+
+def test_a_ball_held_along_a_cushion_crosses_a_border() -> None:
+    scene = held_along_a_cushion()
+    run = played(scene, start=HELD)
     crossed = next(event for event in run.events if event.kind == "patch")
     (contact,) = run.persistent
     assert contact.since < crossed.t < contact.until
-    reference = patch_run(scene, start)
+    reference = patch_run(scene, HELD)
     assert math.dist(run.end.position[0], (reference.final[0].real, reference.final[0].imag)) < 1e-9
 
 
@@ -396,6 +402,23 @@ def test_the_derivative_of_a_straight_crossing() -> None:
     assert run.events[0].t == pytest.approx(first / (0.1 * G), rel=1e-13)
     speed = math.sqrt(4.0 - 0.1 * G)
     assert derived.times[0, 0] == pytest.approx(-1.0 / speed, rel=1e-13)
+
+
+def test_derivatives_go_through_a_border_that_a_ball_crosses_in_persistent_contact() -> None:
+    scene, h = held_along_a_cushion(), 1e-6
+
+    def end(x: float = 0.2, surface: float = 0.2) -> float:
+        start = State(((x, R),), ((0.6, 0.0),), roll=((0.4, -0.9),))
+        return far(
+            played(replace(scene, friction=Friction(surface, 0.2, rolling=0.02)), start=start)
+        )
+
+    run = played(scene, start=HELD)
+    derived = run.derivatives(["x.a", "friction.surface"]).final[0, 0]
+    assert derived[0] == pytest.approx((end(x=0.2 + h) - end(x=0.2 - h)) / (2 * h), rel=1e-4)
+    assert derived[1] == pytest.approx(
+        (end(surface=0.2 + h) - end(surface=0.2 - h)) / (2 * h), rel=1e-4
+    )
 
 
 def test_a_graze_and_a_start_at_a_border_have_no_derivative() -> None:

@@ -132,7 +132,7 @@ class SharedSteps(Steps):
         if not (is_due or on_all or kicks):
             return
         paths, after = tuple(self.engine.paths), self.bodies.read()
-        patches = tuple(self.engine.groups.patch)
+        surfaces = tuple(self.engine.surfaces)
         if is_due:
             self.answer(began)
         self.phase = Phase.BETWEEN
@@ -142,7 +142,7 @@ class SharedSteps(Steps):
             if ball.is_on_table and ball not in self.sent_off:
                 path = paths[ball.number]
                 slides = path if path.end > began else None
-                surface = self.engine.surface_in(patches[ball.number])
+                surface = surfaces[ball.number]
                 self._act_on(ball, slides, surface, after, kicks.get(ball), damping**self.dt)
         if may_sleep:
             for ball in self.moving.values():
@@ -202,7 +202,7 @@ class SharedSteps(Steps):
 
     def _kick(self, ball: TableBall, gain: Vector, share: float) -> None:
         """Add a push to the damped velocity (m/s), unless friction holds the ball at rest."""
-        path, surface = self.engine.paths[ball.number], self.engine.surface_of(ball.number)
+        path, surface = self.engine.paths[ball.number], self.engine.surfaces[ball.number]
         (gx, gy), ((x, y, vx, vy), roll) = gain, self.state_of(ball.number)
         # A ball that rolls keeps 5/7 of a push.
         holds = min(surface.pull, surface.drag / (1.0 - SHARE)) * self.dt

@@ -364,7 +364,7 @@ class LiveState:
         if path.end <= self.time:
             self._rest(ball)
         else:
-            surface, rest = self.engine.surface_of(ball.number), path.end - self.time
+            surface, rest = self.engine.surfaces[ball.number], path.end - self.time
             ball.body.velocity = goes = self.mean_of(surface, path, rest, vx, vy)
             fastest = math.sqrt(vx * vx + vy * vy) if path.slows else path.fastest
             margin = fastest * self.max_dt
@@ -378,7 +378,7 @@ class LiveState:
             elif is_damped != (ball.number in self.damped):
                 self._let_go(ball)
                 self._slow_down(ball, is_damped)
-            elif self.engine.patches.borders and ball.joint is not None:
+            elif self.engine.has_patches and ball.joint is not None:
                 ball.joint.max_force = self._pull_on(ball)
             self.next_stop = min(self.next_stop, path.end)
         self.carried[ball] = x, y, *goes
@@ -420,7 +420,7 @@ class LiveState:
 
     def _pull_on(self, ball: TableBall) -> float:
         """Return the force (N) by which friction slows a ball to rest where it is."""
-        return float(ball.body.mass * self.engine.surface_of(ball.number).drag)
+        return float(ball.body.mass * self.engine.surfaces[ball.number].drag)
 
     def _let_go(self, ball: TableBall) -> None:
         """Take the friction off a ball."""
@@ -460,7 +460,7 @@ class LiveState:
         try:
             ball = self.ball_of[body.id]
             path = self.engine.paths[ball.number]
-            surface = self.engine.surface_of(ball.number)
+            surface = self.engine.surfaces[ball.number]
             velocity = self.mean_velocity(surface, path, self.since + (self.count + 1) * self.dt)
             body.force = NOTHING
             if not self.alone:
@@ -502,6 +502,6 @@ class LiveState:
             if path.end <= self.time:
                 self.carry(ball)
             elif path.end <= self.time + self.dt:
-                surface = self.engine.surface_of(ball.number)
+                surface = self.engine.surfaces[ball.number]
                 ball.body.velocity = self.mean_velocity(surface, path, self.time)
         self.next_stop = min((paths[i].end for i in self.moving), default=math.inf)
