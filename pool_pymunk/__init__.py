@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pool_pymunk.model import (
         Ball,
         Friction,
+        Patch,
         Physics,
         Pocket,
         Post,
@@ -73,6 +74,7 @@ __all__ = [
     "Normal",
     "Outcome",
     "Pair",
+    "Patch",
     "PersistentContact",
     "Physics",
     "Pocket",
@@ -115,7 +117,7 @@ __all__ = [
 _HOMES = {
     "fast": "Batch simulate_many",
     "fast.ahead": "compile",
-    "model": "Ball Friction Physics Pocket Post Restitution Scene SceneError Shot State Table"
+    "model": "Ball Friction Patch Physics Pocket Post Restitution Scene SceneError Shot State Table"
     " Units",
     "model.racks": "rack",
     "model.scenario": "load loads",

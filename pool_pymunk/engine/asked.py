@@ -20,6 +20,7 @@ from pool_pymunk.physics.complementarity import decide
 from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
 from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
+from pool_pymunk.physics.patches import crossing
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
 from pool_pymunk.physics.pressed import BALL, Press, copy_of
@@ -84,24 +85,25 @@ def rolls(w: Any) -> bool:
 
 
 def pull_of(w: Any) -> float:
-    """Return the deceleration (m/s^2) of balls that slide."""
-    return float(w.surface.pull)
+    """Return the largest deceleration (m/s^2) of balls that slide anywhere."""
+    return float(w.pull)
 
 
-def pull_and_drag(w: Any) -> Vector:
-    """Return the decelerations (m/s^2) of balls that slide, and of those that slow to rest."""
-    return w.surface.pull, w.surface.drag if w.surface.rolls else w.surface.pull
+def pull_and_drag(w: Any, i: int) -> Vector:
+    """Return the decelerations (m/s^2) of a ball where it slides, and where it slows to rest."""
+    surface = w.surfaces[i]
+    return surface.pull, surface.drag if surface.rolls else surface.pull
 
 
-def path_from(w: Any, place: Vector, velocity: Vector, roll: Vector) -> Path:
+def path_from(w: Any, i: int, place: Vector, velocity: Vector, roll: Vector) -> Path:
     """Return the path of a ball by itself from now on."""
-    path: Path = w.surface.path(w.now, place, velocity, roll)
+    path: Path = w.surfaces[i].path(w.now, place, velocity, roll)
     return path
 
 
-def follower(w: Any, path: Path) -> Path:
-    """Return the path that follows at the end of one."""
-    return w.surface.then(path) or standing(path.end, path.x, path.y)
+def follower(w: Any, i: int, path: Path) -> Path:
+    """Return the path of a ball that follows at the end of one."""
+    return w.surfaces[i].then(path) or standing(path.end, path.x, path.y)
 
 
 def is_at_its_end(w: Any, path: Path) -> bool:
@@ -295,7 +297,7 @@ def begin(w: Any, i: int, place: Vector, velocity: Vector, roll: Vector, noise: 
     """Set a ball off on a new path, or put it to rest if its speed is noise (m/s)."""
     if velocity[0] * velocity[0] + velocity[1] * velocity[1] <= noise * noise:
         velocity = (0.0, 0.0)
-    path = w.surface.path(w.now, place, velocity_after(w.errors, velocity, noise), roll)
+    path = w.surfaces[i].path(w.now, place, velocity_after(w.errors, velocity, noise), roll)
     if sets_off(path):
         w.rested[i] = math.inf
         w.recorder.path(i, path)
@@ -310,7 +312,7 @@ def put_to_rest(w: Any, i: int, t: float) -> None:
         path = w.paths[i]
         x, y, _, _ = motion_at(path, t)
         w.stop(i, t, (x, y))
-        then = w.surface.then(path)
+        then = w.surfaces[i].then(path)
         if then is not None:
             w.begin(i, then, 0.0)
 
@@ -328,6 +330,19 @@ def begins_to_roll(w: Any, i: int, t: float) -> None:
     """Take note that a ball begins to roll at a time (s)."""
     w.tally.listed += 1
     w.recorder.roll(i, t)
+
+
+def crossing_of(w: Any, i: int) -> tuple[float, int]:
+    """Return when (s), from now on, a ball crosses into another patch, and its number."""
+    borders = w.patches.borders
+    return crossing(borders, len(borders), w.paths[i], w.groups.patch[i], w.now)
+
+
+def enter(w: Any, i: int, patch: int) -> None:
+    """Let a ball be in another patch, or in none (-1), from now on."""
+    w.put(i, patch)
+    w.tally.listed += 1
+    w.recorder.crossed(i, patch, w.now)
 
 
 def take_in(w: Any, sides: Any, i: int, other: int) -> None:
@@ -476,7 +491,7 @@ def has_room(w: Any, balls: int, contacts: int) -> bool:
         w.press = Press()
     w.press.hold(balls, contacts)
     w.press.own = surface if is_own else None
-    w.press.rolls, (w.press.pull, w.press.drag) = surface.rolls, pull_and_drag(w)
+    w.press.rolls = surface.rolls
     return True
 
 

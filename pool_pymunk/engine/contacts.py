@@ -19,7 +19,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 from typing import Any
 
-from pool_pymunk.engine import decisions, groups, instants, modes, persisting
+from pool_pymunk.engine import borders, decisions, groups, instants, modes, persisting
 from pool_pymunk.engine.answers import Instant
 from pool_pymunk.engine.due import Due, Hit, Queue, What, ends_of, hit_of
 from pool_pymunk.engine.groups import Groups
@@ -29,6 +29,7 @@ from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import NO_FRICTION, Law
 from pool_pymunk.physics.pairs import pair_time
+from pool_pymunk.physics.patches import NO_PATCHES, Patches
 from pool_pymunk.physics.path import (
     NOISE,
     Path,
@@ -38,7 +39,7 @@ from pool_pymunk.physics.path import (
 )
 from pool_pymunk.physics.pressed import Press
 from pool_pymunk.physics.sides import Wall, unit
-from pool_pymunk.physics.surface import Surface
+from pool_pymunk.physics.surface import NO_ROLL, Surface
 
 # Once the compiled loop is loaded, it puts in here what plays a table's engine, with the same bits
 # (pool_pymunk/fast/live.py).
@@ -67,7 +68,6 @@ class ContactEngine:
         self, law: Law, pair: Callable[[int, int], Pair], surface: Surface, recorder: Recorder
     ) -> None:
         self.pair = pair
-        self.surface = surface
         self.recorder = recorder
         self.now = 0.0
         self.is_finite = True
@@ -79,11 +79,13 @@ class ContactEngine:
         self.noises: list[float] = []
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
+        self.surfaces: list[Surface] = []  # those where the balls are
         self.ends: list[float] = []  # the time (s) up to which each path's hits are found
         self.law = law
         self.slip = NO_FRICTION
         self.collapses = 0  # of more than two contacts, so far
         self.groups, self.press = Groups(), Press()  # balls in persistent contact
+        self.lay(surface)
         self.compiled = True  # Presses are compiled where that is loaded.
         self.tally = Tally()
         self.queue = Queue(self.paths)
@@ -94,6 +96,39 @@ class ContactEngine:
         self.loop: Any = None  # It may have the groups, and what is due.
 
     # -- setting up ----------------------------------------------------------------------------
+
+    def lay(self, surface: Surface, patches: Patches = NO_PATCHES) -> None:
+        """Let balls move over a surface, and over others where there are patches."""
+        self.surface, self.patches = surface, patches
+        self.has_patches = len(patches.borders) > 0
+        self.pull = max([surface.pull, *(each.pull for each in patches.surfaces)])
+        if self.has_patches:
+            self.groups.hold_patches(len(self.paths))
+            self.put_all()
+        else:
+            self.surfaces[:] = [surface] * len(self.surfaces)
+
+    def put(self, i: int, patch: int) -> None:
+        """Let ball ``i`` be in a patch, or in none (-1)."""
+        self.groups.patch[i] = patch
+        self.surfaces[i] = self.surface if patch < 0 else self.patches.surfaces[patch]
+
+    def put_all(self) -> None:
+        """Let all balls be in their patches, which are known."""
+        for i in range(len(self.paths)):
+            self.put(i, self.groups.patch[i])
+
+    def path_at(
+        self, i: int, t: float, place: Vector, velocity: Vector, roll: Vector = NO_ROLL
+    ) -> Path:
+        """Return the path of a ball, old or new, that somebody puts at a place (m) now (s)."""
+        if not self.has_patches:
+            return self.surface.path(t, place, velocity, roll)
+        patch = self.patches.at(*place)
+        if i < len(self.paths):
+            self.put(i, patch)
+        surface = self.surface if patch < 0 else self.patches.surfaces[patch]
+        return surface.path(t, place, velocity, roll)
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
@@ -108,6 +143,10 @@ class ContactEngine:
         self.speeds.append(0.0)
         self.noises.append(0.0)
         self.groups.hold(i + 1, 0)
+        self.surfaces.append(self.surface)
+        if self.has_patches:
+            self.groups.hold_patches(i + 1)
+            self.put(i, self.patches.at(path.x, path.y))
         if moves:
             self.begin(i, path)
         return i
@@ -175,7 +214,10 @@ class ContactEngine:
                         end = t
                 if end < math.inf:
                     end += decisions.nearly_now(self.radii[i], self.speeds[i])
-                elif path.end < math.inf and leader[i] < 0:
+                if self.has_patches and (t := borders.next_crossing(self, i)) < math.inf:
+                    push(t, What("patch", i))
+                    end = min(end, t)
+                if end == math.inf > path.end and leader[i] < 0:
                     push(path.end, What("stop", i))
             self.path_ends[i] = end
         self._look_ahead(balls)
@@ -292,18 +334,18 @@ class ContactEngine:
             self._look_ahead((what.i,))
             return
         self.tally.answered += 1
-        if what.kind == "stop":
+        if what.kind == "pair" or what.kind == "wall":
+            self._find_due(what)
+            instants.answer(self, None)
+        elif what.kind == "stop":
             instants.end_path(self, None, what.i)
-            return
-        if what.kind == "piece":
+        elif what.kind == "patch":
+            borders.cross(self, None, what.i)
+        elif what.kind == "piece":
             modes.go_on(self, None, what.i)
-            return
-        if what.kind == "press":
+        else:
             self.queue.presses.pop((what.i, t), None)
             modes.begin_at(self, None, what.i)
-            return
-        self._find_due(what)
-        instants.answer(self, None)
 
     def _find_due(self, what: Hit) -> None:
         """Let this contact be ``due``, and all others of its instant."""

@@ -20,12 +20,13 @@ SHORT = 1000  # A shorter queue is not searched for void predictions: that takes
 class What(NamedTuple):
     """A prediction has a kind and a ball ``i``; ``j`` > ``i`` is a hit's other ball, or the wall.
 
-    At a "stop" the ball comes to its path's end, at a "look" to the horizon, at a "piece" to the
-    end of a half of one (:mod:`pool_pymunk.engine.modes`). At a "press" its contacts persist from
-    now on, if nothing else comes at this instant.
+    At a "stop" the ball comes to its path's end, at a "look" to the horizon, at a "patch" to a
+    border (:mod:`pool_pymunk.engine.borders`), at a "piece" to the end of a half of one
+    (:mod:`pool_pymunk.engine.modes`). At a "press" its contacts persist from now on, if nothing
+    else comes at this instant.
     """
 
-    kind: Literal["pair", "wall", "stop", "look", "piece", "press"]
+    kind: Literal["pair", "wall", "stop", "look", "patch", "piece", "press"]
     i: int
     j: int = -1
 
@@ -69,7 +70,7 @@ class Queue(list[Due]):
             other = self.paths[j]
         elif kind == "stop":
             order = self.pushed - ENDS_FIRST
-        elif kind == "piece":
+        elif kind in ("patch", "piece"):
             order = i - ENDS_FIRST
         elif kind == "press":
             if self.presses.get((i, t)) is path:

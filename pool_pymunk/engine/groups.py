@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from pool_pymunk.engine.asked import find_end, has_room, mass_of, radius_of
+from pool_pymunk.engine.asked import find_end, has_room, mass_of, pull_and_drag, radius_of
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.physics.contact import Contact
@@ -48,6 +48,13 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
 }  # fmt: skip
 
 
+# Where there are patches, a ball is in one, or in none (-1). It last `crossed` a border at a time
+# (s), and has had so many `crossings` at that instant.
+OF_PATCHES: dict[str, tuple[type, tuple[Any, ...]]] = {
+    "patch": (int, ("N",)), "crossed": (float, ("N",)), "crossings": (int, ("N",)),
+}  # fmt: skip
+
+
 class Groups:
     """These are the groups of an engine, in lists; ``persisted`` has their contacts so far."""
 
@@ -57,6 +64,9 @@ class Groups:
         self.used, self.free, self.begun_t = 0, NONE, -math.inf
         self.room = 0, 0
         self.persisted: dict[Hit, Persisted] = {}
+        self.patch: list[int] = []
+        self.crossed: list[float] = []
+        self.crossings: list[int] = []
         self.modes: dict[int, tuple[Press, list[Contact]]] = {}  # by leader, for a recorder
 
     if TYPE_CHECKING:
@@ -74,6 +84,13 @@ class Groups:
             setattr(self, name, [*getattr(self, name, ()), *rows_of(kind, lengths(shape, *more))])
         for i in range(n, n + more[0]):
             forget_ball(self, i)
+
+    def hold_patches(self, balls: int) -> None:
+        """Have room for the patches of so many balls."""
+        more = balls - len(self.patch)
+        self.patch += [NONE] * more
+        self.crossed += [-math.inf] * more
+        self.crossings += [0] * more
 
 
 def forget_all(r: Any) -> None:
@@ -121,6 +138,7 @@ def put_ball(w: Any, m: int, i: int, phase: int, stuck: int) -> None:
     g = w.press
     g.ball[m], g.mass[m], g.radius[m] = i, mass_of(w, i), radius_of(w, i)
     g.phase[m], g.stuck[m], w.groups.local[i] = phase, stuck, m
+    g.pull[m], g.drag[m] = pull_and_drag(w, i)
 
 
 def put_contact(w: Any, k: int, i: int, other: int) -> None:

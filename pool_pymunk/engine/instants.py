@@ -98,7 +98,7 @@ def end_path(w: Any, sides: Any, i: int) -> None:
     if is_at_its_end(w, path):
         put_to_rest(w, i, path.end)
         return
-    then = follower(w, path)
+    then = follower(w, i, path)
     if moves_on(then):
         begins_to_roll(w, i, then.t)
         lead(w, i, then)

@@ -16,6 +16,7 @@ from pool_pymunk.engine.asked import (
     begins_to_roll,
     coefficients,
     count_unlisted,
+    enter,
     find_piece,
     find_touching,
     finds_forces,
@@ -31,6 +32,7 @@ from pool_pymunk.engine.asked import (
     path_from,
     path_of,
     predict_loose,
+    pull_and_drag,
     push_piece,
     read_shape,
     roll_of,
@@ -212,7 +214,7 @@ def let_go(w: Any, m: int) -> None:
     """Let ball ``m`` of the press go on by itself."""
     s, p, i = w.press.state, 6 * m, w.press.ball[m]
     set_leader(w.groups, i, NONE)
-    path = path_from(w, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
+    path = path_from(w, i, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
     if moves_on(path):
         lead(w, i, path)
         loosen(w.groups, i)
@@ -290,6 +292,24 @@ def go_on(w: Any, sides: Any, i: int) -> None:
             turn(w, leader, FIRST)
         play_pieces(w)
     predict_loose(w, sides)
+
+
+def cross(w: Any, i: int, patch: int) -> None:
+    """Let ball ``i`` of a group cross into another patch; the group goes on in a mode that fits.
+
+    What would have ended its piece later has not come yet.
+    """
+    g, r, leader = w.press, w.groups, w.groups.leader[i]
+    cut(w, leader)
+    enter(w, i, patch)
+    m = r.local[i]
+    g.pull[m], g.drag[m] = pull_and_drag(w, i)
+    set_scale(g, g.state)
+    r.todos, r.fell[leader], r.faded[leader] = 0, NONE, 0
+    for m in range(g.balls):
+        g.stuck[m] = LET_GO if g.stuck[m] == LET_GO else 0
+    turn(w, leader, FIRST)
+    play_pieces(w)
 
 
 def load_end(w: Any) -> None:

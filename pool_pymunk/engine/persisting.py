@@ -23,7 +23,7 @@ from pool_pymunk.engine.asked import (
     motion,
     noise_of,
     path_of,
-    pull_and_drag,
+    pull_of,
     push_piece,
     push_press,
     radius_of,
@@ -75,8 +75,7 @@ def wait(w: Any, i: int, other: int) -> None:
         r.wait[m][0], r.wait[m][1], r.until[m], r.ended[m] = i, other, -math.inf, -math.inf
     if r.until[m] > w.now:
         return
-    pull, _ = pull_and_drag(w)
-    first = math.sqrt(2.0 * DEVIATION * least_radius(w, i, other) / max(pull, 1.0))
+    first = math.sqrt(2.0 * DEVIATION * least_radius(w, i, other) / max(pull_of(w), 1.0))
     ended = max(r.until[m], r.ended[m])
     r.length[m] = first if ended == -math.inf or ended < w.now - r.length[m] else 2.0 * r.length[m]
     r.until[m] = w.now + r.length[m]
@@ -154,8 +153,8 @@ def stays_after(w: Any, sides: Any, i: int, other: int, parting: float) -> bool:
     is_grouped = w.groups.leader[i] != NONE or (other >= 0 and w.groups.leader[other] != NONE)
     if soonest >= w.now + bounces or is_grouped:
         return True
-    a = follower(w, a) if a.end == soonest else a
-    b = follower(w, b) if b.end == soonest else b
+    a = follower(w, i, a) if a.end == soonest else a
+    b = follower(w, max(other, 0), b) if b.end == soonest else b
     _, _, vx, vy = motion_at(a, soonest)
     closing = vx * nx + vy * ny
     if other >= 0:
@@ -213,8 +212,7 @@ def is_idle(w: Any, sides: Any, i: int, other: int) -> bool:
 
 def stillness(w: Any, i: int, other: int) -> float:
     """Return the speed (m/s) at which two sides do not yet visibly part or close."""
-    pull, _ = pull_and_drag(w)
-    return STILL * math.sqrt(pull * least_radius(w, i, other))
+    return STILL * math.sqrt(pull_of(w) * least_radius(w, i, other))
 
 
 def rubs(w: Any, sides: Any, i: int, other: int) -> bool:
@@ -273,7 +271,7 @@ def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:
 
     Sliding alone presses no ball on to a straight wall.
     """
-    own, (pull, _) = path_of(w, i), pull_and_drag(w)
+    own, pull = path_of(w, i), pull_of(w)
     if other < 0:
         _, _, bends = facing(w, sides, i, other)
         return rolls(w) or bends < 0.0 or not own.slows
@@ -287,9 +285,8 @@ def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:
 def is_faint(w: Any, sides: Any, i: int, other: int) -> bool:
     """Tell whether two sides would bounce too low to be seen."""
     (_, _, bends), closing = facing(w, sides, i, other), closing_of(w, sides, i, other)
-    pull, _ = pull_and_drag(w)
     _, _, vx, vy = motion(w, i)
-    strongest = 2.0 * pull + abs(bends) * (vx * vx + vy * vy)
+    strongest = 2.0 * pull_of(w) + abs(bends) * (vx * vx + vy * vy)
     radius = radius_of(w, i) * wear(w, i, other)
     is_slow = closing * closing < 2.0 * strongest * UNSEEN * radius
     return is_slow and stays_after(w, sides, i, other, closing)

@@ -61,6 +61,9 @@ class Recorder:
     def roll(self, i: int, t: float) -> None:
         """Take note that ball ``i`` begins to roll."""
 
+    def crossed(self, i: int, patch: int, t: float) -> None:
+        """Take note that ball ``i`` comes into a patch, or out of all patches (-1)."""
+
     def stop(self, i: int, t: float, position: Vector) -> None:
         """Take note that ball ``i`` comes to rest."""
 

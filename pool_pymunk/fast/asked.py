@@ -45,7 +45,8 @@ from pool_pymunk.physics.forces import kept_steady as keeps_steady
 from pool_pymunk.physics.forces import own_pull as asks_pull
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed, respond
-from pool_pymunk.physics.motion_changes import ROLL
+from pool_pymunk.physics.motion_changes import OUT, ROLL
+from pool_pymunk.physics.patches import crossing
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
 from pool_pymunk.physics.pressed import BALL
@@ -94,19 +95,24 @@ def rolls(w: Work) -> bool:
 
 
 def pull_of(w: Work) -> float:
-    return float(w.scene.pull)
+    most = w.scene.pull
+    for k in range(w.scene.patches):
+        most = max(most, w.own[k][0])
+    return float(most)
 
 
-def pull_and_drag(w: Work) -> Vector:
-    return w.scene.pull, w.scene.drag if may_roll(w.ball[0]) else w.scene.pull
+def pull_and_drag(w: Work, i: int) -> Vector:
+    return moves.pull_and_drag(w, i)
 
 
-def path_from(w: Work, place: Vector, velocity: Vector, roll: Vector) -> Path:
-    return moves.path_from(w, w.now, place, velocity, roll)
+def path_from(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector) -> Path:
+    return moves.path_from(w, i, w.now, place, velocity, roll)
 
 
-def follower(w: Work, path: Path) -> Path:
-    return standing(path.end, path.x, path.y) if path.slows else roll_on(path, w.scene.drag)
+def follower(w: Work, i: int, path: Path) -> Path:
+    if path.slows:
+        return standing(path.end, path.x, path.y)
+    return roll_on(path, moves.pull_and_drag(w, i)[1])
 
 
 def is_at_its_end(w: Work, path: Path) -> bool:
@@ -288,7 +294,7 @@ def begin(w: Work, i: int, place: Vector, velocity: Vector, roll: Vector, noise:
     if squared(velocity) <= noise * noise:
         velocity = (0.0, 0.0)
     velocity = velocity_after(w.errors, velocity, noise)
-    path = moves.path_from(w, w.now, place, velocity, roll)
+    path = moves.path_from(w, i, w.now, place, velocity, roll)
     put_on(w, i, path)
     ball.noise = noise
     if sets_off(path):
@@ -305,7 +311,7 @@ def put_to_rest(w: Work, i: int, t: float) -> None:
         note_next(w, i)
         return
     if not due.slows(ball):
-        put_on(w, i, roll_on(due.path_of(ball), w.scene.drag))
+        put_on(w, i, roll_on(due.path_of(ball), moves.pull_and_drag(w, i)[1]))
         ball.noise = NOISE * ball.speed
     stop(w, i, t)
 
@@ -321,6 +327,17 @@ def begins_to_rest(w: Work, i: int, x: float, y: float) -> bool:
 def begins_to_roll(w: Work, i: int, t: float) -> None:
     w.count.events += 1
     keep_event(w, i, ROLL, t)
+
+
+def crossing_of(w: Work, i: int) -> tuple[float, int]:
+    path, patch = due.path_of(w.ball[i]), int(w.groups.patch[i])
+    return crossing(w.border, w.scene.borders, path, patch, w.now)
+
+
+def enter(w: Work, i: int, patch: int) -> None:
+    w.groups.patch[i] = patch
+    w.count.events += 1
+    keep_event(w, i, OUT - 1 - patch, w.now)
 
 
 def take_in(w: Work, sides: Sides, i: int, other: int) -> None:
@@ -478,7 +495,6 @@ def find_end(w: Work, steps: int, longest: float, time: float) -> None:
 def has_room(w: Work, balls: int, contacts: int) -> bool:
     g = w.press
     g.rolls = may_roll(w.ball[0])
-    g.pull, g.drag = pull_and_drag(w)
     if balls > len(g.mass) or contacts > MOST_TOGETHER or w.scene.keeps == CHANGES:
         w.is_hard = 1
     return bool(not w.is_hard)

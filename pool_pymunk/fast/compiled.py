@@ -51,6 +51,7 @@ DUALS = "pool_pymunk.fast.duals"  # Here numba learns dual numbers, for laws wit
 # and for bent paths to arcs are not inlined: with them compilation took minutes.
 APART = (
     "pool_pymunk.engine.answers",
+    "pool_pymunk.engine.borders",
     "pool_pymunk.engine.groups",
     "pool_pymunk.engine.modes",
     "pool_pymunk.engine.persisting",
@@ -60,6 +61,7 @@ APART = (
     "pool_pymunk.physics.collapse",
     "pool_pymunk.physics.complementarity",
     "pool_pymunk.physics.forces",
+    "pool_pymunk.physics.patches",
     "pool_pymunk.physics.persistent",
     "pool_pymunk.physics.pieces",
     "pool_pymunk.physics.pressed",

@@ -33,7 +33,7 @@ from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.physics import changes, columns, contact_changes, kinks
 from pool_pymunk.physics.columns import ONE, Follow
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion_changes import FOLLOWED
+from pool_pymunk.physics.motion_changes import FOLLOWED, UNCHANGED
 from pool_pymunk.physics.path import Path, from_breakpoint
 from pool_pymunk.physics.saltation import LAW, Geometry, taken_off
 from pool_pymunk.results.run import Run
@@ -119,10 +119,13 @@ def _follow(scene: Any, law: Any, tracks: Tracks, numbers: Any, size: int) -> An
     return Follow(
         tracks.rows, np.empty(len(tracks.rows), np.int64), tracks.events,
         (sides, np.unique(sides.first)), len(scene.cushions), own, law.cue, law, discs, faces,
-        corners, ball, of_numbers, of_mass, of_radius, np.empty((count, size, inputs)),
-        np.empty((count, inputs), np.bool_), np.empty(inputs), one[0],
+        corners, ball, np.vstack((of_numbers[:UNCHANGED], np.zeros(inputs))), of_mass, of_radius,
+        np.empty((count, size, inputs)), np.empty((count, inputs), np.bool_), np.empty(inputs),
+        one[0],
         **columns.room(size, inputs), signs=np.empty((0, 0)), alike=np.empty((0, 0, 0, 0)),
         drawn=np.zeros(2, I), anchors=np.empty((0, 2)), kept=room_for(0, 0, size, inputs),
+        borders=np.array(scene.ground.borders, float).reshape(-1, 6),
+        ground=np.array(scene.ground.own, float).reshape(-1, 2),
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from pool_pymunk.engine import decisions
+from pool_pymunk.engine.borders import next_crossing
 from pool_pymunk.engine.groups import holds
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.engine.persisting import takes
@@ -63,7 +64,7 @@ def forget(w: Work, i: int) -> None:
     """Forget what is due for ball ``i``, which has a new path."""
     due = w.due[i]
     due.side = NOTHING
-    due.wall_t = due.second_t = due.stop_t = due.look_t = math.inf
+    due.wall_t = due.second_t = due.stop_t = due.look_t = due.patch_t = math.inf
     for k in range(w.scene.balls):
         w.pair_t[min(i, k), max(i, k)] = math.inf
 
@@ -101,7 +102,7 @@ def look_for_walls(w: Work, sides: Sides, i: int, after: float) -> None:
     """
     ball, due = w.ball[i], w.due[i]
     path, found, wall, first, second = path_of(ball), NOTHING, NOTHING, math.inf, math.inf
-    due.path_end = math.inf
+    due.path_end = due.patch_t = math.inf
     if ball.speed > 0.0:
         for k in range(len(sides)):
             if holds(w.groups, i, -1 - sides[k].first):
@@ -118,7 +119,18 @@ def look_for_walls(w: Work, sides: Sides, i: int, after: float) -> None:
             due.path_end = first + decisions.nearly_now(ball.radius, ball.speed)
         elif ball.end < math.inf and w.groups.leader[i] == NOTHING:
             due.stop_t = ball.end
+        if w.scene.borders > 0:
+            look_for_border(w, i)
     due.side, due.wall_t, due.second_t = found, first, second
+
+
+def look_for_border(w: Work, i: int) -> None:
+    """Predict when a ball crosses into another patch; it does not stop before that."""
+    due = w.due[i]
+    due.patch_t = next_crossing(w, i)
+    if due.patch_t < math.inf:
+        due.stop_t = math.inf
+        due.path_end, due.look_t = min(due.path_end, due.patch_t), min(due.look_t, due.patch_t)
 
 
 def not_taken(w: Work, sides: Sides, i: int, after: float) -> tuple[int, float, float]:
@@ -148,7 +160,7 @@ def look_ahead(w: Work, i: int) -> None:
     ball, due = w.ball[i], w.due[i]
     path, end = path_of(ball), due.path_end
     far = horizon(path, w.now, w.scene.ahead)
-    due.look_t = math.inf
+    due.look_t = due.patch_t
     if far < end and far < ball.end:
         due.look_t = end = far
     due.until = end

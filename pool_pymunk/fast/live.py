@@ -18,7 +18,7 @@ import numpy as np
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import Hit, What, hit_of
-from pool_pymunk.engine.groups import FORM, NONE, contact_of
+from pool_pymunk.engine.groups import FORM, NONE, OF_PATCHES, contact_of
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.fast.loop import ENTER, GO_ON, PAUSED
@@ -39,15 +39,17 @@ from pool_pymunk.fast.tables import (
     arrays_of,
     coefficients_of,
     cue_of,
+    fits,
     knows,
     law_number,
     own_of,
+    put_patches,
     together_number,
 )
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.impulses import Impulse
-from pool_pymunk.physics.motion_changes import ROLL, STOP
+from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.pressed import lengths
 from pool_pymunk.physics.surface import Rolling, Sliding
@@ -147,6 +149,7 @@ class Loop:
             and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
             and engine.recorder is self.table.callbacks
             and all(ball.is_as_it_came() for ball in self.table.on_table())
+            and fits(engine.patches)
             and pairs_of(self.table.pair_as_said, engine.masses) is not None
         )  # fmt: skip
 
@@ -225,6 +228,7 @@ class Loop:
         for key, value in values.items():
             self.scene[key] = value
         self.array["now"], self.array["collapses"] = engine.now, engine.collapses
+        put_patches(self.array, engine.patches)
         for key, value in vars(engine.errors).items():
             self.array["errors"][0][key] = value
 
@@ -242,6 +246,7 @@ class Loop:
         own = self.engine.groups
         for name in NUMBERS:
             self.groups[name] = getattr(own, name)
+        self.groups["patch"] = NONE
         for name, many in self._rows():
             self.groups[name][:many] = getattr(own, name)[:many]
         sides = [self._side_of(k) if wall.sides else NOTHING for k, wall in enumerate(self.walls)]
@@ -255,7 +260,8 @@ class Loop:
         """Return the names of the rows of groups, and how many of each the record takes."""
         _, contacts = self.engine.groups.room
         many = {"N": self.balls, "C": min(contacts, len(self.groups["one"]))}
-        rows = [(name, lengths(shape, *many.values())[0]) for name, (_, shape) in FORM.items()]
+        form = FORM | OF_PATCHES if self.engine.has_patches else FORM
+        rows = [(name, lengths(shape, *many.values())[0]) for name, (_, shape) in form.items()]
         return [row for row in rows if row[1]]
 
     def _rename(self, names: Any) -> None:
@@ -322,6 +328,8 @@ class Loop:
                 engine.rested[i] = engine.now
         engine.collapses = int(self.array["collapses"][0])
         self._read_groups()
+        if engine.has_patches:
+            engine.put_all()
         self._read_instant()
         for i in range(self.balls):
             for kind in ("piece", "press"):
@@ -394,7 +402,7 @@ class Loop:
             if vx == vy == ax == ay == 0.0:
                 path = standing(t, x, y)
             else:
-                path = engine.surface.path(t, (x, y), (vx, vy), (wx, wy))
+                path = engine.surfaces[i].path(t, (x, y), (vx, vy), (wx, wy))
                 if path.ax != ax or path.ay != ay:
                     path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
             engine.paths[i] = path
@@ -407,6 +415,9 @@ class Loop:
             engine.recorder.stop(i, t, motion_at(engine.paths[i], t)[:2])
         elif other == ROLL:
             engine.recorder.roll(i, t)
+        elif other <= OUT:
+            engine.put(i, OUT - 1 - other)
+            engine.recorder.crossed(i, OUT - 1 - other, t)
         elif other < 0 and engine.walls[-1 - other].is_pocket:
             wall, motion = engine.walls[-1 - other], motion_at(engine.paths[i], t)
             assert wall.center is not None

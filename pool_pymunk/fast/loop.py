@@ -13,6 +13,7 @@ import math
 from typing import Any
 
 from pool_pymunk.engine import decisions, groups, modes
+from pool_pymunk.engine.borders import cross
 from pool_pymunk.engine.instants import answer, end_path
 from pool_pymunk.engine.modes import begin_at, go_on
 from pool_pymunk.engine.near import NOWHERE, box, piece
@@ -53,6 +54,7 @@ from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.complementarity import decide
 from pool_pymunk.physics.motion_changes import STOP
+from pool_pymunk.physics.patches import patch_at
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
 from pool_pymunk.physics.pieces import part_of, piece_of
 from pool_pymunk.physics.surface import NO_ROLL, roll_at
@@ -229,13 +231,17 @@ def play(w: Work, sides: Sides) -> int:
         w.now = max(t, w.now)
         i = first_of_all(w, i, t) if other_t == t else i
         due = w.due[i]
-        w.count.answered += due.look_t != t
+        w.count.answered += due.look_t != t or due.patch_t == t
         if due.stop_t == t:
             end_path(w, sides, i)
         elif due.piece_t == t:
             due.piece_t = math.inf
             note_next(w, i)
             go_on(w, sides, i)
+        elif due.patch_t == t:
+            due.patch_t = due.look_t = math.inf
+            note_next(w, i)
+            cross(w, sides, i)
         elif due.ball_t == t or due.wall_t == t:
             answer_due(w, sides, i, due.ball if due.ball_t == t else NOTHING, other_t)
         elif due.look_t == t:
@@ -264,7 +270,8 @@ def has_told(w: Work, t: float) -> bool:
 def first_of_all(w: Work, i: int, t: float) -> int:
     """Return the ball whose event at ``t`` (s) comes first: ends of paths, hits, then presses."""
     for k in range(w.scene.balls):
-        if w.due[k].stop_t == t or w.due[k].piece_t == t:
+        due = w.due[k]
+        if due.stop_t == t or due.piece_t == t or due.patch_t == t:
             return k
     for k in range(i, w.scene.balls):
         due = w.due[k]
@@ -315,6 +322,10 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
     """Put the balls of shot ``s`` on their paths; tell whether that is an ordinary start."""
     clear(w)
     w.is_hard = bool(may_roll(w.ball[0]) and w.scene.drag > w.scene.pull)
+    for k in range(w.scene.patches if may_roll(w.ball[0]) else 0):
+        pull, drag = w.own[k][0], w.own[k][1]
+        pull, drag = pull if pull >= 0.0 else w.scene.pull, drag if drag >= 0.0 else w.scene.drag
+        w.is_hard |= drag > pull
     for i in range(w.scene.balls):
         ball, x, y = w.ball[i], shots.position[s, i, 0], shots.position[s, i, 1]
         vx = vy = wx = wy = 0.0
@@ -322,7 +333,11 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
             vx, vy = shots.velocity[s, i, 0], shots.velocity[s, i, 1]
             if may_roll(ball):
                 wx, wy = shots.roll[s, i, 0], shots.roll[s, i, 1]
-        path = path_from(w, 0.0, (x, y), (vx, vy), (wx, wy))
+        w.groups.patch[i] = NOTHING
+        if w.scene.borders > 0:
+            w.groups.patch[i] = patch_at(w.border, w.scene.borders, x, y)
+            w.groups.crossed[i] = -math.inf
+        path = path_from(w, i, 0.0, (x, y), (vx, vy), (wx, wy))
         put_on(w, i, path)
         ball.noise = NOISE * fastest_of(path)
         keep(w, i, path)
@@ -360,7 +375,7 @@ def clear_dues(w: Work) -> None:
         due = w.due[i]
         due.ball = NOTHING
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
-        due.piece_t = due.press_t = math.inf
+        due.piece_t = due.press_t = due.patch_t = math.inf
         due.until = w.next_t[i] = math.inf
         w.anew[i] = 0
         for j in range(i + 1, w.scene.balls):

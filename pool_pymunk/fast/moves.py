@@ -35,11 +35,21 @@ def put_path(ball: Moving, path: Path) -> bool:
     return not is_lost(path, ball.radius)
 
 
-def path_from(w: Work, t: float, place: Vector, velocity: Vector, roll: Vector) -> Path:
-    """Return the path of a ball on the scene's surface."""
+def path_from(w: Work, i: int, t: float, place: Vector, velocity: Vector, roll: Vector) -> Path:
+    """Return the path of a ball on the surface where it is."""
+    pull, drag = pull_and_drag(w, i)
     if may_roll(w.ball[0]):
-        return slide_or_roll(t, place, velocity, roll, w.scene.pull, w.scene.drag)
-    return set_off(t, place, velocity, w.scene.pull)
+        return slide_or_roll(t, place, velocity, roll, pull, drag)
+    return set_off(t, place, velocity, pull)
+
+
+def pull_and_drag(w: Work, i: int) -> Vector:
+    """Return the decelerations (m/s^2) of a ball where it slides, and where it slows to rest."""
+    patch, pull, drag = w.groups.patch[i], w.scene.pull, w.scene.drag
+    if patch != NOTHING:
+        pull = w.own[patch][0] if w.own[patch][0] >= 0.0 else pull
+        drag = w.own[patch][1] if w.own[patch][1] >= 0.0 else drag
+    return pull, drag if may_roll(w.ball[0]) else pull
 
 
 def roll_of(w: Work, i: int) -> Vector:

@@ -18,7 +18,7 @@ from pool_pymunk.fast.tables import Form
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import FORM, Press
 
-NUMBERS = ("balls", "contacts", "steps", "pull", "drag", "rolls")  # of a press, besides its rows
+NUMBERS = ("balls", "contacts", "steps", "rolls")  # of a press, besides its rows
 
 
 def number(name: str) -> Any:
@@ -40,7 +40,7 @@ class RecordPress(Press):
     """
 
     is_fixed = True
-    balls, contacts, steps, pull, drag, rolls = map(number, NUMBERS)
+    balls, contacts, steps, rolls = map(number, NUMBERS)
 
     def __init__(self, form: Form, play: Any) -> None:
         work = np.zeros(1, dtype=WORKS[form.rolls, form.many])

@@ -31,6 +31,9 @@ NOTHING = -1  # stands for no ball, no side, no pocket
 C, F, I = MOST_TOGETHER, np.float64, np.int64  # noqa: E741
 
 NUMBERS = 8  # of a side, at most
+# A scene with more borders of patches, or with more patches, goes to the engine.
+MOST_BORDERS, MOST_PATCHES = 256, 64
+
 # The sides of a wall are those from `first` up to `last`. Where walls `differ`, there may be arcs,
 # and a wall may have restitution and friction of its `own`, or -1 for the scene's. Other scenes do
 # without these numbers. numba compiles a loop for each form, so arcs do not slow down scenes
@@ -49,7 +52,8 @@ SCENE = np.dtype(
      ("latest", F), ("most", I), ("keeps", I), ("resumes", I), ("slip", F, 2), ("coarser", F),
      ("hears", I), ("least", F), ("asks", I), ("steps", I), ("longest", F), ("time", F),
      ("answer", F, 4), ("ahead", F), ("ball_ball", F), ("cue_ball", F), ("cushion", F),
-     ("pull", F), ("drag", F), ("cushion_friction", F), ("ball_friction", F)]
+     ("pull", F), ("drag", F), ("cushion_friction", F), ("ball_friction", F), ("borders", I),
+     ("patches", I)]
 )  # fmt: skip
 
 # A ball has its path, a speed that it does not exceed there, how much of a velocity is noise, and a
@@ -65,10 +69,11 @@ BALLS = {
 
 # What is due for a ball: when it meets its first and its second wall, stops, looks ahead again, and
 # meets the first ball of a higher number; when its group's piece ends, and when contacts around it
-# are to press; when its path ends at a wall, and until when the path is looked at.
+# are to press; when its path ends at a wall or a border, and until when the path is looked at. When
+# it crosses a border it looks ahead, too.
 DUE = np.dtype(
     [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
-     ("ball_t", F), ("piece_t", F), ("press_t", F), ("path_end", F), ("until", F)]
+     ("ball_t", F), ("piece_t", F), ("press_t", F), ("path_end", F), ("until", F), ("patch_t", F)]
 )  # fmt: skip
 
 ERRORS = np.dtype([("share", F), ("state", I), ("of_places", I), ("opens", I)])
@@ -134,7 +139,7 @@ def parts_of(balls: int) -> dict[str, Any]:
             of_instant, balls + 1, C, began=F, most=I, rounds=I, mets=I, dues=I, contacts=I,
             misses=I, turns=I, balls=I, is_asked=I, is_played_out=I, unlisted=I,
         ),
-        "press": form_of(FORM, balls, C, balls=I, contacts=I, steps=I, pull=F, drag=F, rolls=I),
+        "press": form_of(FORM, balls, C, balls=I, contacts=I, steps=I, rolls=I),
         "collapse": form_of(
             collapse.FORM, balls, C, contacts=I, balls=I, noise=F, can_leap=I, most=I, least=F,
             played=I, spent=I, is_over=I, rounds=I, wait=I, pause=I, first=I, period=I, parts=I,
@@ -147,8 +152,8 @@ def parts_of(balls: int) -> dict[str, Any]:
             is_over=I,
         ),
         "groups": form_of(
-            groups.FORM | HELD, balls, balls, helds=I, coarser=F, members=I, loosened=I, waits=I,
-            hits=I, todos=I, begun=I, used=I, free=I, begun_t=F,
+            groups.FORM | groups.OF_PATCHES | HELD, balls, balls, helds=I, coarser=F, members=I,
+            loosened=I, waits=I, hits=I, todos=I, begun=I, used=I, free=I, begun_t=F,
         ),
     }  # fmt: skip
 
@@ -157,12 +162,13 @@ def work_of(rolls: bool, balls: int) -> Any:
     """Return the form of the record in which shots of so many balls are played.
 
     A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
+    Patches have each `border`, and decelerations of their `own` (physics/patches.py).
     """
     fields = [
         ("scene", SCENE), ("ball", BALLS[rolls], balls), ("now", F), ("errors", ERRORS),
         ("is_hard", I), ("in_doubt", I), ("next_t", F, balls), ("due", DUE, balls),
         ("pair_t", F, (balls, balls)), ("anew", I, balls), ("last", F, (balls, 6)),
-        *parts_of(balls).items(),
+        *parts_of(balls).items(), ("border", F, (MOST_BORDERS, 6)), ("own", F, (MOST_PATCHES, 2)),
     ]  # fmt: skip
     return np.dtype((np.record, fields))
 

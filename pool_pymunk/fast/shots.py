@@ -17,6 +17,7 @@ from pool_pymunk.fast.tables import (
     cue_of,
     law_number,
     loop_form,
+    put_patches,
     together_number,
 )
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
@@ -97,6 +98,7 @@ class Source(NamedTuple):
         """Return an array (1,) of a record to play shots in, which may keep their tracks."""
         form = loop_form(self.scene)
         work = np.zeros(1, WORKS[form.rolls, form.many])
+        put_patches(work, self.scene.ground)
         own, latest = work[0].scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)
         own.watched, own.keeps, own.coarser, own.most = self.watched, keeps, 1.0, NEVER_SETTLES
@@ -331,7 +333,8 @@ def _check_that_it_ends(source: Source) -> None:
     scene, kind = source.scene, "surface" if source.roll is None else "rolling"
     least = source.vary.get(f"friction.{kind}", np.array(getattr(scene.friction, kind)))
     moves = source.velocity.any() or (source.roll is not None and source.roll.any())
-    slows = (least * scene.physics.gravity > 0.0).all()
+    its = [getattr(patch, kind) for patch in scene.patches]
+    slows = (least * scene.physics.gravity > 0.0).all() and 0.0 not in its
     if not slows and source.asked.settings.max_time is None and moves:
         message = f"is missing: without {kind} friction the balls of these shots never come to rest"
         raise setting_error("max_time", None, message)

@@ -37,6 +37,7 @@ from pool_pymunk.fast.tables import (
     cue_of,
     law_number,
     loop_form,
+    put_patches,
     table_of,
     together_number,
 )
@@ -46,7 +47,7 @@ from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import NO_FRICTION, Law
-from pool_pymunk.physics.motion_changes import ROLL, STOP
+from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
 from pool_pymunk.physics.path import Path
 from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.exact import EngineTrace, pockets
@@ -163,6 +164,7 @@ class Desk:
             }  # fmt: skip
             for key, value in values.items():
                 self.scene[key] = value
+            put_patches(self.work, scene.ground)
             self.prepared = its
         begin_errors(errors := Errors(), variant)
         for key, value in vars(errors).items():
@@ -254,6 +256,8 @@ def note_event(trace: EngineTrace, t: float, i: int, other: int, impulse: list[f
         trace.ball_ball(t, i, other, Impulse(*impulse))
     elif other == ROLL:
         trace.roll(i, t)
+    elif other <= OUT:
+        trace.crossed(i, OUT - 1 - other, t)
     elif other == STOP:
         trace.events.append((t, "stop", (i,), None, None))
     elif -1 - other < cushions:

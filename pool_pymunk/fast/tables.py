@@ -11,9 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast.kinds import KINDS
-from pool_pymunk.fast.records import CROWD, MOST_BALLS, NOTHING, NUMBERS, SIDES, TableArrays
+from pool_pymunk.fast.records import (
+    CROWD,
+    MOST_BALLS,
+    MOST_BORDERS,
+    MOST_PATCHES,
+    NOTHING,
+    NUMBERS,
+    SIDES,
+    TableArrays,
+)
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Coulomb, Law, Published
+from pool_pymunk.physics.patches import Patches
 from pool_pymunk.physics.sides import Arc, Wall, core_of
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.solvers.exact import pockets
@@ -114,7 +124,21 @@ def own_of(walls: Sequence[Wall]) -> tuple[float, float] | None:
 def can_compile(scene: Scene, law: Law) -> bool:
     """Tell whether numba can compile the ordinary shots of this scene by this law."""
     is_known = knows(scene.cushions) and type(scene.surface) in (Sliding, Rolling)
-    return is_known and len(scene.balls) <= CROWD and law_number(law) != NOTHING
+    is_small = len(scene.balls) <= CROWD and fits(scene.ground)
+    return is_known and is_small and law_number(law) != NOTHING
+
+
+def fits(patches: Patches) -> bool:
+    """Tell whether a record has room for patches."""
+    return len(patches.borders) <= MOST_BORDERS and len(patches.own) <= MOST_PATCHES
+
+
+def put_patches(array: Any, patches: Patches) -> None:
+    """Put patches into the only record of an array."""
+    borders, own = len(patches.borders), len(patches.own)
+    array["scene"]["borders"], array["scene"]["patches"] = borders, own
+    if borders:
+        array["border"][0][:borders], array["own"][0][:own] = patches.borders, patches.own
 
 
 def plain(table: TableArrays) -> TableArrays:

@@ -190,13 +190,11 @@ class Table(Part):
         count = len(self.outline)
         if count < 2 or (count == 2 and min(self.bulge, default=0.0) <= 0.0):
             return "must have three corners or more, or two between sides that bulge outwards"
-        slack = COORDINATE_ROUNDING * max(max(map(abs, corner)) for corner in self.outline)
-        for k, corner in enumerate(self.outline):
-            if math.dist(self.outline[k - 1], corner) <= slack:
-                return f"has two equal corners in a row ({(k - 1) % count} and {k})"
+        if message := _equal_corners(self.outline):
+            return message
         points = self.polyline
         cushions = [k for k, edge in enumerate(self.edges) for _ in edge.points()]
-        meeting = _crossing(tuple(map(_edge, points, points[1:] + points[:1])), slack)
+        meeting = _crossing(points, _slack(self.outline))
         if meeting is not None:
             first, second = (cushions[piece] for piece in meeting)
             return f"crosses itself (cushion {first} meets cushion {second})"
@@ -312,8 +310,37 @@ def _area(outline: Sequence[Point]) -> float:
     return sum(_cross(a, b) for a, b in zip(shifted, shifted[1:] + shifted[:1], strict=True)) / 2
 
 
-def _crossing(edges: Sequence[Edge], slack: float) -> tuple[int, int] | None:
+def misdrawn(corners: Sequence[Point]) -> str:
+    """Return what is wrong with a polygon that runs in any direction, or an empty text.
+
+    >>> misdrawn([(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
+    'crosses itself (side 0 meets side 2)'
+    """
+    if len(corners) < 3:
+        return "must have three corners or more"
+    if message := _equal_corners(corners):
+        return message
+    meeting = _crossing(corners, _slack(corners))
+    return "" if meeting is None else "crosses itself (side {} meets side {})".format(*meeting)
+
+
+def _slack(corners: Sequence[Point]) -> float:
+    """Return how far (m) rounding may move corners."""
+    return COORDINATE_ROUNDING * max(max(map(abs, corner)) for corner in corners)
+
+
+def _equal_corners(corners: Sequence[Point]) -> str:
+    """Say which two corners in a row are equal, or return an empty text."""
+    slack, count = _slack(corners), len(corners)
+    for k, corner in enumerate(corners):
+        if math.dist(corners[k - 1], corner) <= slack:
+            return f"has two equal corners in a row ({(k - 1) % count} and {k})"
+    return ""
+
+
+def _crossing(points: Sequence[Point], slack: float) -> tuple[int, int] | None:
     """Return two sides of a closed polygon that meet where they should not."""
+    edges = tuple(map(_edge, points, (*points[1:], *points[:1])))
     along_x = (sorted((edge.start[0], edge.end[0])) for edge in edges)
     pairs = sweep({k: (low, high + slack) for k, (low, high) in enumerate(along_x)})
     return next((pair for pair in pairs if _sides_meet(edges, *pair, slack)), None)

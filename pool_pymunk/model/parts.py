@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pool_pymunk.model import plain
+from pool_pymunk.model.outline import misdrawn
 from pool_pymunk.model.plain import Key, Part, Unfit, choice, name, text
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem
 from pool_pymunk.physics.laws import LAWS
@@ -74,6 +75,41 @@ class Post(Part):
     radius: plain.Gap
     restitution: plain.Share | None = None
     friction: plain.Number | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Patch(Part):
+    """A patch is a region of the table with other friction, such as sand or ice.
+
+    It has ``corners`` (m), or a ``center`` and a ``radius`` (m). ``surface`` and ``rolling`` are
+    the coefficients of friction there; those that are None are the scene's. Where patches overlap,
+    the last one holds a ball. The place of the ball's centre decides.
+
+    >>> Patch(((1.0, 0.0), (2.0, 0.0), (2.0, 1.0)), surface=0.6).rolling is None
+    True
+    """
+
+    corners: plain.Corners = ()
+    center: plain.Place | None = None
+    radius: plain.Length | None = None
+    surface: plain.Number | None = None
+    rolling: plain.Number | None = None
+
+    def _problems(self) -> Iterator[Problem]:
+        """Find a form that is missing, given twice, or no polygon."""
+        if self.corners:
+            yield from beside("corners", center=self.center, radius=self.radius)
+            message = misdrawn(self.corners)
+            if message:
+                yield Problem("corners", [list(corner) for corner in self.corners], message)
+        elif self.center is None and self.radius is None:
+            yield Problem("corners", LEFT_OUT, "is missing (or center and radius)")
+        for key, own, other in (
+            ("center", self.center, self.radius),
+            ("radius", self.radius, self.center),
+        ):
+            if own is None and other is not None and not self.corners:
+                yield Problem(key, LEFT_OUT, "is missing (a round patch has center and radius)")
 
 
 @dataclass(frozen=True, slots=True)

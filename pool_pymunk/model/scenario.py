@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import LAUNCH, SECTIONS, Ball, Pocket, Post, Shot, beside
+from pool_pymunk.model.parts import LAUNCH, SECTIONS, Ball, Patch, Pocket, Post, Shot, beside
 from pool_pymunk.model.plain import Key, Part, Unfit, argument, choice
 from pool_pymunk.model.problems import (
     LEFT_OUT,
@@ -46,6 +46,7 @@ FROM, TITLE = Key(choice(("start", "previous"))), Scene.KEYS["title"]
 LISTS: Mapping[str, Mapping[str, Key]] = {
     "pockets": Pocket.KEYS,
     "posts": Post.KEYS,
+    "patches": Patch.KEYS,
     "balls": Ball.KEYS,
     "racks": RACK,
     "shots": {  # A file says `from` for `from_previous`.
@@ -163,6 +164,7 @@ class _File:
         lists: Values = {"balls": balls}
         lists["pockets"] = [*self._sound("pockets", Pocket)]
         lists["posts"] = [*self._sound("posts", Post)]
+        lists["patches"] = [*self._patches()]
         lists["shots"] = [*self._shots(balls)]
         sketch = Sketch(
             **lists,
@@ -327,6 +329,13 @@ class _File:
             values: Values = {"id": str(k)} | own if kind is Pocket else own
             if self._is_complete(where, kind, values):
                 yield where, kind(**values)
+
+    def _patches(self) -> Iterator[tuple[Location, Patch]]:
+        """Yield the sound patches."""
+        for where, own in self.entries["patches"]:
+            made = self._made(where, Patch, own) if self._is_sound(where) else None
+            if made is not None:
+                yield where, made
 
     def _shots(self, balls: Located[Ball]) -> Iterator[tuple[Location, Shot]]:
         """Yield the shots; what is missing or broken is replaced by sound values."""

@@ -66,6 +66,7 @@ def _text(scene: Scene, units: Units) -> str:
         ("[friction]", _said(scene.friction, units)),
         *(("[[pockets]]", _unusual(pocket, units)) for pocket in scene.pockets),
         *(("[[posts]]", _unusual(post, units)) for post in scene.posts),
+        *(("[[patches]]", _unusual(patch, units)) for patch in scene.patches),
         *(("[[balls]]", _unusual(ball, units)) for ball in scene.balls),
         *(("[[shots]]", _unusual(shot, units)) for shot in scene.shots),
     ]

@@ -18,6 +18,7 @@ from pool_pymunk.model.parts import (
     NEAREST,
     Ball,
     Friction,
+    Patch,
     Physics,
     Pocket,
     Post,
@@ -40,6 +41,7 @@ from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import NO_ROLLING, State, read_state
 from pool_pymunk.physics import sides
 from pool_pymunk.physics.contact import Pair
+from pool_pymunk.physics.patches import Patches, patches_of
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.safety.files import whole
 
@@ -71,6 +73,7 @@ class Scene(Part):
     units: Units = field(default_factory=Units)
     pockets: tuple[Pocket, ...] = ()
     posts: tuple[Post, ...] = ()
+    patches: tuple[Patch, ...] = ()
 
     def __repr__(self) -> str:
         shots = listed([shot.name for shot in self.shots]) or "none"
@@ -88,14 +91,18 @@ class Scene(Part):
         if self.table is not None:
             x0, y0, x1, y1 = self.table.bounds
             has, ground = [f"{self.first_post} cushions"], f"a table of {x1 - x0:g} x {y1 - y0:g} m"
-        for count, name in ((len(self.posts), "post"), (len(self.pockets), "pocket")):
-            has += [f"{count} {name}{'s' * (count > 1)}"] if count else []
+        for count, name, names in (
+            (len(self.posts), "post", "posts"),
+            (len(self.pockets), "pocket", "pockets"),
+            (len(self.patches), "patch", "patches"),
+        ):
+            has += [f"{count} {name if count == 1 else names}"] if count else []
         return f"{ground} with {' and '.join(has)}" if has else ground
 
     def _problems(self) -> Iterator[Problem]:
         parts: dict[str, Any] = {
             name: [((name, k), part) for k, part in enumerate(getattr(self, name))]
-            for name in ("balls", "pockets", "posts", "shots")
+            for name in ("balls", "pockets", "posts", "patches", "shots")
         }
         for name in ("table", "restitution", "friction", "physics"):
             parts[name] = getattr(self, name)
@@ -144,6 +151,13 @@ class Scene(Part):
             return Sliding(self.deceleration)
         return Rolling(self.deceleration, self.friction.rolling * self.physics.gravity)
 
+    @cached_property
+    def ground(self) -> Patches:
+        """The patches of the table, as solvers ask them."""
+        forms = [(patch.corners, patch.center, patch.radius) for patch in self.patches]
+        own = [(patch.surface, patch.rolling) for patch in self.patches]
+        return patches_of(forms, own, self.physics.gravity, self.surface)
+
     @property
     def deceleration(self) -> float:
         """Surface friction decelerates a sliding ball by a = mu_s g (m/s^2, Eq. 10)."""
@@ -152,7 +166,7 @@ class Scene(Part):
     @property
     def always_rests(self) -> bool:
         """Tell whether friction brings every ball to rest."""
-        return slowest(self.friction, self.physics) > 0.0
+        return slowest(self.friction, self.physics, self.patches) > 0.0
 
     @property
     def cue(self) -> Ball | None:
@@ -279,9 +293,14 @@ def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | N
     return restitution.ball_ball
 
 
-def slowest(friction: Friction, physics: Physics) -> float:
-    """Return the deceleration (m/s^2) of a ball that rolls, or that slides where none rolls."""
-    return physics.gravity * (friction.surface if friction.rolling is None else friction.rolling)
+def slowest(friction: Friction, physics: Physics, patches: Iterable[Patch] = ()) -> float:
+    """Return the deceleration (m/s^2) of a ball that rolls, or that slides where none rolls.
+
+    It is the least one, of the table and of its patches.
+    """
+    key = "surface" if friction.rolling is None else "rolling"
+    found = [getattr(friction, key), *(getattr(patch, key) for patch in patches)]
+    return float(physics.gravity * min(mu for mu in found if mu is not None))
 
 
 def _with(vectors: tuple[Point, ...], i: int, vector: Point) -> tuple[Point, ...]:
@@ -309,6 +328,7 @@ class Sketch:
     friction: Friction
     physics: Physics
     has_table: bool
+    patches: Located[Patch] = ()
     nowhere: Collection[Location] = ()
     knows_balls: bool = True
     units: Units = METRES
@@ -385,11 +405,35 @@ class Sketch:
         for where, roll in rolls if self.friction.rolling is None else ():
             if roll != 0.0:
                 yield Problem((*where, "roll"), roll, NO_ROLLING)
+        yield from self._of_patches()
         moves = self.shots or any(ball.velocity != (0.0, 0.0) for _, ball in self.balls)
-        if moves and slowest(self.friction, self.physics) == 0.0 and self.physics.max_time is None:
+        if moves and self.physics.max_time is None:
             key = "surface" if self.friction.rolling is None else "rolling"
-            message = f"is missing: friction.{key} or gravity is 0, so balls never come to rest"
-            yield Problem(("physics", "max_time"), LEFT_OUT, message)
+            ice = [where for where, patch in self.patches if getattr(patch, key) == 0.0]
+            why = ""
+            if slowest(self.friction, self.physics) == 0.0:
+                why = f"friction.{key} or gravity is 0, so balls never come to rest"
+            elif ice:
+                why = f"{written((*ice[0], key))} is 0, so a ball may never come to rest"
+            if why:
+                yield Problem(("physics", "max_time"), LEFT_OUT, f"is missing: {why}")
+
+    def _of_patches(self) -> Iterator[Problem]:
+        """Find coefficients of patches that do not fit those of the scene."""
+        for where, patch in self.patches:
+            surface = self.friction.surface if patch.surface is None else patch.surface
+            rolling = self.friction.rolling if patch.rolling is None else patch.rolling
+            if self.friction.rolling is None and patch.rolling is not None:
+                yield Problem((*where, "rolling"), patch.rolling, NO_ROLLING)
+            elif rolling is None or rolling <= surface:
+                continue
+            elif patch.rolling is None:
+                message = f"must not be below rolling ({rolling:g}, of [friction])"
+                yield Problem((*where, "surface"), patch.surface, message)
+            else:
+                whose = "" if patch.surface is not None else ", of [friction]"
+                message = f"must not be above surface ({surface:g}{whose})"
+                yield Problem((*where, "rolling"), patch.rolling, message)
 
 
 def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Problem]:

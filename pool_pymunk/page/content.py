@@ -18,7 +18,13 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
-from pool_pymunk.render.table import plane, pockets_and_posts, seen_posts, woodwork
+from pool_pymunk.render.table import (
+    plane,
+    pockets_and_posts,
+    seen_patches,
+    seen_posts,
+    woodwork,
+)
 from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run
@@ -50,6 +56,7 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
         "seen": list(map(float, seen.extents)),
         "plane": None if scene.table else plane(seen, units)._asdict(),
         "table": scene.table and woodwork(scene.table, scene.pockets)._asdict(),
+        "patches": list(seen_patches(scene)),
         "discs": list(pockets_and_posts(scene)),
         "numbers": list(_numbers(scene)),
         "balls": [
@@ -75,6 +82,7 @@ def _looks(scene: Scene) -> dict[str, object]:
         "table": scene.table and scene.table.polyline,
         "pockets": scene.pockets,
         "posts": seen_posts(scene),
+        "patches": list(seen_patches(scene)),
     }
 
 

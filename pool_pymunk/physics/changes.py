@@ -31,6 +31,7 @@ from pool_pymunk.physics.kinks import SAME
 from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.motion_changes import (
     ANYTHING,
+    AT_BORDER,
     AT_RIM,
     CUT_OFF,
     ENDS_THERE,
@@ -38,6 +39,7 @@ from pool_pymunk.physics.motion_changes import (
     GOES_ON,
     GROWN,
     KNOWN_BEFORE,
+    OUT,
     PERSISTS,
     RESTS_LAST,
     RESTS_THERE,
@@ -49,6 +51,7 @@ from pool_pymunk.physics.motion_changes import (
     TOUCHES,
     come_to,
     end_of,
+    friction_of,
     is_at,
     is_sliding,
     lose,
@@ -56,9 +59,10 @@ from pool_pymunk.physics.motion_changes import (
     note_end,
 )
 from pool_pymunk.physics.pairs import is_far
+from pool_pymunk.physics.patches import normal_at
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.saltation import GRAZE
-from pool_pymunk.physics.surface import NO_ROLL
+from pool_pymunk.physics.surface import NO_ROLL, roll_rate
 from pool_pymunk.physics.touches import NEVER, is_beside, touch_of_discs, touch_of_face
 
 # What follows changes through a run by compiled code has a place here, where it is loaded. It
@@ -179,6 +183,8 @@ def take(g: Any, k: int) -> int:
         return stop(g, i, t)
     if other == ROLL:
         return begin_to_roll(g, i, t)
+    if other <= OUT:
+        return cross(g, i, t)
     return fall(g, i, other, t) if is_pocket(g, other) else meet(g, i, other, t)
 
 
@@ -229,14 +235,14 @@ def rests_just_at(g: Any, i: int, t: float) -> bool:
     """Tell whether a ball that moved comes to rest at this time (s)."""
     row, balls = g.rows[g.ball[i].at], len(g.ball)
     moved = row[4] != 0.0 or row[5] != 0.0 or g.ball[i].at >= g.one.ends[3] + balls
-    return moved and is_at(g, end_of(g, row), t, i, i)
+    return moved and is_at(g, end_of(g, row, t), t, i, i)
 
 
 def stop(g: Any, i: int, t: float) -> int:
     """Let a ball come to rest: changes of its place stay."""
     own = g.change[i]
     if not is_of_errors(g):
-        note_end(g, i)
+        note_end(g, i, t)
     move(g, i, t)
     for p in columns(g):
         for k in range(2, len(own)):
@@ -248,7 +254,7 @@ def stop(g: Any, i: int, t: float) -> int:
 def begin_to_roll(g: Any, i: int, t: float) -> int:
     """Let a ball begin to roll: its acceleration changes, and its slip is gone."""
     before, own = g.rows[g.ball[i].at], g.change[i]
-    note_end(g, i)
+    note_end(g, i, t)
     move(g, i, t)
     errors.delay(g, before, t)
     come_to(g, i, t)
@@ -257,6 +263,30 @@ def begin_to_roll(g: Any, i: int, t: float) -> int:
         own[2, p] += (before[6] - after[6]) * g.late[p]
         own[3, p] += (before[7] - after[7]) * g.late[p]
         own[4, p], own[5, p] = own[2, p], own[3, p]
+    return FOLLOWED
+
+
+def cross(g: Any, i: int, t: float) -> int:
+    """Let a ball cross the border of a patch: its acceleration changes, sooner or later."""
+    before, own, (x, y, vx, vy) = g.rows[g.ball[i].at], g.change[i], motion_at(path_of(g, i), t)
+    nx, ny = normal_at(g.borders, len(g.borders), x, y)
+    across = nx * vx + ny * vy
+    move(g, i, t)
+    is_graze = abs(across) <= GRAZE * max(abs(vx), abs(vy))
+    if is_graze or (not is_of_errors(g) and is_at(g, t, 0.0, i, i)):
+        return AT_BORDER
+    for p in columns(g):
+        g.late[p] = -(nx * own[0, p] + ny * own[1, p]) / across
+    errors.delay(g, before, t)
+    come_to(g, i, t)
+    after = g.rows[g.ball[i].at]
+    (px, py), (qx, qy) = roll_rate(before), roll_rate(after)
+    for p in columns(g):
+        own[2, p] += (before[6] - after[6]) * g.late[p]
+        own[3, p] += (before[7] - after[7]) * g.late[p]
+        if len(own) > 4:
+            own[4, p] += (px - qx) * g.late[p]
+            own[5, p] += (py - qy) * g.late[p]
     return FOLLOWED
 
 
@@ -350,7 +380,8 @@ def touch(g: Any, balls: tuple[int, int], t: float, across: Vector) -> None:
             matters = matters | (g.of_radius[n, p] != 0.0)
             row = g.rows[g.ball[n].at]
             if sets_off(path_of(g, n)) and t > row[1]:
-                pull = g.of_numbers[3 if is_sliding(row, len(g.change[0])) else 6, p]
+                _, _, of_pull, of_drag = friction_of(g, row, t)
+                pull = g.of_numbers[of_pull if is_sliding(row, len(g.change[0])) else of_drag, p]
                 matters = matters | (pull != 0.0)
         matters = matters & moves_across(g, i, across, p)
         if was_known and any_of(matters):

@@ -24,17 +24,19 @@ MOST_SIDES = 4  # of a kink of a law
 # and `own` are the walls' own restitution and friction, or -1. `cue` is the cue ball. `discs`,
 # `faces` and `corners` are what balls may touch (model/obstacles.py). Each `ball` has its last
 # breakpoint `at`, what it `met` there, whether it is `gone`, and its `mass` and `radius`. The
-# inputs change numbers of the scene, masses and radii by `of_numbers` (7, P), `of_mass` and
-# `of_radius` (N, P), and the state of each ball at its last breakpoint by `change` (N, K, P);
-# `ever` (N, P) tells which inputs have changed it. `late` (P) tells how late the last event is.
-# `one` has the numbers of one contact, and `z`, `parts` and `bad` its changes. Errors have random
-# `signs` (without errors there are none), and those of errors that are `alike`. The row and the
-# kind of event that came last are `drawn`, and `anchors` are points of the walls. What the pass
-# has found is `kept`: reasons, how late events are, and changes. Python keeps its paths there, too.
+# inputs change numbers of the scene, masses and radii by `of_numbers` (8, P; the last row is 0),
+# `of_mass` and `of_radius` (N, P), and the state of each ball at its last breakpoint by `change`
+# (N, K, P); `ever` (N, P) tells which inputs have changed it. `late` (P) tells how late the last
+# event is. `one` has the numbers of one contact, and `z`, `parts` and `bad` its changes. Errors
+# have random `signs` (without errors there are none), and those of errors that are `alike`. The row
+# and the kind of event that came last are `drawn`, and `anchors` are points of the walls. What the
+# pass has found is `kept`: reasons, how late events are, and changes. Python keeps its paths there,
+# too. Patches have `borders`, and a `ground` with decelerations of their own (physics/patches.py).
 Follow = namedtuple(
     "Follow",
     "rows following events walls cushions own cue law discs faces corners ball "
-    "of_numbers of_mass of_radius change ever late one z parts bad signs alike drawn anchors kept",
+    "of_numbers of_mass of_radius change ever late one z parts bad signs alike drawn anchors kept "
+    "borders ground",
 )
 
 # The numbers of one contact: places of balls, rates of change before and after it, what the law

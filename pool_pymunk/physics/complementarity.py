@@ -49,9 +49,9 @@ def guess(g: Any, s: Any) -> None:
 
 def set_scale(g: Any, s: Any) -> None:
     """Set the speed and the acceleration below which there is none."""
-    fastest = 0.0
-    strongest = max(g.pull, g.drag)
+    fastest = strongest = 0.0
     for number in range(g.balls):
+        strongest = max(strongest, max(g.pull[number], g.drag[number]))
         p = 6 * number
         fastest = max(fastest, size_of(s[p + 2], s[p + 3]), size_of(s[p + 4], s[p + 5]))
     look(g, s)
@@ -227,7 +227,7 @@ def spare_hold(g: Any, i: int) -> float:
     if g.phase[i] == SLIP or g.stuck[i] == STUCK:
         return math.inf
     x, y = drive(g, i)
-    most = g.drag if g.rolls and g.phase[i] == REST else g.pull
+    most = g.drag[i] if g.rolls and g.phase[i] == REST else g.pull[i]
     return float(most - math.sqrt(x * x + y * y))
 
 

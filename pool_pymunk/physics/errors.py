@@ -60,7 +60,7 @@ def misplace(g: Any, i: int, t: float) -> None:
         return
     row, own, (x, y, _, _) = g.rows[g.ball[i].at], g.change[i], motion_at(path_of(g, i), t)
     time, (far_x, far_y) = t - row[1], moved(g, i, x, y, t)
-    pull = UNIT if g.one.numbers[3] > 0.0 else 0.0
+    pull = UNIT if g.one.numbers[3] > 0.0 or len(g.borders) > 0 else 0.0
     of_x, of_y = (abs(x) + 2.0 * far_x) * (far_x > 0.0), (abs(y) + 2.0 * far_y) * (far_y > 0.0)
     of_u, of_v = pull * abs(row[4]), pull * abs(row[5])
     if len(own) == 4:

@@ -124,12 +124,12 @@ def find_rate(g: Any, s: Any, i: int) -> None:
         return
     if g.phase[i] == SLIP:
         ux, uy = kept_steady(g, i, (vx - s[p + 4], vy - s[p + 5]))
-        share = holding(g.pull, ux, uy)
+        share = holding(g.pull[i], ux, uy)
         d[p + 2], d[p + 3] = fx - share * ux, fy - share * uy
         spun = share / GYRATION if g.rolls else 0.0
         d[p + 4], d[p + 5] = cx + spun * ux, cy + spun * uy
         return
-    share = holding(g.drag, vx, vy)
+    share = holding(g.drag[i], vx, vy)
     d[p + 2] = d[p + 4] = (1.0 - SHARE) * fx + SHARE * cx - share * vx
     d[p + 3] = d[p + 5] = (1.0 - SHARE) * fy + SHARE * cy - share * vy
 

@@ -68,7 +68,7 @@ Spell = tuple[float, float]  # from when to when (s) after the beginning of a pi
 
 
 class Numbers(NamedTuple):
-    """The inputs change masses (N, P), frictions of contacts (M, P), pull and drag (P) so much.
+    """The inputs change masses, pulls and drags of balls (N, P), frictions of contacts (M, P) so.
 
     The slip of a ball that is ``steady`` has no changes.
     """
@@ -101,7 +101,8 @@ def in_columns(g: Any, changes: Numbers, plain: int = 0) -> Any:
         setattr(found, name, rows_of(kind, lengths(shape, *g.room)))
     found.mass = [varied(*both) for both in zip(g.mass, changes.mass, strict=False)]
     found.mu = [varied(*both) for both in zip(g.mu, changes.mu, strict=False)]
-    found.pull, found.drag = varied(g.pull, changes.pull), varied(g.drag, changes.drag)
+    found.pull = [varied(*both) for both in zip(g.pull, changes.pull, strict=False)]
+    found.drag = [varied(*both) for both in zip(g.drag, changes.drag, strict=False)]
     found.steady = changes.steady
     return found
 
@@ -136,7 +137,7 @@ def solve_columns(found: Any, s: Any, count: int) -> Any:
 def unchanged(g: Any, count: int) -> Numbers:
     """Return that so many inputs do not change the numbers of a press."""
     balls, contacts = np.zeros((g.balls, count)), np.zeros((g.contacts, count))
-    return Numbers(balls, contacts, np.zeros(count), np.zeros(count))
+    return Numbers(balls, contacts, balls, balls)
 
 
 def rate_of(g: Any, s: Any) -> Array:
@@ -150,7 +151,7 @@ def slopes(found: Any, s: Any, count: int) -> tuple[Array, Array]:
 
     The press is in columns, the first of which are for the state, and has so many unknown forces.
     """
-    size, state = len(s), as_columns(s, np.eye(len(s), len(found.pull)))
+    size, state = len(s), as_columns(s, np.eye(len(s), len(found.pull[0])))
     fill_system(found, state, count)
     rates = solve_columns(found, state, count).imag / TINY_STEP
     return rates[:, :size], rates[:, size:]
@@ -266,7 +267,7 @@ def joined(g: Any, s: Any, z: Array) -> Array:
     if not count:
         return z
     found = in_columns(g, unchanged(g, z.shape[1]))
-    found.pull = found.drag = 0.0
+    found.pull = found.drag = [0.0] * g.balls
     fill_system(found, state, count)
     for row, (k, kind) in zip(found.matrix, g.unknown[:count], strict=False):
         row[count] = -part_of(found, state, k, kind).imag / TINY_STEP

@@ -25,9 +25,10 @@ MOST_STEPS = 16  # of a piece
 
 # These are the rows that a press has, each with its type, and its shape by the most balls N and
 # contacts C. `small` has the speed and the acceleration below which there is none, and a factor of
-# all tolerances. Each ball has its number in the run (`ball`), its `mass` (kg), `radius` (m),
-# `phase`, and as `push` its f and c (m/s^2); `rate` is the change of the state. A ball is `stuck`
-# that other balls and walls hold at rest, because it came back to rest as soon as it was let go.
+# all tolerances. Each ball has its number in the run (`ball`), its `mass` (kg), `radius` (m), the
+# decelerations of sliding and of rolling where it is (`pull`, `drag`, m/s^2), its `phase`, and as
+# `push` its f and c (m/s^2); `rate` is the change of the state. A ball is `stuck` that other balls
+# and walls hold at rest, because it came back to rest as soon as it was let go.
 # Each contact has what its ball touches in the run (`place`: a ball, or -1 - the number of a wall),
 # its balls `one` and `other` (-1 for a wall), `what` is touched, its friction `mu`, and its
 # `edge`: of two balls the sum of their radii (m); of a flat wall its normal, the height of a
@@ -43,6 +44,7 @@ MOST_STEPS = 16  # of a piece
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, (3,)),
     "ball": (int, ("N",)), "mass": (float, ("N",)), "radius": (float, ("N",)),
+    "pull": (float, ("N",)), "drag": (float, ("N",)),
     "phase": (int, ("N",)), "stuck": (int, ("N",)), "push": (float, ("N", 4)),
     "rate": (float, ("6N",)),
     "place": (int, ("C",)), "one": (int, ("C",)), "other": (int, ("C",)), "what": (int, ("C",)),
@@ -62,8 +64,8 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
 }  # fmt: skip
 
 OF_MODE = (
-    "small", "ball", "mass", "radius", "phase", "stuck", "place", "one", "other", "what", "mu",
-    "edge", "unit", "over", "on", "slides", "into",
+    "small", "ball", "mass", "radius", "pull", "drag", "phase", "stuck", "place", "one", "other",
+    "what", "mu", "edge", "unit", "over", "on", "slides", "into",
 )  # fmt: skip
 
 
@@ -76,7 +78,6 @@ class Press:
 
     def __init__(self) -> None:
         self.balls = self.contacts = self.steps = 0
-        self.pull = self.drag = 0.0
         self.rolls = False
         self.room = 0, 0
 
@@ -98,7 +99,7 @@ def copy_of(g: Press) -> Press:
     found, counts = Press(), (g.balls, g.contacts)
     found.hold(*counts)
     found.balls, found.contacts = counts
-    found.own, found.pull, found.drag, found.rolls = g.own, g.pull, g.drag, g.rolls
+    found.own, found.rolls = g.own, g.rolls
     for name in OF_MODE:
         mine, its = getattr(found, name), getattr(g, name)
         mine[:] = [[*row] for row in its[: len(mine)]] if name == "edge" else its[: len(mine)]

@@ -15,7 +15,7 @@ from pool_pymunk.render.canvas import canvas, draw_text
 from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
-from pool_pymunk.render.table import draw_plane, draw_pockets_and_posts, draw_table
+from pool_pymunk.render.table import draw_patches, draw_plane, draw_pockets_and_posts, draw_table
 from pool_pymunk.render.view import Show, View, fit, headings
 from pool_pymunk.results.run import Run
 
@@ -101,6 +101,7 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
             draw_table(axes, scene.table, scene.pockets, view, style)
         else:
             draw_plane(axes, room, view, scene.units, style)
+        draw_patches(axes, scene, view, style)
         draw_pockets_and_posts(axes, scene, view, style)
     if show.side_by_side:
         for room, text in zip(layout.rooms, headings(show.runs), strict=True):

@@ -58,6 +58,8 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Bbox:
         points += [breakpoints[:, 1:3] for breakpoints in run.knots] + [np.array(run.end.position)]
     discs = [(hole.position, hole.radius) for hole in scene.pockets]
     discs += [(post.position, post.radius) for post in scene.posts]
+    discs += [(corner, 0.0) for patch in scene.patches for corner in patch.corners]
+    discs += [(p.center, p.radius) for p in scene.patches if p.center is not None and p.radius]
     points += [np.add.outer((-radius, radius), place) for place, radius in discs]
     every = np.concatenate(points)
     every = every[np.isfinite(every).all(axis=1)]

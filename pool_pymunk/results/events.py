@@ -1,4 +1,4 @@
-"""Events happen in a run: contacts, and balls that begin to roll, stop or are pocketed."""
+"""Events happen in a run: contacts, and balls that roll, stop, or come to a patch or a pocket."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ IMPULSES = ("impulse", "tangential", "tangential_first")
 @dataclass(frozen=True, slots=True)
 class Event:
     """An event is a contact, or a ball that begins to roll, stops or is pocketed, at ``t`` (s).
+
+    A ball may also cross the border of a patch: into the ``patch`` of this number, or, where it is
+    None, out of all patches.
 
     A contact has an ``impulse`` (N s) along its normal n, which points from the first ball to the
     second, or from the cushion to the ball. It drives the two apart: the second ball, or the ball
@@ -25,13 +28,14 @@ class Event:
     """
 
     t: float
-    kind: str  # ball-ball | ball-cushion | roll | stop | pocket
+    kind: str  # ball-ball | ball-cushion | roll | stop | pocket | patch
     balls: tuple[str, ...]
     cushion: int | None = None
     pocket: str | None = None  # its id
     impulse: float | None = None
     tangential: float | None = None
     tangential_first: float | None = None
+    patch: int | None = None  # its number, from 0
 
     @property
     def is_contact(self) -> bool:
@@ -46,6 +50,6 @@ class Event:
     def as_dict(self) -> dict[str, object]:
         """Return the event as it stands in the JSON."""
         said = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
-        said |= {"cushion": self.cushion, "pocket": self.pocket}
+        said |= {"cushion": self.cushion, "pocket": self.pocket, "patch": self.patch}
         said |= dict(zip(IMPULSES, self.impulses, strict=True))
         return {key: value for key, value in said.items() if value is not None}

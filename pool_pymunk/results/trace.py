@@ -23,9 +23,10 @@ NONE = (0.0, 0.0)
 
 # the impulse of a contact; what adds it up is asked for it at the end
 Push = Impulse | Callable[[], Impulse] | None
-# the time, the kind, the balls, the number of the cushion or of the pocket, a contact's impulse
+# the time, the kind, the balls, the number of the cushion, pocket or patch, a contact's impulse
 Row = tuple[float, str, tuple[int, ...], int | None, Push]
 
+PATCH = "patch"  # This is the kind of event at which a ball crosses the border of a patch.
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
 # What groups in persistent contact do: after so many events, with so many breakpoints of its balls,
 # a piece begins, or a ball is let go at a time (s).
@@ -117,6 +118,10 @@ class Trace:
     def roll(self, i: int, t: float) -> None:
         """Ball ``i`` began to roll."""
         self.events.append((t, ROLL, (i,), None, None))
+
+    def crossed(self, i: int, patch: int, t: float) -> None:
+        """Ball ``i`` came into a patch, or out of all patches (-1)."""
+        self.events.append((t, PATCH, (i,), None if patch < 0 else patch, None))
 
     def ball_ball(self, t: float, i: int, j: int, push: Push = None) -> None:
         """Balls ``i`` and ``j`` met."""

@@ -34,11 +34,12 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
             return played
     law, pair = settings.law_of(scene), cache(scene.pair)
     engine = ContactEngine(law, pair, scene.surface, Recorder())
+    engine.lay(scene.surface, scene.ground)
     engine.compiled = settings.compiled
     rolls = start.roll or (NO_ROLL,) * len(scene.balls)
     starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
-    for ball, *motion in starts:
-        engine.add_ball(engine.surface.path(0.0, *motion), ball.radius, ball.mass)
+    for i, (ball, *motion) in enumerate(starts):
+        engine.add_ball(engine.path_at(i, 0.0, *motion), ball.radius, ball.mass)
     engine.walls = [*scene.cushions, *pockets(scene)]
     engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
     for id_ in start.off:
@@ -67,7 +68,7 @@ def _status(engine: ContactEngine, latest: float) -> str:
 
 SOLVER = Solver(
     name="event-driven", solve=solve, about="exact: from contact to contact", dt=None, exact=True,
-    engine=True, rolls=True,
+    engine=True, rolls=True, patches=True,
     no_tolerance="it is exact and has no step: no tolerance is needed",
     color="#000000", marker="*",
 )  # fmt: skip

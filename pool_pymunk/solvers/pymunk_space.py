@@ -57,6 +57,7 @@ def set_up(scene: Scene, start: State, settings: Settings, friction: FrictionBy)
         alone=True,
     )
     table.engine.pair = cache(scene.pair)  # A scene's pairs need no check.
+    table.engine.lay(scene.surface, scene.ground)
     rolls = start.roll or (NO_ROLL,) * len(scene.balls)
     starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
     for ball, position, velocity, roll in starts:
@@ -96,7 +97,7 @@ def cushion_shapes(scene: Scene, space: pymunk.Space) -> list[pymunk.Shape]:
 
 SOLVER = Solver(
     name="pymunk", solve=solve, about="in a pymunk space, contacts inside the step", dt=1 / 240,
-    options={"friction": ("joint", "callback")}, exact=True, engine=True, rolls=True,
+    options={"friction": ("joint", "callback")}, exact=True, engine=True, rolls=True, patches=True,
     finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
     stability_steps=(1 / 60, 1 / 240, 1 / 1000), quick_stability_steps=(1 / 60,),
     color="#009e73", marker="o",

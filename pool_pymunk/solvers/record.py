@@ -60,6 +60,7 @@ class Solver:
     late: bool = False  # It answers contacts at the end of a step, so up to a step late.
     own_law: bool = False  # It does not use the scene's contact law.
     rolls: bool = False  # It plays scenes in which balls roll.
+    patches: bool = False  # It plays scenes that have patches.
     engine: bool = False  # It has the contact engine, so it can play variants of a run.
     limits: str = ""  # It says why the method must break at extremes. Empty: it must not break.
 
@@ -84,6 +85,11 @@ class Solver:
         steps = self.ladder + self.stability_steps + self.quick_stability_steps
         if self.dt is None and (self.late or self.finest or steps):
             raise ValueError(f"solver {self.name}: it has no step, but its record speaks of steps")
+
+    def plays(self, scene: Scene) -> bool:
+        """Tell whether it plays all that a scene has."""
+        plays_motion = self.rolls or not scene.surface.rolls
+        return plays_motion and (self.patches or not scene.patches)
 
     @property
     def is_reference(self) -> bool:

@@ -25,7 +25,7 @@ from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.persistent import contacts_of
 from pool_pymunk.results.run import Run, read_times
-from pool_pymunk.results.trace import POCKET, ZERO_SLIP, Row, Trace
+from pool_pymunk.results.trace import PATCH, POCKET, ZERO_SLIP, Row, Trace
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers import (
     event_driven,
@@ -226,6 +226,8 @@ def _event(row: Row, ids: Sequence[str], holes: Sequence[Pocket]) -> Event:
     names = tuple([ids[i] for i in balls])
     if kind == POCKET and where is not None:
         return Event(t, kind, names, pocket=holes[where].id)
+    if kind == PATCH:
+        return Event(t, kind, names, patch=where)
     if push is None:
         return Event(t, kind, names, where)
     return Event(t, kind, names, where, None, *(push() if callable(push) else push))
@@ -263,6 +265,10 @@ def request(
             f"does not roll balls, and the scene has friction.rolling (these do: {others}; "
             "without this key balls only slide, with every solver)"
         )
+        raise setting_error("solver", solver, message)
+    if scene.patches and not method.patches:
+        others = ", ".join(name for name, other in SOLVERS.items() if other.patches)
+        message = f"does not play patches, and the scene has some (these do: {others})"
         raise setting_error("solver", solver, message)
     if isinstance(law, str):
         scene = replace(scene, physics=replace(scene.physics, law=law))

@@ -19,7 +19,7 @@ from pool_pymunk.physics import changes, columns, motion_changes
 from pool_pymunk.physics.columns import Follow
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.motion_changes import REASONS, ROLL, STOP
+from pool_pymunk.physics.motion_changes import OUT, REASONS, ROLL, STOP
 from pool_pymunk.physics.path import NOISE, Path, from_breakpoint
 from pool_pymunk.physics.saltation import AGREE, BLUR
 from pool_pymunk.physics.sides import pocket
@@ -179,8 +179,10 @@ def follow_of(
         own_of_walls(scene), cue_of(scene), law_of(run), discs, faces,
         corners, [SimpleNamespace(at=0, met=STOP, gone=ball.id in gone, mass=ball.mass,
                                   radius=ball.radius) for ball in scene.balls],
-        of_numbers, of_mass, of_radius, starts.copy(), np.zeros((count, inputs), bool),
-        np.zeros(inputs), one, **columns.room(size, inputs), **signs, anchors=anchors, kept=kept,
+        np.vstack((of_numbers, np.zeros(inputs))), of_mass, of_radius, starts.copy(),
+        np.zeros((count, inputs), bool), np.zeros(inputs), one, **columns.room(size, inputs),
+        **signs, anchors=anchors, kept=kept,
+        borders=scene.ground.borders, ground=scene.ground.own,
     )  # fmt: skip
     return g
 
@@ -231,7 +233,8 @@ def events_of(run: Run) -> Array:
     for event in run.events:
         i, *others = (scene.index[id_] for id_ in event.balls)
         wall = event.cushion if event.pocket is None else holes[event.pocket]
-        met = {"stop": STOP, "roll": ROLL}.get(event.kind, -1 - (wall or 0))
+        into = OUT if event.patch is None else OUT - 1 - event.patch
+        met = {"stop": STOP, "roll": ROLL, "patch": into}.get(event.kind, -1 - (wall or 0))
         found.append((event.t, i, others[0] if others else met))
     return np.array(found, float).reshape(-1, 3)
 

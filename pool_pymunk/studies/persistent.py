@@ -23,13 +23,15 @@ from pool_pymunk.physics.motion_changes import (
     FOLLOWED,
     GROWN,
     OPENS,
-    ROLL,
+    OUT,
     SHARED,
     STOP,
     TOUCH_FIRST,
     TURNS,
     TWICE,
+    UNCHANGED,
 )
+from pool_pymunk.physics.patches import normal_at
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.persistent_changes import (
@@ -223,7 +225,7 @@ class GroupChanges:
         rate = np.concatenate([self.rate_of(i, t) for i in balls])
         live.z = np.concatenate([self.change_of(i, t) for i in balls])
         speeds = np.abs(np.stack((live.rate - rate, live.rate))).reshape(2, -1, 6)[:, :, :2]
-        unseen = math.sqrt(4.0 * live.press.pull * UNSEEN * min(live.press.radius))
+        unseen = math.sqrt(4.0 * max(live.press.pull) * UNSEEN * min(live.press.radius))
         if not before and speeds[0].max() > unseen + UNLISTED * speeds[1].max():
             self.lose(live, BY_POLICY, live.z.any(axis=0))
         later = self.delay(balls, t)
@@ -358,13 +360,15 @@ class GroupChanges:
         g = self.g
         t, i, j = changes.time_and_balls(g, k)
         other = int(g.events[k][2])
-        if other in (STOP, ROLL) and i in self.of:
+        if other <= OUT and i in self.of:
+            self._cross(i, t)
+        if other <= STOP and i in self.of:
             self.end(self.of[i], t)
             when, later = self.later.get(i, (-1.0, None))
             g.late[:] = np.nan if when != t or later is None else later
             g.kept.lates.append(g.late.copy())
             return
-        if other in (STOP, ROLL):
+        if other <= STOP:
             if (
                 changes.go_through(g, k, 0, len(g.events)) == FOLLOWED
                 and not np.isnan(g.late).all()
@@ -377,6 +381,15 @@ class GroupChanges:
         elif changes.go_through(g, k, 0, len(g.events)) == FOLLOWED:
             for n in {i, j}:
                 self.meet(n, t, g.late.copy())
+
+    def _cross(self, i: int, t: float) -> None:
+        """Note how much later (s) a ball of a group crosses the border of a patch."""
+        g, live = self.g, self.of[i]
+        self.end(live, t)
+        rows = live.rows(i)
+        x, y, vx, vy, _, _ = live.state[rows]
+        nx, ny = normal_at(g.borders, len(g.borders), x, y)
+        self.meet(i, t, -(nx * live.z[rows][0] + ny * live.z[rows][1]) / (nx * vx + ny * vy))
 
     def _go_on_at_once(self, k: int) -> None:
         """Follow the changes through one of several hits of an instant, from which a group goes on.
@@ -455,7 +468,11 @@ def numbers_of(g: Any, piece: Begun) -> Numbers:
             own[:] = g.of_numbers[5]
         elif not contact_changes.owns(g, contact.cushion)[1]:
             own[:] = g.of_numbers[4]
-    return Numbers(g.of_mass[list(piece.balls)], mu, g.of_numbers[3], g.of_numbers[6])
+    of_pull, of_drag = (
+        np.array([g.of_numbers[k if own == g.one.numbers[k] else UNCHANGED] for own in of_balls])
+        for k, of_balls in ((3, piece.press.pull), (6, piece.press.drag))
+    )
+    return Numbers(g.of_mass[list(piece.balls)], mu, of_pull, of_drag)
 
 
 def jumps(before: Array, after: Array) -> bool:

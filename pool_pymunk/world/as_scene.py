@@ -59,6 +59,7 @@ def scene_of(
         Physics(_law_of(engine), gravity=1.0),
         pockets=tuple([_pocket(each) for each in obstacles if not each.is_solid]),
         posts=tuple([_post(each) for each in posts]),
+        patches=tuple([patch.as_part() for patch in state.patches]),
     )  # fmt: skip
     rolls = tuple([roll for _, roll in moves]) if surface.rolls else None
     return scene, State(places, tuple([(u, v) for (_, _, u, v), _ in moves]), roll=rolls)

@@ -31,6 +31,7 @@ from pool_pymunk.world.as_scene import scene_of
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import BALL, SENSOR, WALL
+from pool_pymunk.world.ground import read_patch
 from pool_pymunk.world.others import SharedSteps
 from pool_pymunk.world.outlook import Prediction, free_spot, sketch
 from pool_pymunk.world.state import Phase
@@ -209,7 +210,7 @@ class Billiards:
         """Let balls slide and roll at other decelerations (m/s^2) from now on."""
         surface = checks.read_surface(pull, drag)
         self._catch_up(changes_space=True)
-        self.state.change_surface(surface)
+        self.state.change_surface(surface, self.state.patches)
 
     @property
     def least_closing(self) -> float:
@@ -392,6 +393,26 @@ class Billiards:
             state.bring_back(ball)
         state.mend(ball)
         state.send(ball, position, (0.0, 0.0), NO_ROLL)
+
+    def add_patch(
+        self, shape: pymunk.Shape, deceleration: float, rolling: float | None = None
+    ) -> int:
+        """Give the region of a static circle or polygon other friction, such as that of sand.
+
+        Balls whose centres are in it lose speed at ``deceleration`` (m/s^2) where they slide, and
+        at ``rolling`` where they roll, by default at the table's. The last patch that holds a ball
+        wins. The shape only says where the patch is: it does not come to the space, and may be
+        forgotten. Returns the patch's number. Raises ValueError for what cannot be a patch.
+        """
+        self._catch_up(changes_space=True)
+        patches = (*self.state.patches, read_patch(shape, deceleration, rolling))
+        self.state.change_surface(self.state.surface, patches)
+        return len(patches) - 1
+
+    @property
+    def patches(self) -> dict[int, tuple[tuple[Vector, ...], Vector | None, float | None]]:
+        """Return the corners (m) of each patch, or its centre and its radius, by its number."""
+        return {k: each[:3] for k, each in enumerate(self.state.patches)}
 
     def set_out(self, balls: Sequence[TableBall]) -> None:
         """Predict what balls on new paths meet, and put their bodies on them."""

@@ -141,7 +141,7 @@ class WatchedState(LiveState):
             self.forces.pop(ball, None)
         now, path = self.time, self.engine.paths[ball.number]
         px, py, pvx, pvy = motion_at(path, now)
-        ex, ey = self.mean_of(path, path.end - now, pvx, pvy)
+        ex, ey = self.mean_of(self.engine.surfaces[ball.number], path, path.end - now, pvx, pvy)
         off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
         share = late = speed = 0.0
         if path.end > now:
@@ -150,7 +150,7 @@ class WatchedState(LiveState):
             speed, late = self.engine.speeds[ball.number], 2.0 * EPSILON * now
         size = abs(x) + abs(y) + speed * (now - path.t) + ball.radius
         is_there = off <= share * size + late * speed
-        is_as_fast = gain <= share * speed + late * self.surface.pull
+        is_as_fast = gain <= share * speed + late * self.engine.pull
         if is_there and is_as_fast:
             return None
         if is_as_fast:  # Only its place is new.

@@ -144,10 +144,11 @@ def copy_of(
         return table.pair(balls[i].number, balls[j].number)
 
     engine = ContactEngine(table.law, pair, table.surface, recorder)
-    for each in balls:
+    engine.lay(table.surface, table.patches)
+    for k, each in enumerate(balls):
         (x, y, vx, vy), roll = state.state_of(each.number)
         goes = (going or {}).get(each, ((vx, vy), roll))
-        path = table.surface.path(0.0, (x, y), *goes)
+        path = engine.path_at(k, 0.0, (x, y), *goes)
         engine.add_ball(path, each.radius, table.masses[each.number])
     engine.walls = list(table.walls)
     engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))

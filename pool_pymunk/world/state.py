@@ -7,7 +7,7 @@ carries the mean velocity of its path over the coming step, which makes position
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from enum import Enum, auto
 
 import pymunk
@@ -24,6 +24,7 @@ from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import Bodies
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_unchanged
+from pool_pymunk.world.ground import LivePatch, ground_of
 
 BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
 NOTHING = (0.0, 0.0)
@@ -52,6 +53,7 @@ class LiveState:
         self.space, self.engine, self.near = near.space, engine, near
         self.bodies = Bodies(near.space)
         self.surface = engine.surface
+        self.patches: tuple[LivePatch, ...] = ()
         self.max_dt = self.dt = max_dt
         self.has_joints = joints  # friction by joints, not by callbacks
         self.phase = Phase.BETWEEN
@@ -127,7 +129,7 @@ class LiveState:
             sensor.sensor = True
             sensor.color = (0, 0, 0, 0)
         (x, y), (vx, vy) = body.position, body.velocity
-        path = self.surface.path(self.now, (x, y), (vx, vy), roll)
+        path = self.engine.path_at(len(self.balls), self.now, (x, y), (vx, vy), roll)
         number = self.engine.add_ball(path, radius, body.mass)
         ball = TableBall(number, circle, sensor, self.path_of)
         self.balls.append(ball)
@@ -176,13 +178,16 @@ class LiveState:
         self.join(ball.body, *ball.shapes)
         self._enter(ball)
 
-    def change_surface(self, surface: Surface) -> None:
-        """Let all balls go on over another surface from now on."""
+    def change_surface(self, surface: Surface, patches: Sequence[LivePatch]) -> None:
+        """Let all balls go on over another surface and other patches from now on."""
+        ground = ground_of(surface, patches)
+        self.engine.take_over()
         now = {ball.number: self.state_of(ball.number) for ball in self.on_table()}
         for ball in list(self.moving.values()):
             self._rest(ball)
             ball.joint = None  # It pulls as the surface does.
-        self.surface = self.engine.surface = surface
+        self.surface, self.patches = surface, tuple(patches)
+        self.engine.lay(surface, ground)
         rolls = {i: roll for i, (_, roll) in now.items()} if surface.rolls else None
         self.predict_anew({i: motion for i, (motion, _) in now.items()}, rolls)
 
@@ -239,7 +244,7 @@ class LiveState:
         """Give a ball a new path, by default with its roll; what it meets is not predicted yet."""
         now = self.engine.now = self.now
         roll = self.state_of(ball.number)[1] if roll is None else roll
-        path = self.surface.path(now, position, velocity, roll)
+        path = self.engine.path_at(ball.number, now, position, velocity, roll)
         self.engine.set_off(ball.number, path)
         if not path.moves:
             self.engine.rested[ball.number] = now
@@ -289,7 +294,7 @@ class LiveState:
             (x, y, vx, vy), roll = self.state_of(i)
             if motions:
                 (x, y, vx, vy), roll = motions[i], (rolls or {}).get(i, NO_ROLL)
-            path = self.surface.path(now, (x, y), (vx, vy), roll)
+            path = self.engine.path_at(i, now, (x, y), (vx, vy), roll)
             if motions:
                 engine.rested[i] = -math.inf
             if motions or path.moves:
@@ -330,19 +335,19 @@ class LiveState:
 
     # -- bodies on their paths -------------------------------------------------------------------
 
-    def mean_velocity(self, path: Path, t: float) -> Vector:
+    def mean_velocity(self, surface: Surface, path: Path, t: float) -> Vector:
         """Return the velocity that takes a body along its path from ``t`` to ``t + dt``."""
         _, _, vx, vy = motion_at(path, t)
-        return self.mean_of(path, path.end - t, vx, vy)
+        return self.mean_of(surface, path, path.end - t, vx, vy)
 
-    def mean_of(self, path: Path, rest: float, vx: float, vy: float) -> Vector:
+    def mean_of(self, surface: Surface, path: Path, rest: float, vx: float, vy: float) -> Vector:
         """Return the mean velocity over a step of a ball whose path ends in ``rest`` s."""
         dt = self.dt
         if rest > dt or (rest > 0.0 and is_piece(path)):
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
-        then = None if path.slows else self.surface.then(path)
+        then = None if path.slows else surface.then(path)
         if then is not None and rest <= 0.0:
-            return self.mean_velocity(then, path.end - rest)
+            return self.mean_velocity(surface, then, path.end - rest)
         if then is not None:
             time = min(dt - rest, then.end - then.t)
             x = rest * (vx + rest * path.ax / 2.0) + time * (then.vx + time * then.ax / 2.0)
@@ -359,12 +364,13 @@ class LiveState:
         if path.end <= self.time:
             self._rest(ball)
         else:
-            ball.body.velocity = goes = self.mean_of(path, path.end - self.time, vx, vy)
+            surface, rest = self.engine.surfaces[ball.number], path.end - self.time
+            ball.body.velocity = goes = self.mean_of(surface, path, rest, vx, vy)
             fastest = math.sqrt(vx * vx + vy * vy) if path.slows else path.fastest
             margin = fastest * self.max_dt
             rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
             ball.widen(ball.radius + margin + rounding)
-            is_damped = self.surface.pull > 0.0 and not (self.has_joints and path.slows)
+            is_damped = self.engine.pull > 0.0 and not (self.has_joints and path.slows)
             if ball.number not in self.moving:
                 check_unchanged(ball)
                 self.moving[ball.number] = ball
@@ -372,6 +378,8 @@ class LiveState:
             elif is_damped != (ball.number in self.damped):
                 self._let_go(ball)
                 self._slow_down(ball, is_damped)
+            elif self.engine.has_patches and ball.joint is not None:
+                ball.joint.max_force = self._pull_on(ball)
             self.next_stop = min(self.next_stop, path.end)
         self.carried[ball] = x, y, *goes
         self.stirred.add(ball)
@@ -402,13 +410,17 @@ class LiveState:
         if is_damped:
             self.damped.add(ball.number)
             self._damp_by_callback(ball)
-        elif self.surface.pull > 0.0:
+        elif self.engine.pull > 0.0:
             if ball.joint is None:
                 ground = self.space.static_body
                 ball.joint = pymunk.PivotJoint(ground, ball.body, NOTHING, NOTHING)
                 ball.joint.max_bias = 0.0
-                ball.joint.max_force = ball.body.mass * self.surface.drag
+            ball.joint.max_force = self._pull_on(ball)
             self.space.add(ball.joint)
+
+    def _pull_on(self, ball: TableBall) -> float:
+        """Return the force (N) by which friction slows a ball to rest where it is."""
+        return float(ball.body.mass * self.engine.surfaces[ball.number].drag)
 
     def _let_go(self, ball: TableBall) -> None:
         """Take the friction off a ball."""
@@ -448,11 +460,12 @@ class LiveState:
         try:
             ball = self.ball_of[body.id]
             path = self.engine.paths[ball.number]
-            velocity = self.mean_velocity(path, self.since + (self.count + 1) * self.dt)
+            surface = self.engine.surfaces[ball.number]
+            velocity = self.mean_velocity(surface, path, self.since + (self.count + 1) * self.dt)
             body.force = NOTHING
             if not self.alone:
                 (vx, vy), (x, y) = velocity, body.velocity
-                ex, ey = self.mean_velocity(path, self.time)
+                ex, ey = self.mean_velocity(surface, path, self.time)
                 # In this order nothing is rounded where nothing pushes.
                 velocity = vx + (x - ex), vy + (y - ey)
             body.velocity = velocity
@@ -472,7 +485,7 @@ class LiveState:
     @property
     def joints(self) -> int:
         """The number of friction joints that are in the space now."""
-        return len(self.moving) - len(self.damped) if self.surface.pull > 0.0 else 0
+        return len(self.moving) - len(self.damped) if self.engine.pull > 0.0 else 0
 
     def _rest(self, ball: TableBall) -> None:
         """Put a ball to rest; from now on it costs nothing."""
@@ -489,5 +502,6 @@ class LiveState:
             if path.end <= self.time:
                 self.carry(ball)
             elif path.end <= self.time + self.dt:
-                ball.body.velocity = self.mean_velocity(path, self.time)
+                surface = self.engine.surfaces[ball.number]
+                ball.body.velocity = self.mean_velocity(surface, path, self.time)
         self.next_stop = min((paths[i].end for i in self.moving), default=math.inf)

@@ -131,11 +131,13 @@ class Player {
   }
 
   /** Say in words what happens. */
-  words({ kind, balls, side, pocket }) {
+  words({ kind, balls, side, pocket, patch }) {
     const [a, b] = balls.map((i) => this.names[i]);
     if (kind === "ball-ball") return `${a} meets ${b}`;
     if (kind === "ball-cushion") return `${a} meets ${side}`;
     if (kind === "pocket") return `${a} falls into ${isolated(pocket)}`;
+    const where = patch === undefined ? "leaves the patches" : `comes into patch ${patch}`;
+    if (kind === "patch") return `${a} ${where}`;
     return `${a} ${kind === "roll" ? "begins to roll" : "stops"}`;
   }
 

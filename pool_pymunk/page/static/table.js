@@ -98,6 +98,7 @@ class TableView {
     const pen = ground.getContext("2d");
     if (this.content.table) this.drawTable(pen);
     else this.drawPlane(pen);
+    this.drawPatches(pen);
     for (const [x, y, radius, color] of this.content.discs) {
       this.disc(pen, x, y, radius, this.style[color]);
     }
@@ -134,6 +135,19 @@ class TableView {
     for (const width of shades) stroke("rgb(0 0 0 / 5%)", width, "round");
     pen.restore();
     for (const [x, y] of sights) this.disc(pen, x, y, sight, this.style.sight);
+  }
+
+  /** Draw regions with other friction as a light tint on the cloth. */
+  drawPatches(pen) {
+    const { patches, table, look } = this.content;
+    pen.save();
+    if (table) pen.clip(this.path([table.outline]));
+    pen.globalAlpha = look.tint;
+    for (const [points, color] of patches) {
+      pen.fillStyle = this.style[color];
+      pen.fill(this.path([points]));
+    }
+    pen.restore();
   }
 
   /** Draw an open plane with a faint grid, and a bar that says how far its lines are apart. */

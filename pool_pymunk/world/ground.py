@@ -1,0 +1,72 @@
+"""This module reads the patches of a table: regions with other friction, of the form of a shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import pymunk
+
+from pool_pymunk.model import Patch
+from pool_pymunk.model.outline import misdrawn
+from pool_pymunk.model.plain import argument
+from pool_pymunk.model.problems import setting_error
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.patches import Patches, patches_of
+from pool_pymunk.physics.surface import Surface
+from pool_pymunk.world.ball import FROM_ZERO
+from pool_pymunk.world.checks import read_surface
+
+
+class LivePatch(NamedTuple):
+    """A patch of a table has corners, or a center and a radius (m), and decelerations (m/s^2).
+
+    Where ``rolling`` is None, it is that of the table.
+    """
+
+    corners: tuple[Vector, ...]
+    center: Vector | None
+    radius: float | None
+    deceleration: float
+    rolling: float | None
+
+    def as_part(self) -> Patch:
+        """Return the patch of a scene whose gravity is 1 m/s^2."""
+        own = self.deceleration, self.rolling
+        return Patch(self.corners, self.center, self.radius, *own)
+
+
+def read_patch(shape: Any, deceleration: Any, rolling: Any) -> LivePatch:
+    """Read the form of a static circle or polygon, and the decelerations (m/s^2) there."""
+    if not isinstance(shape, pymunk.Circle | pymunk.Poly):
+        message = "a patch must be a pymunk.Poly or Circle"
+        raise setting_error("shape", type(shape).__name__, message)
+    body = shape.body
+    if body is None or body.body_type != pymunk.Body.STATIC:
+        message = "a patch's body must be static, as patches lie still"
+        raise setting_error("shape", type(shape).__name__, message)
+    corners, center, radius = tuple[Vector, ...](), None, None
+    if isinstance(shape, pymunk.Circle):
+        x, y = body.local_to_world(shape.offset)
+        center, radius = (x, y), shape.radius
+    else:
+        places = [body.local_to_world(corner) for corner in shape.get_vertices()]
+        corners = tuple([(x, y) for x, y in places])
+        if shape.radius > 0.0 or misdrawn(corners):
+            message = misdrawn(corners) or "a patch has sharp corners, so its radius must be 0"
+            raise setting_error("shape", "Poly", message)
+    pull = argument("deceleration", deceleration, FROM_ZERO)
+    drag = None if rolling is None else argument("rolling", rolling, FROM_ZERO)
+    return LivePatch(corners, center, radius, pull, drag)
+
+
+def ground_of(table: Surface, patches: Sequence[LivePatch]) -> Patches:
+    """Return patches on a table with this surface, as the engine asks them; refuse unfit ones."""
+    for each in patches:
+        if each.rolling is not None and not table.rolls:
+            message = "balls do not roll on a table without rolling"
+            raise setting_error("rolling", each.rolling, message)
+        if table.rolls:
+            read_surface(each.deceleration, table.drag if each.rolling is None else each.rolling)
+    own = [(each.deceleration, each.rolling) for each in patches]
+    return patches_of([each[:3] for each in patches], own, 1.0, table)
