@@ -15,11 +15,12 @@ QUICK := not long and not slow and $(ELSEWHERE)
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run without-extras oldest-numba test played test-all compiled played-all test-browser lint format bench gallery screenshots docs linkcheck dist clean
+.PHONY: run without-extras oldest-numba test played test-all compiled played-all test-browser lint format bench gallery handin screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
-	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report
+	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report \
+		--against renders/report-time-slice
 
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
 # docstrings, run without them.
@@ -86,6 +87,8 @@ bench: $(VENV)/installed
 
 gallery: $(VENV)/installed
 	$(BIN)/python docs/figures/gallery.py
+	$(BIN)/pool-pymunk render eight-ball --shot 3 --solver event-driven --format gif --size 560x316 --fps 20 \
+		--to 5 --no-pictures --out renders/gallery/eight-ball
 	$(BIN)/pool-pymunk tradeoff report --solvers all --budget 60 --out renders/gallery
 	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
 	$(BIN)/pool-pymunk stability --out renders/gallery
@@ -93,6 +96,10 @@ gallery: $(VENV)/installed
 	$(BIN)/pool-pymunk atlas eight-ball --ball cue --angle -8:8 --speed 2:10 --size 660x440 \
 		--out renders/gallery/atlas-eight-ball.png
 	$(BIN)/python examples/find_a_shot.py --out renders/gallery
+
+# the report's film by its own algorithm, its figures and its table of ends, in renders/handin
+handin: $(VENV)/program-installed
+	$(BIN)/python docs/figures/hand_in.py
 
 # pictures of the page in a browser, for the gallery
 screenshots: $(VENV)/browser-installed
@@ -102,9 +109,9 @@ screenshots: $(VENV)/browser-installed
 docs: $(VENV)/docs-installed
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build
 
-# links to other pages and to files; other hosts may be out of reach
-linkcheck: $(VENV)/docs-installed
-	$(BIN)/sphinx-build -W --keep-going -b linkcheck docs docs/_build/linkcheck
+# links to other pages and to files; other hosts may be out of reach, and examples do not run again
+linkcheck: docs
+	$(BIN)/sphinx-build -W --keep-going -D plot_gallery=0 -b linkcheck docs docs/_build/linkcheck
 
 $(VENV)/browser-installed: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser,play]'
@@ -125,20 +132,26 @@ $(VENV)/installed: $(VENV)/program-installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
-# a wheel and a source distribution; in an environment of its own the wheel runs the program, and passes
-# the quick tests that the source distribution has
+# a wheel and a source distribution; with each of these Pythons, in an environment of its own, each of
+# them runs README's commands and its lines of Python, and then the wheel passes the quick tests that
+# the source distribution has
+PYTHONS ?= $(PYTHON)
+TRIED := build/.venv/$(notdir $(BIN))
 dist: $(VENV)/installed
-	rm -rf dist build/.venv
+	rm -rf dist build
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check build
 	$(BIN)/python -m build --outdir dist .
-	$(PYTHON) -m venv build/.venv
-	build/.venv/$(notdir $(BIN))/python -m pip install --quiet --disable-pip-version-check dist/*.whl
-	cd build && .venv/$(notdir $(BIN))/pool-pymunk run two-balls --out two-balls
-	wheel=$$(echo dist/*.whl) && build/.venv/$(notdir $(BIN))/python -m pip install --quiet \
+	mkdir -p build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
+	sed -n '/^```python/,/^```/p' README.md | grep -v '^```' >build/readme.py
+	set -e; for python in $(PYTHONS); do for file in $$PWD/dist/*; do \
+		echo "$$($$python --version): $$file"; rm -rf build/.venv; $$python -m venv build/.venv; \
+		$(TRIED)/python -m pip install --quiet --disable-pip-version-check "$$file"; \
+		(cd build && .venv/$(notdir $(BIN))/pool-pymunk run report --out report >report.log && \
+		.venv/$(notdir $(BIN))/pool-pymunk render eight-ball --no-films --out eight-ball && \
+		.venv/$(notdir $(BIN))/python readme.py && test -s follow.png); done; done
+	wheel=$$(echo dist/*.whl) && $(TRIED)/python -m pip install --quiet \
 		--disable-pip-version-check "$$wheel[test]"
-	rm -rf build/source && mkdir build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
-	cd build/source && ../.venv/$(notdir $(BIN))/pytest -q -n auto tests \
-		-m "$(QUICK)"
+	cd build/source && ../.venv/$(notdir $(BIN))/pytest -q -n auto tests -m "$(QUICK)"
 
 clean:
 	rm -rf $(VENV) .venv-plain $(OLDEST) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pool_pymunk.physics.contact import NT, Pair
     from pool_pymunk.physics.laws import Law
     from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
+    from pool_pymunk.results.contacts import ContactRow
     from pool_pymunk.results.events import Event
     from pool_pymunk.results.persistent import PersistentContact
     from pool_pymunk.results.run import Run
@@ -60,6 +61,7 @@ __all__ = [
     "Billiards",
     "Choice",
     "Collision",
+    "ContactRow",
     "Derivatives",
     "Disc",
     "Event",
@@ -122,6 +124,7 @@ _HOMES = {
     "physics.contact": "NT Pair",
     "physics.laws": "Law",
     "report.collide": "Collision Disc Material collide collide_at",
+    "results.contacts": "ContactRow",
     "results.persistent": "PersistentContact",
     "results.events": "Event",
     "results.run": "Run",

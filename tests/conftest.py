@@ -78,8 +78,8 @@ NEEDING = {
 # These tests play compiled shots; in `make test` Python plays them.
 COMPILED = (
     "atlas", "docs", "env", "fast", "figures", "find", "handed_back", "inputs", "linear", "live",
-    "many", "many_derivatives", "own_laws", "place", "places", "play", "same_bits", "sensitivity",
-    "shapes", "single", "sweep", "variation", "weakening",
+    "many", "many_derivatives", "many_patches", "own_laws", "place", "places", "play", "same_bits",
+    "sensitivity", "shapes", "single", "sweep", "variation", "weakening",
 )  # fmt: skip
 WAITING = ("collapse", "round", "together")  # Some slow tests of these play compiled shots, too.
 

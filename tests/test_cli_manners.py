@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -150,6 +151,21 @@ def test_tables_of_comparisons_fit_80_columns(
     assert {"discrete", "builtin"} <= set(" ".join(lines[:first]).split())
 
 
+def test_a_table_that_is_too_wide_is_printed_as_several(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No cell and no word of a heading is broken, and each part has the first column."""
+    steps = [f"pymunk-discrete 0.00{k}{NO_BREAK}s" for k in range(1, 10)]
+    table = ResultTable(("ball", *steps), [(str(k), *[10.0 + k] * 9) for k in range(3)])
+    monkeypatch.setenv("COLUMNS", "40")
+    terminal.show(table)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 40
+    assert sum(line.split()[:1] == ["ball"] for line in lines) == 3
+    shown = " ".join(lines).split()
+    assert shown.count("discrete") == shown.count("12") == 9
+
+
 def test_a_table_without_rows_has_its_headings() -> None:
     assert printed_by(ResultTable(("ball", "x"), []).rich())[0].split() == ["ball", "x"]
 
@@ -159,6 +175,9 @@ def test_a_column_has_one_notation() -> None:
     assert alike([4.2e-12, 42.0, "failed"]) == ["4.2e-12", "4.2e+01", "failed"]
     assert alike([-0.25, 12.0], sign="+") == ["-0.25", "+12.00"]
     assert alike([3, 14]) == ["3", "14"]
+    assert alike([0.5, -12.3456, 1e-9], largest=4) == ["0.50", "-12.35", "0.00"]
+    assert alike([2e-7, 1e-9], largest=3) == ["2.00e-07", "1.00e-09"]
+    assert alike([123456.0, 1.0], largest=3) == ["1.23e+05", "1.00e+00"]
 
 
 # -- the log's digits ----------------------------------------------------------------------------
@@ -251,10 +270,10 @@ def test_the_choices_are_those_of_the_library() -> None:
 
 
 def test_help_shows_the_choices(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("COLUMNS", "80")
     for command in ("run", "compare", "render", "tradeoff"):
-        assert exit_code(command, "--help") == 0
-        shown = capsys.readouterr().out
+        assert exit_code(command, "--help-all") == 0
+        shown = re.sub(r"-\n +", "-", capsys.readouterr().out)  # Lines also end at hyphens.
         for choice in (*choices.SOLVERS, "coulomb|published", "joint|callback", "--max-time"):
             assert choice in shown, (command, choice)
     assert exit_code("collide", "--help") == 0
@@ -273,8 +292,34 @@ def test_help_fits_eighty_columns_and_has_an_example(
     assert "…" not in shown
     words = " ".join(shown.split())
     assert f"Example: pool-pymunk {command} {COMMANDS[command]}" in words
-    if "{SCENARIO}" in shown:
-        assert all(name in words for name in bundled())
+    others = set(bundled()) - {"report"} - set(COMMANDS[command].split())
+    assert not any(name in words for name in others)
+
+
+def options(command: str) -> list[str]:
+    """Return the first name of each option of a command."""
+    commands: Any = typer.main.get_command(app)
+    own = commands.commands[command].params
+    return [option.opts[0] for option in own if option.param_type_name == "option"]
+
+
+def test_help_is_short_and_names_every_option(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The top lists the scenarios, once; --help-all explains what --help only names."""
+    monkeypatch.setenv("COLUMNS", "80")
+    assert exit_code("--help") == 0
+    lines = (top := capsys.readouterr().out).splitlines()
+    assert all(top.count(name) for name in bundled())
+    for command in COMMANDS:
+        assert exit_code(command, "--help") == 0
+        lines += (shown := capsys.readouterr().out).splitlines()
+        assert exit_code(command, "--help-all") == 0
+        whole = capsys.readouterr().out
+        for option in options(command):
+            assert option in shown
+            assert re.search(rf"^ +(-h, )?{option}\b", whole, re.MULTILINE), (command, option)
+    assert len(lines) < 400
 
 
 @pytest.mark.parametrize("command", COMMANDS)

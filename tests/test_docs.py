@@ -27,19 +27,16 @@ README, CONTRIBUTING = HOME / "README.md", HOME / "CONTRIBUTING.md"
 PAGES = [README, *sorted(DOCS.glob("*.md"))]
 NAMES = [page.name for page in PAGES]
 
-# This page plays a million shots into a folder that other blocks read.
-TOO_LONG = ("many-shots.md",)
-# They play thousands of shots, or compile the derivatives of shots.
-LONG = ("environments.md", "fit.md", "derivatives.md", "simulate-many.md", "shots-in-torch.md",
+# These pages play thousands of shots, or compile the derivatives of shots.
+LONG = ("environments.md", "fit.md", "derivatives.md", "many-shots.md", "shots-in-torch.md",
         "inputs.md", "solver-and-step.md", "i-want-to.md")  # fmt: skip
 NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",
     "i-want-to.md": "numba",
+    "many-shots.md": "pyarrow",
     "notebooks.md": "pandas",
-    "own-game.md": "gymnasium",
     "shots-in-torch.md": "torch",
-    "simulate-many.md": "numba",
 }
 
 
@@ -153,7 +150,7 @@ def test_an_example_begins_with_a_title(example: Path) -> None:
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] if page.name in LONG else [], id=page.name)
-     for page in PAGES[1:] if python_blocks(page) and page.name not in TOO_LONG],
+     for page in PAGES[1:] if python_blocks(page)],
 )  # fmt: skip
 def test_python_runs(page: Path, tmp_path: Path) -> None:
     """The blocks of a page run one after the other, beside the scenario of the tutorial."""

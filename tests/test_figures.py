@@ -41,6 +41,7 @@ from pool_pymunk.physics import collapse
 from pool_pymunk.physics.path import LOST
 from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.pieces import DEVIATION
+from pool_pymunk.render import FilmSettings
 from pool_pymunk.results.trace import COARSER
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
@@ -299,8 +300,8 @@ def test_the_tutorial_shows_what_its_commands_print(
 
 def answer(number: int) -> str:
     """Return an answer of the worksheet."""
-    lines = (HOME / "docs" / "worksheet.md").read_text(encoding="utf-8")
-    return flat(re.split(r"^\d+\. ", lines.partition("## Answers")[2], flags=re.MULTILINE)[number])
+    lines = (HOME / "docs" / "worksheet-answers.md").read_text(encoding="utf-8")
+    return flat(re.split(r"^\d+\. ", lines, flags=re.MULTILINE)[number])
 
 
 def test_the_share_of_energy_that_is_lost() -> None:
@@ -350,7 +351,7 @@ def test_a_shot_takes_so_many_bytes() -> None:
     batch = simulate_many(scene, start.position, start.velocity)
     size = sum(each.nbytes for each in vars(batch).values() if isinstance(each, np.ndarray))
     assert len(batch) == 1
-    assert f"takes {size} bytes of the result" in text("docs/simulate-many.md")
+    assert f"takes {size} bytes of the result" in text("docs/many-shots.md")
 
 
 @pytest.mark.parametrize("more", ["", " with its starts"])
@@ -363,12 +364,12 @@ def test_a_shot_takes_so_many_bytes_of_a_file(more: str, tmp_path: Path) -> None
     sweep(load("report"), 1, vary=vary, samples=50_000, out=tmp_path)
     size = sum(file.stat().st_size for file in tmp_path.glob("*.parquet")) / 50_000
     page = text("docs/many-shots.md")
-    found = re.search(rf"bytes a shot{more or ' .ends of eleven balls.'} \| (\d+) \|", page)
+    found = re.search(rf" (\d+) bytes{more or ', and'}", page)
     assert found
     assert size == pytest.approx(int(found[1]), rel=0.02)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/simulate-many.md", "docs/speed.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/many-shots.md"])
 def test_an_atlas_is_of_so_many_shots(page: str) -> None:
     assert re.search(rf"{math.prod(SIZE):,} (exact )?shots", text(page))
 
@@ -387,3 +388,23 @@ def test_the_pygame_tutorial_beside_ours(tmp_path: Path) -> None:
     for line, theirs, ours in zip(shown, rows[:4], rows[4:], strict=True):
         figures = [float(figure) for figure in re.findall(r"[\d.e-]+", line)]
         assert figures == pytest.approx([float(x) for x in (*theirs, *ours[1:])], abs=1e-9)
+
+
+# -- what a class hands in -------------------------------------------------------------------------
+
+
+def test_what_is_handed_in_has_all_its_parts(tmp_path: Path) -> None:
+    """Long slices are quick; with the report's own all ends agree (tests/test_time_slice.py)."""
+    made = runpy.run_path(str(HOME / "docs" / "figures" / "hand_in.py"))
+    small = FilmSettings(size=(320, 180), fps=5.0)
+    made["hand_in"](tmp_path, small, dt=1e-4)
+    page = (tmp_path / "hand-in.html").read_text(encoding="utf-8")
+    files = re.findall(r"src='(.*?)'", page)
+    assert len(files) == 4 * 3
+    assert all((tmp_path / name).stat().st_size > 0 for name in files)
+    assert [f"Figure {k}." in page for k in range(1, 9)] == [True] * 8
+    rows = (tmp_path / "ends.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 1 + 44 == page.count("<tr>")
+    assert max(float(row.rpartition(",")[2]) for row in rows[1:]) < 2.0
+    for end in ("(17.19, 21.28)", "(19.61, 21.69)", "(21.48, 22.58)"):
+        assert end in page

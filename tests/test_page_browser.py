@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -620,3 +621,63 @@ def test_the_words_beside_a_ball_stay_in_the_frame(width: int, visit: Any, tmp_p
         assert frame["x"] <= box["x"] and box["y"] >= frame["y"]
         assert box["x"] + box["width"] <= frame["x"] + frame["width"] + 1
         assert box["height"] < 120
+
+
+def test_the_row_of_a_contact(visit: Any, report: Path, runs: list[Run]) -> None:
+    """Where the page stands at a contact, it says what the contact did, and nowhere else."""
+    seen = visit(report)
+    assert seen.page.locator("#contact").is_hidden()
+    seen.press("ArrowRight")
+    row = runs[0].contacts[0]
+    assert row.impulse is not None and row.lost is not None
+    said = seen.text("contact")
+    assert "C meets 1 at 42.297, 21.615 in; normal -170.15\N{DEGREE SIGN}; it slips" in said
+    assert f"J_n {row.impulse:.4g} N s" in said and f"energy lost: {row.lost:.4g} J" in said
+    assert " ".join(f"{v:.4f}" for v in row.after[0]) in said.replace(",", "")
+    seen.press(".")
+    assert seen.page.locator("#contact").is_hidden()
+
+
+def test_arrows_are_switched_on(visit: Any, report: Path) -> None:
+    seen = visit(report)
+    seen.press("ArrowRight")
+    without = picture(seen)
+    seen.press("a")
+    assert seen.page.locator("#arrows").is_checked()
+    assert picture(seen) != without
+    seen.press("a")
+    assert picture(seen) == without
+
+
+def test_momentum_stands_beside_energy(visit: Any, report: Path, runs: list[Run]) -> None:
+    seen = visit(report)
+    masses = np.array([ball.mass for ball in runs[0].scene.balls])
+    x, y = masses @ runs[0].at(0.0)[1]
+    assert seen.text("momentum") == f"{x:.4f}, {y:.4f} N s along x, y"
+    times = [0.1, 0.7, runs[0].duration]
+    shown = seen.ask("(times) => times.map((t) => momentumAt(player.run, t))", times)
+    assert np.allclose(shown, np.einsum("i,tij->tj", masses, runs[0].at(times)[1]), atol=1e-15)
+
+
+def test_a_page_that_asks_stops_before_the_first_contact(visit: Any, tmp_path: Path) -> None:
+    """Its answers are compared with the velocities after the contact, and the shot goes on."""
+    run = simulate(load("two-balls"), 1, solver="event-driven")
+    write_page([[run]], tmp_path / "asks.html", predict=True)
+    shown = visit(tmp_path / "asks.html")
+    first = next(row for row in run.contacts if row.point)
+    assert 0.999999 * first.t < shown.ask("pool.duration") < first.t
+    said = "document.getElementById('question').textContent"
+    for name in first.balls:
+        assert f"where will {name} go?" in shown.ask(said)
+        index = run.scene.index[name]
+        x, y = run.at([first.t])[0][0][index]
+        vx, vy = first.after[first.balls.index(name)]
+        place = shown.ask(f"player.table.place({x + 0.2 * vx}, {y + 0.2 * vy})")
+        box = shown.page.locator("#table").bounding_box()
+        ratio = shown.ask("player.table.ratio")
+        shown.page.mouse.click(box["x"] + place[0] / ratio, box["y"] + place[1] / ratio)
+    shown.wait("pool.duration > 1.01 * player.first.t")
+    off = [float(text) for text in re.findall(r"goes ([\d.]+)°", shown.ask(said))]
+    assert len(off) == 2
+    assert max(off) < 3.0  # A pointer is on a pixel.
+    assert shown.ask("pool.duration") == run.duration

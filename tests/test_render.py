@@ -28,6 +28,7 @@ from texts import text_of
 
 from pool_pymunk import Run, load, loads, simulate
 from pool_pymunk.model import Ball, Scene
+from pool_pymunk.model.scenario import bundled
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import (
     FilmSettings,
@@ -49,7 +50,7 @@ from pool_pymunk.render.stage import TRACK_STRENGTH, Stage
 from pool_pymunk.render.style import LOOK, POOL, PRINT, ball_colors, halo_color, striped
 from pool_pymunk.render.table import woodwork
 from pool_pymunk.render.tracks import Ground, Track
-from pool_pymunk.render.view import contact_places, fit, settings
+from pool_pymunk.render.view import contact_places, fit, headings, settings
 
 Frame = NDArray[np.uint8]
 
@@ -985,6 +986,51 @@ def test_command_writes_films_and_pictures(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(films + pictures)
     counts = [len(frames_of(tmp_path / name)) for name in films]
     assert counts == [73, 73, 73, 73, 4 * 73]
+
+
+def test_command_compares_two_files(tmp_path: Path) -> None:
+    """The headings say what differs, on two tables or of a ghost."""
+    text = bundled()["report"].read_text(encoding="utf-8")
+    (tmp_path / "soft.toml").write_text(text)
+    (tmp_path / "hard.toml").write_text(text.replace("cushion = 0.70", "cushion = 0.90"))
+    options = ("--shot", 1, "--no-films", "--picture-format", "svg", "--out", tmp_path)
+    soft, hard = tmp_path / "soft.toml", tmp_path / "hard.toml"
+    done = typed("render", soft, "--side-by-side", hard, *options)
+    assert done.returncode == 0, done.stderr
+    drawn = (tmp_path / "shot-1-end-side-by-side.svg").read_text(encoding="utf-8")
+    assert "<!-- cushion restitution 0.7 -->" in drawn
+    assert "<!-- cushion restitution 0.9 -->" in drawn
+    done = typed("render", soft, "--overlay", hard, *options)
+    assert done.returncode == 0, done.stderr
+    drawn = (tmp_path / "shot-1-end-overlay.svg").read_text(encoding="utf-8")
+    assert "cushion restitution 0.7 (ghost: cushion restitution 0.9)" in drawn
+    twice = typed("render", soft, hard, "--overlay", "pymunk-discrete", *options)
+    assert twice.returncode == 2 and "is compared with already" in twice.stderr
+    other = typed("render", soft, "--side-by-side", "hexagon", *options)
+    assert other.returncode == 2 and "must have the same" in other.stderr
+
+
+def test_what_differs_is_said_in_words() -> None:
+    soft = load("report")
+
+    def played(**parts: Any) -> Run:
+        return simulate(replace(soft, **parts), 1, max_time=0.1)
+
+    one = played()
+    assert headings([one]) == headings([one, one])[:1] == ["pymunk, dt = 1/240 s"]
+    heavy = tuple(replace(ball, mass=0.1) if ball.id == "8" else ball for ball in soft.balls)
+    assert headings([one, played(balls=heavy)])[1] == "mass of ball 8: 100 g"
+    law = replace(soft.physics, law="coulomb")
+    assert headings([one, played(physics=law)]) == [
+        "pymunk, dt = 1/240 s, published law", "pymunk, dt = 1/240 s, coulomb law"
+    ]  # fmt: skip
+    rolling = replace(soft.friction, surface=0.3, cushion=0.1, ball_ball=0.0)
+    many = played(friction=rolling, restitution=replace(soft.restitution, cushion=0.1))
+    assert headings([one, many])[1] == (
+        "cushion restitution 0.1, surface friction 0.3, ball-ball friction 0, and 1 more"
+    )
+    titled = replace(many, scene=replace(many.scene, title="Other cloth"))
+    assert headings([one, titled]) == [soft.title, "Other cloth"]
 
 
 def test_command_compares(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from texts import GOOD, LAUNCH, SIZE, changed, text_of
 
-from pool_pymunk import load, loads
+from pool_pymunk import load, loads, simulate
 from pool_pymunk.model import STANDARD_GRAVITY, UNITS, SceneError, Table, Units
 from pool_pymunk.model.scenario import bundled, label
 
@@ -134,6 +134,19 @@ def test_bundled_scenarios_load_by_name(name: str) -> None:
     scene = load(name)
     assert name in bundled() and label(name) == f"scenarios/{name}.toml"
     assert scene.title and scene.shots
+
+
+@pytest.mark.parametrize(
+    ("shot", "met"), [(1, ["red", 1, 2, 3, "yellow"]), (2, [0, 2, 1, "red", "yellow"])]
+)
+def test_shots_of_three_cushion_score(shot: int, met: list[str | int]) -> None:
+    """The cue ball meets three cushions or more before it meets the second ball."""
+    run = simulate(load("three-cushion"), shot, solver="event-driven")
+    own = [event for event in run.events if event.is_contact and "white" in event.balls]
+    found = [next((id_ for id_ in e.balls if id_ != "white"), e.cushion) for e in own]
+    assert found[: len(met)] == met
+    second = max(map(found.index, ("red", "yellow")))
+    assert sum(isinstance(each, int) for each in found[:second]) >= 3
 
 
 def test_the_report_and_its_correction() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -156,7 +157,10 @@ def test_results_have_every_scene_and_setting() -> None:
             assert set(measured["scenes"][scene.name]) == settings, (name, scene.name)
 
 
-def test_the_page_is_made_of_the_results() -> None:
-    """After `python -m torture.play`, `python -m torture.show` makes it anew."""
-    text = show.PAGE.read_text(encoding="utf-8")
-    assert show.page(text, show.results()) == text
+def test_the_pages_are_made_of_the_results() -> None:
+    """After `python -m torture.play`, `python -m torture.show` makes them anew."""
+    texts = [path.read_text(encoding="utf-8") for path in show.PAGES]
+    for text in texts:
+        assert show.page(text, show.results()) == text
+    marks = {mark for text in texts for mark in re.findall(r"^<!-- (\w+) -->$", text, re.M)}
+    assert marks == {"counts", "survivors", "scenes", "speeds", "settings", "machine", "end"}

@@ -100,7 +100,7 @@ def test_contacts_of_one_instant_take_the_mean_over_their_orders() -> None:
 def test_files_name_it_and_say_that_energy_does_not_grow() -> None:
     scene = loads(scene_of("rectangle", 1).to_toml())
     assert scene.physics.law == NAME
-    assert any(f"law {NAME}, friction" in line for line in modelled(scene))
+    assert any(f"law {NAME}" in line for line in modelled(scene))
     assert not any("gain energy" in line for line in modelled(scene))
     worse = replace(scene, physics=replace(scene.physics, law="published"))
     assert any("gain energy" in line for line in modelled(worse))

@@ -1,4 +1,7 @@
-"""Make the picture and the tables of docs/beside-others.md: `python -m torture.show`."""
+"""Make the tables and the picture of docs/beside-others.md and torture/README.md.
+
+`python -m torture.show` does so.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from typing import Any
 from torture.play import HERE, PACKAGES, ROOT
 from torture.scenes import SCENES, Scene
 
-PAGE = ROOT / "docs" / "beside-others.md"
+PAGES = ROOT / "docs" / "beside-others.md", HERE / "README.md"
 PICTURE = ROOT / "docs" / "figures" / "beside-others.svg"
 NAMES = {"ours": "pool_pymunk", "pymunk": "stock pymunk", "box2d": "Box2D"}
 COLORS = {"ours": "#1b6e4b", "pooltool": "#c2410c", "pymunk": "#1d4ed8", "box2d": "#7e22ce",
@@ -57,14 +60,30 @@ def table(rows: Iterator[list[str]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *body])
 
 
-def survivors(found: Results) -> Iterator[list[str]]:
-    """Yield rows of results by setting; a setting for some scenes only is in the others' cells."""
-    columns = [
+def for_all(found: Results) -> list[tuple[str, str]]:
+    """Return the simulators with each setting that is for all scenes."""
+    return [
         (name, setting)
         for name, result in found.items()
         for setting, about in result["settings"].items()
         if not {"ladder", "only"} & set(about["given"])
     ]
+
+
+def counts(found: Results) -> Iterator[list[str]]:
+    """Yield how many scenes each simulator plays, and in how many it is right."""
+    yield ["who", "setting", "scenes", "right in"]
+    for name, setting in for_all(found):
+        rows = found[name]["scenes"]
+        said = [verdict(scene, rows[scene.name][setting]) for scene in SCENES]
+        offered = [one for one in said if one != "not offered"]
+        right = sum(one.startswith("✓") for one in offered)
+        yield [called(name), setting, str(len(offered)), str(right)]
+
+
+def survivors(found: Results) -> Iterator[list[str]]:
+    """Yield rows of results by setting; a setting for some scenes only is in the others' cells."""
+    columns = for_all(found)
     yield ["scene", *(f"{called(name)}, {setting}" for name, setting in columns)]
     for scene in SCENES:
         cells = []
@@ -99,7 +118,8 @@ def settings(found: Results) -> Iterator[list[str]]:
         )
         for setting, about in result["settings"].items():
             link = about["link"]
-            why = f"[{about['why']}]({link.removeprefix('docs/')})" if link else about["why"]
+            link = f"../{link}" if link.startswith("docs/") else link  # as torture/README.md has it
+            why = f"[{about['why']}]({link})" if link else about["why"]
             yield [called(name), versions, setting, why]
 
 
@@ -156,8 +176,9 @@ def draw(found: Results) -> None:
 
 
 def page(text: str, found: Results) -> str:
-    """Return the page with its tables made anew."""
+    """Return a page with its tables made anew."""
     made = {
+        "counts": table(counts(found)),
         "survivors": table(survivors(found)),
         "scenes": table(scenes()),
         "settings": table(settings(found)),
@@ -166,16 +187,18 @@ def page(text: str, found: Results) -> str:
     }
     for name, block in made.items():
         before, begin, rest = text.partition(f"<!-- {name} -->\n")
-        text = before + begin + block + rest[rest.index("\n<!-- end -->") :]
+        if begin:
+            text = before + begin + block + "\n" + rest[rest.index("<!-- end -->") :]
     return text
 
 
 def main() -> None:
-    """Write the page and the picture."""
+    """Write the pages and the picture."""
     found = results()
-    PAGE.write_text(page(PAGE.read_text(encoding="utf-8"), found), encoding="utf-8")
+    for path in PAGES:
+        path.write_text(page(path.read_text(encoding="utf-8"), found), encoding="utf-8")
     draw(found)
-    print(f"wrote {PAGE.relative_to(Path.cwd())}, {PICTURE.relative_to(Path.cwd())}")
+    print("wrote", *(path.relative_to(Path.cwd()) for path in (*PAGES, PICTURE)))
 
 
 if __name__ == "__main__":

@@ -130,8 +130,6 @@ def live_page(out: Path) -> None:
 PICTURES: dict[str, Drawing] = {
     "contact-force.png": contact_force,
     "collision.png": collision,
-    "l-shaped.png": run("l-shaped"),
-    "stadium.png": run("stadium"),
     "crokinole.png": run("crokinole", shot=3),
     "played/played.html": live_page,
     "residuals.png": residuals,

@@ -17,16 +17,15 @@ GIF = FilmSettings(size=(720, 406), fps=25.0)
 
 
 def draw_gallery(folder: Path) -> None:
-    """Draw the report's four shots, an overlay, a polygon, a break, and follow and draw."""
+    """Draw the report's four shots, an overlay, a polygon, and follow and draw."""
     report = load("report")
     runs = [simulate(report, shot, solver=reference_solver().name) for shot in report.shots]
     drawn = {f"shot-{k}": run for k, run in enumerate(runs, start=1)}
-    for name in ("hexagon", "eight-ball"):
-        drawn[name] = simulate(load(name), "Break", solver=reference_solver().name)
+    drawn["hexagon"] = simulate(load("hexagon"), "Break", solver=reference_solver().name)
     for name, run in drawn.items():
         for when in ("start", "end"):
             picture(run, folder / f"{name}-{when}.png", when=when, dpi=DPI)
-    for name in ("shot-1", "hexagon", "eight-ball"):
+    for name in ("shot-1", "hexagon"):
         film(drawn[name], folder / f"{name}.gif", GIF)
     handlers = simulate(report, report.shots[0], solver="pymunk-discrete", dt=1 / 240)
     overlay = Show((runs[0], handlers))

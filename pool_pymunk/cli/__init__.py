@@ -15,15 +15,16 @@ from contextlib import contextmanager
 from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
+from textwrap import fill, indent
 from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 from pool_pymunk import __version__
-from pool_pymunk.cli import lib
+from pool_pymunk.cli import lib, opt
 from pool_pymunk.cli.read import InputError
-from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, check_place
+from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, bundled, check_place
 from pool_pymunk.safety.interrupts import patient_interrupts
 
 # The commands, each with an example.
@@ -59,6 +60,24 @@ class _WithoutTypes:
 class _Command(_WithoutTypes, TyperCommand):
     """A command checks its places for files first; errors of the library name options as typed."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read what was typed, and note whether it asks for all options."""
+        ctx.meta[opt.EXPERTS] = "--help-all" in args
+        return super().parse_args(ctx, ["--help" if a == "--help-all" else a for a in args])
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the options; those for experts are shown by --help-all alone."""
+        rest: list[Any] = [
+            one for one in self.params if getattr(one, "rich_help_panel", None) == opt.EXPERTS
+        ]
+        for one in rest:
+            one.hidden = not ctx.meta[opt.EXPERTS]
+        super().format_options(ctx, formatter)
+        if rest and not ctx.meta[opt.EXPERTS]:
+            names = f"--help-all explains {', '.join(one.opts[0] for one in rest)}."
+            lines = fill(names, formatter.width - 2, break_on_hyphens=False)
+            formatter.write(f"\n{indent(lines, '  ')}\n")
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         for option in self.params:
@@ -79,18 +98,30 @@ class _Commands(_WithoutTypes, TyperGroup):
     """The group of all commands."""
 
 
+# The bundled scenarios are listed here, and no command lists them again.
+TOP = (
+    "Simulate billiards in two dimensions, and say how far to trust the result.\n\n"
+    "A SCENARIO is a TOML file, or the name of one that is bundled:\n\n\b\n"
+    + fill(", ".join(bundled()) + ".", 76, break_on_hyphens=False)
+)
+
 app = typer.Typer(
     name="pool-pymunk",
-    help="Simulate billiards in two dimensions, and say how far to trust the result.",
+    help=TOP,
     cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
 )
 for command, example in COMMANDS.items():
     play = getattr(import_module(f"pool_pymunk.cli.{command}"), command)
-    paragraphs = (" ".join(part.split()) for part in cleandoc(play.__doc__).split("\n\n"))
-    text, epilog = "\n\n".join(paragraphs), f"Example: pool-pymunk {command} {example}"
-    app.command(cls=_Command, help=text, epilog=epilog)(play)
+    said = [" ".join(part.split()) for part in cleandoc(play.__doc__).split("\n\n")]
+    app.command(
+        cls=_Command,
+        help="\n\n".join(said),
+        short_help=said[0],
+        epilog=f"Example: pool-pymunk {command} {example}",
+    )(play)
 
 INTERRUPTED = 130
 # what the value of an option must be, by the type of pydantic's error

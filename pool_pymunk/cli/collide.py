@@ -22,7 +22,7 @@ def collide(
     velocity_a: Annotated[tuple[str, str], opt.option("The velocity of ball A.", "VX VY")],
     velocity_b: Annotated[tuple[str, str], opt.option("The velocity of ball B.", "VX VY")] = REST,
     radius_b: Annotated[
-        str | None, opt.option("The radius of ball B, if it differs.", "LENGTH")
+        str | None, opt.option("The radius of ball B, if it differs.", "LENGTH", for_experts=True)
     ] = None,
     offset: Annotated[str, opt.option("How far B's centre lies left of A's path.", "LENGTH")] = "0",
     angle: Annotated[
@@ -31,7 +31,8 @@ def collide(
     restitution: Annotated[float, opt.option("Coefficient of restitution.")] = 1.0,
     friction: Annotated[float, opt.option("Coefficient of friction.")] = 0.0,
     law: Annotated[
-        str, opt.option("Contact law.", opt.LAW_NAMES, autocompletion=opt.law_names)
+        str,
+        opt.option("Contact law.", opt.LAW_NAMES, autocompletion=opt.law_names, for_experts=True),
     ] = "coulomb",
     units: Annotated[
         str, opt.option(f"Units of numbers without one, and of the output: {opt.KNOWN}.", "U,...")
@@ -107,8 +108,8 @@ def _print(hit: lib.collide.Collision, units: lib.Units) -> None:
         f"{_six(math.degrees(hit.angle))}° to x"
     )
     typer.echo(f"Velocities are in {units.speed}, momentum in {units.mass} {units.speed}")
-    table = lib.table.ResultTable(("", "x", "y", "n", "t"), _rows(hit, units))
-    lib.terminal.show(table.rich(left=("",)))
+    columns = (lib.table.TableColumn("", left=True), "x", "y", "n", "t")
+    lib.terminal.show(lib.table.ResultTable(columns, _rows(hit, units)))
     lost = f"{1.0 - after / before:z.2%}" if before > 0.0 else ""
     change = f", {lost.lstrip('-')} {'gained' if lost.startswith('-') else 'lost'}" if lost else ""
     typer.echo(f"Kinetic energy: {before:.6g} J before, {after:.6g} J after{change}")

@@ -15,7 +15,7 @@ import typer
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib, read
 from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.safety.files import check_place, whole
+from pool_pymunk.safety.files import bundled, check_place, whole
 
 NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
 
@@ -120,6 +120,32 @@ def simulate_beside(
                 row.append(next(runs))
                 share.finish()
             yield tuple(row)
+
+
+def is_scenario(text: str) -> bool:
+    """Tell whether a text of --overlay is a scenario, and no solver."""
+    return text.endswith(".toml") or text in bundled()
+
+
+def other_scene(how: How, scene: lib.Scene, scenario: str, text: str) -> lib.Scene:
+    """Return a scene to be shown beside another one; it must look the same."""
+    if text not in bundled() and not Path(text).exists():
+        raise read.InputError(f"--overlay = {text}: there is no such file")
+    other = how.scene(text)
+    if part := lib.page.other_part(scene, other):
+        raise read.InputError(f"--overlay = {text}: must have the same {part} as {scenario}")
+    has, wanted = len(other.shots), len(scene.shots)
+    if has != wanted:
+        message = f"must have as many shots as {scenario} ({wanted}), but has {has}"
+        raise read.InputError(f"--overlay = {text}: {message}")
+    return other
+
+
+def same_shots(
+    scene: lib.Scene, other: lib.Scene, shots: Sequence[lib.Shot | None]
+) -> list[lib.Shot | None]:
+    """Return the shots of another scene that have the same numbers."""
+    return [one and other.shots[scene.shots.index(one)] for one in shots]
 
 
 def left_out_sentences(left_out: Mapping[str, str]) -> Iterator[str]:

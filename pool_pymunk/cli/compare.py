@@ -25,7 +25,6 @@ from pool_pymunk.cli.common import (
 from pool_pymunk.safety.files import whole
 
 ENDS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
-COSTS = ("solver", "contacts", "steps", "wall time (ms)", "energy left (%)", "status")
 
 
 def compare(
@@ -71,19 +70,22 @@ def compare(
 
 def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
     runs = (reference, *(one.run for one in found))
-    costs = lib.table.ResultTable(COSTS, map(_cost, runs)).rich(left=("solver", "status"))
+    column = lib.table.TableColumn
+    solver, status = (column(each, left=True) for each in ("solver", "status"))
+    costs = (column("wall time", unit="ms"), column("energy left", unit="%"))
+    columns = (solver, "contacts", "steps", *costs, status)
     said = [*sentences(reference, found), *warnings_of(runs)]
     unit = reference.scene.units.length
     lib.terminal.show(
         f"\n[bold]{reference.name}[/bold]",
         f"Exact ends, and distances of the other ends from them ({unit})\n",
         _distances(reference, found),
-        costs,
+        lib.table.ResultTable(columns, map(_cost, runs)),
         *said,
     )
 
 
-def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.Printed:
+def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.table.ResultTable:
     """Return each ball's exact end, and its distance from the end in each other run."""
     published = reference.shot.published if reference.shot else {}
     ends, from_si = reference.final, partial(reference.scene.units.from_si, kind="length")
@@ -99,7 +101,7 @@ def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.P
             f"{from_si(math.dist(end, published[id_])):.3f}" if id_ in published else ""
             for id_, end in ends.items()
         ]
-    return lib.table.ResultTable.of(columns).rich()
+    return lib.table.ResultTable.of(columns)
 
 
 def _cost(run: lib.Run) -> tuple[object, ...]:

@@ -30,8 +30,8 @@ def fit(
         str | None,
         opt.option("Standard deviation of one measured coordinate; default: estimated.", "LENGTH"),
     ] = None,
-    starts: Annotated[int, opt.option("Number of starts of the fit.", "N")] = 8,
-    seed: Annotated[int, opt.option("Seed of the random starts.", "N")] = 0,
+    starts: Annotated[int, opt.option("Number of starts of the fit.", "N", for_experts=True)] = 8,
+    seed: Annotated[int, opt.option("Seed of the random starts.", "N", for_experts=True)] = 0,
     aims_anew: opt.AimAnew = False,
     json: opt.JsonFile = None,
     out: Annotated[
@@ -60,9 +60,9 @@ def fit(
     except ImportError as missing:
         raise read.InputError(str(missing)) from None
     if found.values:
-        columns = ("number", "fitted", "standard error", "scenario's", "unit")
-        table = lib.table.ResultTable(columns, _rows(found))
-        lib.terminal.show(table.rich(left=("number", "unit")))
+        number, unit = (lib.table.TableColumn(each, left=True) for each in ("number", "unit"))
+        columns = (number, "fitted", "standard error", "scenario's", unit)
+        lib.terminal.show(lib.table.ResultTable(columns, _rows(found)))
     say(sentences(found))
     found.scene.to_toml(folder / FITTED)
     with whole(folder / "residuals.csv") as part:

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from pool_pymunk.render import clouds, collision, diagram, residuals
     from pool_pymunk.render import atlas as maps
     from pool_pymunk.report import collide, listing
-    from pool_pymunk.results import run, table, trace, words
+    from pool_pymunk.results import contacts, run, table, trace, words
     from pool_pymunk.results.run import Run
+    from pool_pymunk.results.table import TableColumn
     from pool_pymunk.studies import atlas, compare, fit, grid, sensitivity, sweep, tolerance
     from pool_pymunk.studies import uncertainty
     from pool_pymunk.studies.sensitivity import Linear, Sensitivity
@@ -35,10 +36,10 @@ else:
     MODULES = """
         page render solvers cli.terminal model.inputs model.problems model.quantities
         model.scenario page.live.server physics.contact render.clouds render.collision
-        render.diagram render.residuals report.collide report.listing results.run results.table
-        results.trace results.words studies.atlas studies.compare studies.fit studies.grid
-        studies.sensitivity studies.stability.extremes studies.stability.suite studies.sweep
-        studies.tolerance studies.uncertainty
+        render.diagram render.residuals report.collide report.listing results.contacts results.run
+        results.table results.trace results.words studies.atlas studies.compare studies.fit
+        studies.grid studies.sensitivity studies.stability.extremes studies.stability.suite
+        studies.sweep studies.tolerance studies.uncertainty
     """
     PATHS = {path.rpartition(".")[2]: path for path in MODULES.split()}
     PATHS["maps"] = "render.atlas"  # The studies have an atlas of their own.

@@ -19,6 +19,7 @@ SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-
 FRICTION = ("joint", "callback")
 PICTURES = ("png", "svg", "pdf")
 SHOWS = ("end", "first-hit", "hits", "pocket", "duration")
+EXPERTS = "for experts"  # Options in this panel are shown by --help-all alone.
 UNITS = {"length": ("m", "cm", "mm", "in"), "mass": ("kg", "g"), "speed": ("m/s", "in/s")}
 KNOWN = ", ".join("|".join(units) for units in UNITS.values())
 LAW_NAMES = "|".join(LAWS)
@@ -36,16 +37,19 @@ def solver_lists(incomplete: str) -> list[str]:
     return [before + comma + name for name in SOLVERS if name.startswith(last)]
 
 
-def option(says: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
+def option(
+    says: str, metavar: str | None = None, *names: str, for_experts: bool = False, **more: Any
+) -> Any:
     """Declare an option: its help, what stands for its value, and names other than typer's."""
-    return typer.Option(*names, metavar=metavar, help=says, **more)
+    panel = EXPERTS if for_experts else None
+    return typer.Option(*names, metavar=metavar, help=says, rich_help_panel=panel, **more)
 
 
 Scenario = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
-        help=f"A file, or a bundled name: {', '.join(bundled())}.",
+        help="A file, or a bundled name (pool-pymunk --help).",
         autocompletion=among(bundled()),  # Where none begins as typed, shells offer files.
     ),
 ]
@@ -70,21 +74,24 @@ Columns = Annotated[
 law_names = among(LAWS)
 LawName = Annotated[
     str | None,
-    option("Contact law, instead of the scenario's.", LAW_NAMES, "--law", autocompletion=law_names),
-]
+    option("Contact law, instead of the scenario's.", LAW_NAMES, "--law",
+           autocompletion=law_names, for_experts=True),
+]  # fmt: skip
 FrictionBy = Annotated[
     str | None,
     option(
         "How solvers in a space apply surface friction; default: joint, if it has that.",
-        "|".join(FRICTION), "--friction", autocompletion=among(FRICTION),
+        "|".join(FRICTION), "--friction", autocompletion=among(FRICTION), for_experts=True,
     ),
 ]  # fmt: skip
 AimAnew = Annotated[
     bool,
     option("Aim again wherever the ball lies; default: aim once, as the scenario is.",
-           None, "--aim-anew"),
+           None, "--aim-anew", for_experts=True),
 ]  # fmt: skip
-MaxTime = Annotated[str | None, option("End each shot at this time (s).", "S", "--max-time")]
+MaxTime = Annotated[
+    str | None, option("End each shot at this time (s).", "S", "--max-time", for_experts=True)
+]
 Step = Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT", "--dt")]
 ShotName = Annotated[str | None, option("One shot only: its number or its name.", "K", "--shot")]
 PositionError = Annotated[

@@ -8,8 +8,15 @@ from typing import Annotated
 import typer
 
 from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place, read_setting, simulate_and_warn
-from pool_pymunk.safety.files import bundled
+from pool_pymunk.cli.common import (
+    How,
+    is_scenario,
+    other_scene,
+    place,
+    read_setting,
+    same_shots,
+    simulate_and_warn,
+)
 
 
 def page(
@@ -27,6 +34,9 @@ def page(
             "SOLVER[:DT][:LAW]|SCENARIO",
         ),
     ] = None,
+    predict: Annotated[
+        bool, opt.option("Stop before the first contact, and ask for the rest.", None, "--predict")
+    ] = False,
     out: Annotated[
         Path | None, opt.option("Default: page.html in renders/<scenario>.", "FILE.html", "--out")
     ] = None,
@@ -35,31 +45,23 @@ def page(
 
     The page has the exact paths between contacts. Stop it, go from contact to contact, slow it
     down a hundred times, and see other runs as ghosts. A scenario to compare with must have the
-    same table, and balls of the same ids and sizes; the page names it by its title.
+    same table, and balls of the same ids and sizes; the page names it by its title. With --predict
+    a class says where balls will go before the page shows it.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     chosen = read.shots(scene, shot)
-    files = [text for text in overlay or () if text.endswith(".toml") or text in bundled()]
-    for text in files:
-        if text not in bundled() and not Path(text).exists():
-            raise read.InputError(f"--overlay = {text}: there is no such file")
-    others = [how.scene(text) for text in files]
-    for text, other in zip(files, others, strict=True):
-        if part := lib.page.other_part(scene, other):
-            raise read.InputError(f"--overlay = {text}: must have the same {part} as {scenario}")
-        has, wanted = len(other.shots), len(scene.shots)
-        if has != wanted:
-            message = f"must have as many shots as {scenario} ({wanted}), but has {has}"
-            raise read.InputError(f"--overlay = {text}: {message}")
+    files = [text for text in overlay or () if is_scenario(text)]
+    others = [other_scene(how, scene, scenario, text) for text in files]
     ghosts = [read_setting(text) for text in overlay or () if text not in files]
     settings = [how.setting(scene, solver, dt), *ghosts]
     path = out or place(None, scenario) / "page.html"
     read.ending("--out", path, (".html", ".htm"), ".html")
     columns = [simulate_and_warn(scene, chosen, settings)]
     for other in others:
-        its = [one and other.shots[scene.shots.index(one)] for one in chosen]
+        its = same_shots(scene, other, chosen)
         columns.append(simulate_and_warn(other, its, settings[:1]))
-    lib.page.write_page([sum(runs, ()) for runs in zip(*columns, strict=True)], path)
+    shown = [sum(runs, ()) for runs in zip(*columns, strict=True)]
+    lib.page.write_page(shown, path, predict)
     typer.echo(path)
     return 0

@@ -6,14 +6,39 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place, read_setting, say, simulate_and_warn, stem
+import typer
 
+from pool_pymunk.cli import lib, opt, read
+from pool_pymunk.cli.common import (
+    How,
+    is_scenario,
+    other_scene,
+    place,
+    read_setting,
+    same_shots,
+    say,
+    simulate_and_warn,
+    stem,
+)
+
+NOTHING = "name a second scenario, or say with --overlay what to show on the second table"
 FILM_FORMATS = ("mp4", "gif")
+Other = Annotated[
+    str | None,
+    typer.Argument(metavar="OTHER", help="A scenario to compare with, as with --overlay."),
+]
+Overlay = Annotated[
+    str | None,
+    opt.option(
+        "Compare with this solver or scenario, shown as a ghost.", "SOLVER[:DT][:LAW]|SCENARIO"
+    ),
+]
+SideBySide = Annotated[bool, opt.option("Show the two runs on two tables.", None, "--side-by-side")]
 
 
 def render(
     scenario: opt.Scenario,
+    other: Other = None,
     solver: opt.SolverName = "pymunk",
     dt: opt.Step = None,
     shot: opt.ShotName = None,
@@ -21,12 +46,8 @@ def render(
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
     out: opt.OutDir = None,
-    overlay: Annotated[
-        str | None, opt.option("Compare with this, shown as a ghost.", "SOLVER[:DT][:LAW]")
-    ] = None,
-    side_by_side: Annotated[
-        bool, opt.option("Show the two runs on two tables.", None, "--side-by-side")
-    ] = False,
+    overlay: Overlay = None,
+    side_by_side: SideBySide = False,
     films: Annotated[bool, opt.option("Film each shot, and all shots in one film.")] = True,
     form: Annotated[
         str, opt.option("Format of the films.", "|".join(FILM_FORMATS), "--format")
@@ -36,42 +57,83 @@ def render(
     ] = None,
     fps: Annotated[float | None, opt.option("Frames a second; default: 60, gif: 25.")] = None,
     slow: Annotated[float, opt.option("Slower than life by this factor.")] = 1.0,
-    start: Annotated[float, opt.option("Film from this time on (s).", None, "--from")] = 0.0,
+    start: Annotated[
+        float, opt.option("Film from this time on (s).", None, "--from", for_experts=True)
+    ] = 0.0,
     end: Annotated[
-        float | None, opt.option("Film up to this time (s; default: to the end).", None, "--to")
+        float | None,
+        opt.option(
+            "Film up to this time (s; default: to the end).", None, "--to", for_experts=True
+        ),
     ] = None,
     pictures: opt.StartAndEnd = True,
-    picture_format: Annotated[str, opt.option("Their format.", "|".join(opt.PICTURES))] = "png",
-    dpi: Annotated[float, opt.option("Dots per inch of a png, which is 10 in wide.")] = 200.0,
+    picture_format: Annotated[
+        str, opt.option("Their format.", "|".join(opt.PICTURES), for_experts=True)
+    ] = "png",
+    dpi: Annotated[
+        float, opt.option("Dots per inch of a png, which is 10 in wide.", for_experts=True)
+    ] = 200.0,
 ) -> int:
     """Film every shot and draw its start and end.
 
     Files go to renders/<scenario>: for each shot a film and two pictures, and a film of all shots.
+    A scenario to compare with must have the same table, and balls of the same ids and sizes; words
+    say what differs (render soft.toml --side-by-side hard.toml).
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
-    runs = [how.setting(scene, solver, dt)]
-    shots = read.shots(scene, shot)
+    setting, shots = how.setting(scene, solver, dt), read.shots(scene, shot)
     read.one_of("--format", form, FILM_FORMATS)
-    typed: dict[str, Any] = {"fps": fps, "slow": slow, "start": start, "end": end}
-    if size is not None:
-        typed["size"] = read.size(size, "must be width and height in pixels, e.g. 1280x720")
-    given = {key: value for key, value in typed.items() if value is not None}
-    settings = lib.render.FilmSettings.of(f"film.{form}", **given)
-    if side_by_side and overlay is None:
-        raise read.InputError("--side-by-side: say with --overlay what to show on the second table")
+    settings = _settings(form, size, fps=fps, slow=slow, start=start, end=end)
     if not 10.0 <= dpi <= 2400.0:
         raise read.InputError(f"--dpi = {dpi:g}: must be between 10 and 2400")
     read.one_of("--picture-format", picture_format, opt.PICTURES)
-    runs += [] if overlay is None else [read_setting(overlay)]
+    ghosts, beside = _compared(how, scene, scenario, overlay, other)
+    if side_by_side and not ghosts and beside is None:
+        raise read.InputError(f"--side-by-side: {NOTHING}")
     folder = place(out, scenario)
-    shows = [lib.render.Show(each, side_by_side) for each in simulate_and_warn(scene, shots, runs)]
-    suffix = "" if overlay is None else "-side-by-side" if side_by_side else "-overlay"
+    rows = _rows(scene, beside, shots, [setting, *ghosts])
+    shows = [lib.render.Show(each, side_by_side) for each in rows]
+    suffix = "" if len(shows[0].runs) < 2 else "-side-by-side" if side_by_side else "-overlay"
     written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
     say(map(str, written))
     return 0
+
+
+def _compared(
+    how: How, scene: lib.Scene, scenario: str, overlay: str | None, other: str | None
+) -> tuple[list[lib.grid.Column], lib.Scene | None]:
+    """Return what is compared with: a solver's setting, or a scene."""
+    if other is not None and overlay is not None:
+        raise read.InputError(f"--overlay = {overlay}: {other} is compared with already")
+    text = overlay if other is None else other
+    if text is None:
+        return [], None
+    if other is not None or is_scenario(text):
+        return [], other_scene(how, scene, scenario, text)
+    return [read_setting(text)], None
+
+
+def _rows(
+    scene: lib.Scene, beside: lib.Scene | None,
+    shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column],
+) -> list[tuple[lib.Run, ...]]:  # fmt: skip
+    """Play every shot, and that of the same number of a scene beside this one."""
+    rows = simulate_and_warn(scene, shots, settings)
+    if beside is None:
+        return rows
+    more = simulate_and_warn(beside, same_shots(scene, beside, shots), settings)
+    return [both + its for both, its in zip(rows, more, strict=True)]
+
+
+def _settings(form: str, size: str | None, **typed: float | None) -> lib.render.FilmSettings:
+    """Return the settings of films as typed."""
+    given: dict[str, Any] = {key: value for key, value in typed.items() if value is not None}
+    if size is not None:
+        given["size"] = read.size(size, "must be width and height in pixels, e.g. 1280x720")
+    return lib.render.FilmSettings.of(f"film.{form}", **given)
 
 
 def save_films(

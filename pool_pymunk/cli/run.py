@@ -17,15 +17,23 @@ LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
 # a finished shot, and the choice of its step if a tolerance made it
 PlayedShot = tuple["lib.Run", "lib.tolerance.Choice | None"]
+Contacts = Annotated[
+    bool,
+    opt.option("Also print each contact: place, impulses, velocities, energy.", None, "--contacts"),
+]
+Against = Annotated[
+    str | None, opt.option("List only ends that differ from those of a run there.", "FOLDER")
+]
+Verbose = Annotated[bool, opt.option("Also print steps and computing time.", None, "--verbose")]
 # Why the exact ends of the report's shots are not the published ones (docs/report.md, 4 and 5).
 REASONS = {
     "Simulation 1": (
-        "the published ends are those of time slices of 1e-6 s, which have not converged to the "
-        "last printed digit; the ends of this run are exact"
+        "the published ends are those of time slices of 1e-6 s, too long for the last printed "
+        "digit, and these ends are exact"
     ),
     "Simulation 4": (
-        "the slip at the first hit is exactly zero, where law published jumps; the published ends "
-        "come from a slip of 4e-14 m/s, a rounding error of the report's arithmetic"
+        "the first hit has no slip, so nothing says where its friction acts; for the published "
+        "ends a rounding error of 4e-14 m/s did"
     ),
 }
 
@@ -44,51 +52,77 @@ def run(
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: opt.StartAndEnd = True,
+    contacts: Contacts = False,
+    against: Against = None,
+    verbose: Verbose = False,
     show: Annotated[
         str | None, opt.option("Draw energy and momentum over time, too.", "energy")
     ] = None,
     units: Annotated[
-        str, opt.option(f'The units of the CSV: "scene", or some of {opt.KNOWN}.', "U,...")
+        str,
+        opt.option(
+            f'The units of the CSV: "scene", or some of {opt.KNOWN}.', "U,...", for_experts=True
+        ),
     ] = "m,kg,m/s",
 ) -> int:
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
     Files go to renders/<scenario>: for each shot its start and end as pictures, times, positions
-    and velocities as npz and CSV, and the events as CSV. If the command ends early, it keeps the
-    files of the shots that were finished.
+    and velocities as npz and CSV, and the events as CSV, with --contacts also the contacts. If the
+    command ends early, it keeps the files of the shots that were finished.
     """
     how = How(law, friction, max_time)
     scene = how.scene(scenario)
     setting = how.setting(scene, solver, dt)
     shots = read.shots(scene, shot)
-    limit = None
-    if tolerance is not None:
-        if dt is not None:
-            raise read.InputError(f"--tolerance = {tolerance}: give either --tolerance or --dt")
-        lib.tolerance.finest_step(solver)  # There must be a step to choose.
-        limit = lib.quantities.positive("--tolerance", tolerance, "length", scene.units)
-    written = scene.units
-    if "scene" in (named := read.names("--units", units)) and len(named) > 1:
-        raise read.InputError(f"--units = {units}: scene must stand alone")
-    if units != "scene":
-        written = lib.quantities.read_units("--units", units)
+    limit, written = _limit(tolerance, dt, solver, scene.units), _units(units, scene.units)
     if show not in (None, "energy"):
         raise read.InputError(f"--show = {show}: must be energy")
     drawn: list[What] = ["start", "end"] if pictures else []
     drawn += ["energy"] if show else []
     folder = place(out, scenario)
+    others = {} if against is None else _others(against, scene, shots)
     say(lib.listing.opening(scene))
     done: list[PlayedShot] = []
     try:
         with lib.terminal.progress("simulating", len(shots)) as bar:
             for played in _played(scene, shots, setting, limit, bar):
                 done.append(played)
+                say(lib.listing.shot_lines(played[0], others.get(played[0].shot), verbose))
                 _report(played, folder, drawn, written)
+                if contacts:
+                    _tell_contacts(played[0], folder, written)
     finally:
         if done:
             write_json(json, _results(done), scenario, scene.title)
     _close([one for one, _ in done], folder, bool(drawn))
     return _verdict(done)
+
+
+def _others(
+    folder: str, scene: lib.Scene, shots: Sequence[lib.Shot | None]
+) -> dict[lib.Shot | None, lib.listing.Others]:
+    """Read the ends of the same shots from a folder."""
+    numbers = (scene.shots.index(one) + 1 if one else 1 for one in shots)
+    found = [lib.listing.ends_in(Path(folder), f"shot-{k}.npz", scene) for k in numbers]
+    return dict(zip(shots, found, strict=True))
+
+
+def _limit(tolerance: str | None, dt: str | None, solver: str, units: lib.Units) -> float | None:
+    """Return the tolerance (m) as typed, which stands for a step."""
+    if tolerance is None:
+        return None
+    if dt is not None:
+        raise read.InputError(f"--tolerance = {tolerance}: give either --tolerance or --dt")
+    lib.tolerance.finest_step(solver)  # There must be a step to choose.
+    return lib.quantities.positive("--tolerance", tolerance, "length", units)
+
+
+def _units(typed: str, own: lib.Units) -> lib.Units:
+    """Return the units of the CSV: the scene's own, or as typed."""
+    if "scene" in (named := read.names("--units", typed)) and len(named) > 1:
+        raise read.InputError(f"--units = {typed}: scene must stand alone")
+    return own if typed == "scene" else lib.quantities.read_units("--units", typed)
 
 
 def _played(
@@ -137,9 +171,8 @@ def announcement(estimates: Sequence[lib.grid.Estimate], solver: str) -> str | N
 
 
 def _report(shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Units) -> None:
-    """Print the log of one shot, and write its data and pictures."""
+    """Print how the step of a shot was chosen, if it was, and write data and pictures."""
     run, choice = shot
-    say(lib.listing.shot_lines(run))
     if choice is not None:
         say([*(f"    {line}" for line in choice.lines(run.scene.units)), ""])
     for ending, write in lib.run.FILES:
@@ -147,6 +180,14 @@ def _report(shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Un
             write(run, part, **({"units": units} if ending == ".csv" else {}))
     for what in drawn:
         run.plot(what, folder / f"{stem(run)}-{what}.png")
+
+
+def _tell_contacts(run: lib.Run, folder: Path, units: lib.Units) -> None:
+    """Print the tables of a shot's contacts, and write them as CSV."""
+    for heading, table in lib.contacts.printed_tables(run):
+        lib.terminal.show(f"    {heading}\n", table)
+    with whole(folder / f"{stem(run)}-contacts.csv") as part:
+        run.write_contacts_csv(part, units)
 
 
 def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:

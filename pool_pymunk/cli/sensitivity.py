@@ -28,9 +28,12 @@ def sensitivity(
     speed_error: Annotated[str, opt.option("Half-width of the shot's speed.", "SPEED")] = "0",
     angle_error: Annotated[str, opt.option("Half-width of the shot's angle.", "DEGREES")] = "0",
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
-    seed: Annotated[int, opt.option("Seed of random numbers.", "N")] = 0,
+    seed: Annotated[int, opt.option("Seed of random numbers.", "N", for_experts=True)] = 0,
     threads: Annotated[
-        int | None, opt.option("Threads; default: one per core.", "N", "--threads", "--processes")
+        int | None,
+        opt.option(
+            "Threads; default: one per core.", "N", "--threads", "--processes", for_experts=True
+        ),
     ] = None,
     shot: opt.ShotName = None,
     aims_anew: opt.AimAnew = False,
@@ -134,33 +137,34 @@ def _print(
     return record
 
 
-def _ends(found: lib.Sensitivity) -> lib.Printed:
+def _ends(found: lib.Sensitivity) -> lib.table.ResultTable:
     """Return a table of the ends: which digits hold, and where the samples end."""
     scene, units = found.reference.scene, found.reference.scene.units
-    columns = {
+    columns: dict[lib.TableColumn | str, list[str]] = {
         "ball": [ball.ball for ball in found.balls],
-        f"end ({units.length})": _pairs(units, found.reference.final.values(), ".2f"),
+        _end(units): _pairs(units, found.reference.final.values(), ".2f"),
         "holds": [", ".join(ball.digits(scene)) for ball in found.balls],
     }
     for k, axis in enumerate("xy"):
         sides = [(b.low[k] - b.end[k], b.high[k] - b.end[k]) for b in found.balls]
         columns[f"95 % off {axis}"] = _pairs(units, sides, sign="+")
     if scene.pockets:
-        columns["pocketed"] = [
+        columns[lib.table.TableColumn("pocketed", left=True)] = [
             ", ".join(f"{id_} {share:.1%}" for id_, share in
                       sorted(ball.pocketed.items(), key=lambda item: -item[1])) or "never"
             for ball in found.balls
         ]  # fmt: skip
-    return lib.table.ResultTable.of(columns).rich(left=("pocketed",))
+    return lib.table.ResultTable.of(columns)
 
 
 def _spreads(
     run: lib.Run, found: lib.Sensitivity | None, line: lib.Linear | None, alone: Alone
-) -> lib.Printed:
+) -> lib.table.ResultTable:
     """Return a table of the ends' standard deviations, in all and by each cause alone."""
-    units, columns = run.scene.units, dict[str, list[str]]()
+    units = run.scene.units
+    columns: dict[lib.TableColumn | str, list[str]] = {}
     if found is None:
-        columns[f"end ({units.length})"] = _pairs(units, run.final.values(), ".4f")
+        columns[_end(units)] = _pairs(units, run.final.values(), ".4f")
     else:
         columns["std of x, y"] = _pairs(units, [ball.std for ball in found.balls])
         for cause, each in alone.items() if len(alone) > 1 else ():
@@ -177,7 +181,11 @@ def _spreads(
         spreads |= {f"by {cause}": std.max(axis=1, keepdims=True) for cause, std in causes.items()}
         for heading, stds in spreads.items():
             columns[heading] = _pairs(units, stds)
-    return lib.table.ResultTable.of({"ball": run.final, **columns}).rich()
+    return lib.table.ResultTable.of({"ball": run.final, **columns})
+
+
+def _end(units: lib.Units) -> lib.TableColumn:
+    return lib.table.TableColumn("end", unit=units.length)
 
 
 def _pairs(

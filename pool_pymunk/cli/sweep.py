@@ -32,13 +32,13 @@ def sweep(
         int | None, opt.option("Number of shots; default: the whole grid.", "N")
     ] = None,
     shot: opt.ShotName = None,
-    seed: Annotated[int, opt.option("Seed of the random numbers.", "S")] = 0,
-    chunk: Annotated[int, opt.option("Shots in one file.", "C")] = 50_000,
+    seed: Annotated[int, opt.option("Seed of the random numbers.", "S", for_experts=True)] = 0,
+    chunk: Annotated[int, opt.option("Shots in one file.", "C", for_experts=True)] = 50_000,
     workers: Annotated[
-        int | None, opt.option("Processes; default: threads on all cores.", "W")
+        int | None, opt.option("Processes; default: threads on all cores.", "W", for_experts=True)
     ] = None,
     cluster: Annotated[
-        str | None, opt.option("A Dask scheduler: tcp://host:8786.", "ADDRESS")
+        str | None, opt.option("A Dask scheduler: tcp://host:8786.", "ADDRESS", for_experts=True)
     ] = None,
     restart: Annotated[bool, opt.option("Replace what is there.", None, "--restart")] = False,
     aims_anew: opt.AimAnew = False,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import re
 import sys
 import threading
@@ -16,6 +17,7 @@ from rich.console import Console
 from rich.terminal_theme import DEFAULT_TERMINAL_THEME
 from rich.text import Text
 
+from pool_pymunk.results.table import ResultTable
 from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
@@ -24,7 +26,8 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.grid import Estimate
     from pool_pymunk.studies.sweep.job import Done
 
-WIDTH = 160  # characters of a line in a pipe, which has no width of its own
+WIDTH = 160  # characters of a line in a pipe, which has no width of its own, unless COLUMNS says it
+DRAWN = 100  # characters of a line in a drawing, which can then be read at the width of a page
 PACE = 0.1  # s between two moves of the progress bar
 FIRST, SECOND = 0.7, 1.2  # s until a pipe has a line; the second if no estimate is known
 RARER = 8.0  # The next line comes after this many times as long.
@@ -33,20 +36,27 @@ TRUST = 0.1  # of a job; a guess before counts as much as what is known after th
 QUICK = 1e-3  # s; what a run takes at least
 
 
-def show(*parts: str | Printed) -> None:
-    """Print lines, and tables with a line below, above a bar if there is one."""
-    console = Console(width=None if Console().is_terminal else WIDTH, highlight=False)
+def show(*parts: str | Printed | ResultTable) -> None:
+    """Print lines, and tables with a line below, above a bar if there is one.
+
+    What is too wide for a line is printed as several tables.
+    """
+    is_known = Console().is_terminal or "COLUMNS" in os.environ
+    console = Console(width=None if is_known else WIDTH, highlight=False)
     with console.capture() as printed:
         for part in parts:
-            console.print(part, soft_wrap=isinstance(part, str))
-            if not isinstance(part, str):
-                console.print()
+            tables = part.within(console.width) if isinstance(part, ResultTable) else [part]
+            for one in tables:
+                shown = one.rich() if isinstance(one, ResultTable) else one
+                console.print(shown, soft_wrap=isinstance(shown, str))
+                if not isinstance(shown, str):
+                    console.print()
     print(printed.get(), end="")
 
 
 def draw(path: Path, title: str, *parts: str | Printed) -> None:
     """Draw lines and tables as they look on a terminal, with black on white, into an SVG file."""
-    console = Console(file=io.StringIO(), record=True, width=WIDTH)
+    console = Console(file=io.StringIO(), record=True, width=DRAWN)
     console.print(*(Text(part) if isinstance(part, str) else part for part in parts), sep="\n")
     drawn = console.export_svg(title=title, theme=DEFAULT_TERMINAL_THEME)
     without_hosts = re.sub(r"@font-face {.*?}", "", drawn, flags=re.DOTALL)

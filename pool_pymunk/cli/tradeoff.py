@@ -32,9 +32,10 @@ def tradeoff(
     max_time: opt.MaxTime = None,
     budget: Annotated[float, opt.option("About this time (s) for all repeated runs.", "S")] = 10.0,
     samples: Annotated[
-        int, opt.option("Perturbed starts, for the effect of rounded inputs.", "N")
+        int,
+        opt.option("Perturbed starts, for the effect of rounded inputs.", "N", for_experts=True),
     ] = 1000,
-    seed: Annotated[int, opt.option("Seed of the perturbed starts.")] = 0,
+    seed: Annotated[int, opt.option("Seed of the perturbed starts.", for_experts=True)] = 0,
     position_error: opt.PositionError = None,
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
@@ -92,15 +93,17 @@ def _report(
     typer.echo(f"Diagram and data: {folder}")
 
 
-def _printed(result: lib.grid.Tradeoff) -> lib.Printed:
+def _printed(result: lib.grid.Tradeoff) -> lib.table.ResultTable:
     """Return the settings as a terminal shows them; what failed says so in place of its error."""
     unit = result.scene.units
-    columns = ("solver", "dt", f"largest error ({unit.length})", f"rms error ({unit.length})",
-               "contacts shared", "time (ms)")  # fmt: skip
+    column = lib.table.TableColumn
+    largest, rms = (column(f"{each} error", unit=unit.length) for each in ("largest", "rms"))
+    about: lib.table.Columns = (column("solver", left=True), column("dt", unit="ms"))
+    columns = (*about, largest, rms, "contacts shared", column("time", unit="ms"))
     rows = [
         (
             s.solver,
-            s.dt and lib.words.step_text(s.dt),
+            s.dt and s.dt * 1e3,
             f"failed: {s.failure}" if s.failure else unit.from_si(s.largest, "length"),
             unit.from_si(s.rms, "length"),
             "" if s.failure else f"{s.shared} of {s.contacts}",
@@ -108,7 +111,7 @@ def _printed(result: lib.grid.Tradeoff) -> lib.Printed:
         )
         for s in result.settings
     ]
-    return lib.table.ResultTable(columns, rows).rich(("solver",))
+    return lib.table.ResultTable(columns, rows)
 
 
 def _results(

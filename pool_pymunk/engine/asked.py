@@ -94,19 +94,19 @@ def pull_of(w: Any) -> float:
 
 def pull_and_drag(w: Any, i: int) -> Vector:
     """Return the decelerations (m/s^2) of a ball where it slides, and where it slows to rest."""
-    surface = w.surface_of(i)
+    surface = w.surfaces[i]
     return surface.pull, surface.drag if surface.rolls else surface.pull
 
 
 def path_from(w: Any, i: int, place: Vector, velocity: Vector, roll: Vector) -> Path:
     """Return the path of a ball by itself from now on."""
-    path: Path = w.surface_of(i).path(w.now, place, velocity, roll)
+    path: Path = w.surfaces[i].path(w.now, place, velocity, roll)
     return path
 
 
 def follower(w: Any, i: int, path: Path) -> Path:
     """Return the path of a ball that follows at the end of one."""
-    return w.surface_of(i).then(path) or standing(path.end, path.x, path.y)
+    return w.surfaces[i].then(path) or standing(path.end, path.x, path.y)
 
 
 def is_at_its_end(w: Any, path: Path) -> bool:
@@ -376,8 +376,7 @@ def begin(w: Any, i: int, place: Vector, velocity: Vector, roll: Vector, noise: 
     """Set a ball off on a new path, or put it to rest if its speed is noise (m/s)."""
     if velocity[0] * velocity[0] + velocity[1] * velocity[1] <= noise * noise:
         velocity = (0.0, 0.0)
-    velocity = velocity_after(w.errors, velocity, noise)
-    path = w.surface_of(i).path(w.now, place, velocity, roll)
+    path = w.surfaces[i].path(w.now, place, velocity_after(w.errors, velocity, noise), roll)
     if sets_off(path):
         w.rested[i] = math.inf
         w.recorder.path(i, path)
@@ -392,7 +391,7 @@ def put_to_rest(w: Any, i: int, t: float) -> None:
         path = w.paths[i]
         x, y, _, _ = motion_at(path, t)
         w.stop(i, t, (x, y))
-        then = w.surface_of(i).then(path)
+        then = w.surfaces[i].then(path)
         if then is not None:
             w.begin(i, then, 0.0)
 
@@ -420,7 +419,7 @@ def crossing_of(w: Any, i: int) -> tuple[float, int]:
 
 def enter(w: Any, i: int, patch: int) -> None:
     """Let a ball be in another patch, or in none (-1), from now on."""
-    w.groups.patch[i] = patch
+    w.put(i, patch)
     w.tally.listed += 1
     w.recorder.crossed(i, patch, w.now)
 

@@ -83,13 +83,14 @@ class ContactEngine:
         self.noises: list[float] = []
         self.rested: list[float] = []
         self.path_ends: list[float] = []  # the time (s) at which each path meets a wall
+        self.surfaces: list[Surface] = []  # those where the balls are
         self.ends: list[float] = []  # the time (s) up to which each path's hits are found
         self.law = law
         self.slip = NO_FRICTION
         self.collapses = 0  # of more than two contacts, so far
         self.groups, self.press = Groups(), Press()  # balls in persistent contact
-        self.compiled = True  # Presses are compiled where that is loaded.
         self.lay(surface)
+        self.compiled = True  # Presses are compiled where that is loaded.
         self.tally = Tally()
         self.queue = Queue(self.paths)
         self.push = self.queue.push
@@ -109,20 +110,35 @@ class ContactEngine:
     def lay(self, surface: Surface, patches: Patches = NO_PATCHES) -> None:
         """Let balls move over a surface, and over others where there are patches."""
         self.surface, self.patches = surface, patches
-        self.pull = max(each.pull for each in (surface, *patches.surfaces))
+        self.has_patches = len(patches.borders) > 0
+        self.pull = max([surface.pull, *(each.pull for each in patches.surfaces)])
+        if self.has_patches:
+            self.groups.hold_patches(len(self.paths))
+            self.put_all()
+        else:
+            self.surfaces[:] = [surface] * len(self.surfaces)
 
-    def surface_of(self, i: int) -> Surface:
-        """Return the surface where ball ``i`` is."""
-        patch = self.groups.patch[i]
-        return self.surface if patch < 0 else self.patches.surfaces[patch]
+    def put(self, i: int, patch: int) -> None:
+        """Let ball ``i`` be in a patch, or in none (-1)."""
+        self.groups.patch[i] = patch
+        self.surfaces[i] = self.surface if patch < 0 else self.patches.surfaces[patch]
+
+    def put_all(self) -> None:
+        """Let all balls be in their patches, which are known."""
+        for i in range(len(self.paths)):
+            self.put(i, self.groups.patch[i])
 
     def path_at(
         self, i: int, t: float, place: Vector, velocity: Vector, roll: Vector = NO_ROLL
     ) -> Path:
-        """Return the path of ball ``i``, which somebody puts at a place (m) at a time (s)."""
-        self.groups.hold(i + 1, 0)
-        self.groups.patch[i] = self.patches.at(*place)
-        return self.surface_of(i).path(t, place, velocity, roll)
+        """Return the path of a ball, old or new, that somebody puts at a place (m) now (s)."""
+        if not self.has_patches:
+            return self.surface.path(t, place, velocity, roll)
+        patch = self.patches.at(*place)
+        if i < len(self.paths):
+            self.put(i, patch)
+        surface = self.surface if patch < 0 else self.patches.surfaces[patch]
+        return surface.path(t, place, velocity, roll)
 
     def add_ball(self, path: Path, radius: float, mass: float) -> int:
         """Put a ball on the table, and return its number."""
@@ -137,6 +153,10 @@ class ContactEngine:
         self.speeds.append(0.0)
         self.noises.append(0.0)
         self.groups.hold(i + 1, 0)
+        self.surfaces.append(self.surface)
+        if self.has_patches:
+            self.groups.hold_patches(i + 1)
+            self.put(i, self.patches.at(path.x, path.y))
         if moves:
             self.begin(i, path)
         return i
@@ -204,7 +224,7 @@ class ContactEngine:
                         end = t
                 if end < math.inf:
                     end += decisions.nearly_now(self.radii[i], self.speeds[i])
-                if self.patches.borders and (t := borders.next_crossing(self, i)) < math.inf:
+                if self.has_patches and (t := borders.next_crossing(self, i)) < math.inf:
                     push(t, What("patch", i))
                     end = min(end, t)
                 if end == math.inf > path.end and leader[i] < 0:
@@ -331,21 +351,18 @@ class ContactEngine:
             self._look_ahead((what.i,))
             return
         self.tally.answered += 1
-        if what.kind == "stop":
+        if what.kind == "pair" or what.kind == "wall":
+            self._find_due(what)
+            instants.answer(self, None)
+        elif what.kind == "stop":
             instants.end_path(self, None, what.i)
-            return
-        if what.kind == "patch":
+        elif what.kind == "patch":
             borders.cross(self, None, what.i)
-            return
-        if what.kind == "piece":
+        elif what.kind == "piece":
             modes.go_on(self, None, what.i)
-            return
-        if what.kind == "press":
+        else:
             self.queue.presses.pop((what.i, t), None)
             modes.begin_at(self, None, what.i)
-            return
-        self._find_due(what)
-        instants.answer(self, None)
 
     def _find_due(self, what: Hit) -> None:
         """Let this contact be ``due``, and all others of its instant."""

@@ -27,8 +27,6 @@ NONE = -1  # stands for no ball, no contact
 # the `changes` of mode at one instant, how long (s) balls that creep are `held_for`, and its
 # tolerances (`small`). A ball has had `many` hits,
 # the last at `hit_t` (s); it is `loose` if its group was taken apart.
-# A ball is in a `patch`, or in none (-1); it last `crossed` a border at a time (s), and has had so
-# many `crossings` at that instant.
 # `wait` has contacts without forces (ball, other) `until` a time (s), of a moment `length` (s).
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "leader": (int, ("N",)), "next": (int, ("N",)), "contact": (int, ("N",)),
@@ -40,7 +38,6 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, ("N", 3)),
     "hit_t": (float, ("N",)), "many": (int, ("N",)), "loose": (int, ("N",)), "todo": (int, ("N",)),
     "local": (int, ("N",)), "first": (int, ("N",)), "joined": (int, ("N",)), "out": (int, ("N",)),
-    "patch": (int, ("N",)), "crossed": (float, ("N",)), "crossings": (int, ("N",)),
     "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)), "is_new": (int, ("N",)),
     "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
     "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
@@ -49,6 +46,13 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "total": (float, ("C", 3)), "hit": (int, ("C", 2)),
     "wait": (int, ("C", 2)), "until": (float, ("C",)), "ended": (float, ("C",)),
     "length": (float, ("C",)),
+}  # fmt: skip
+
+
+# Where there are patches, a ball is in one, or in none (-1). It last `crossed` a border at a time
+# (s), and has had so many `crossings` at that instant.
+OF_PATCHES: dict[str, tuple[type, tuple[Any, ...]]] = {
+    "patch": (int, ("N",)), "crossed": (float, ("N",)), "crossings": (int, ("N",)),
 }  # fmt: skip
 
 
@@ -61,6 +65,9 @@ class Groups:
         self.used, self.free, self.begun_t = 0, NONE, -math.inf
         self.room = 0, 0
         self.persisted: dict[Hit, Persisted] = {}
+        self.patch: list[int] = []
+        self.crossed: list[float] = []
+        self.crossings: list[int] = []
         self.modes: dict[int, tuple[Press, list[Contact]]] = {}  # by leader, for a recorder
 
     if TYPE_CHECKING:
@@ -79,6 +86,13 @@ class Groups:
         for i in range(n, n + more[0]):
             forget_ball(self, i)
 
+    def hold_patches(self, balls: int) -> None:
+        """Have room for the patches of so many balls."""
+        more = balls - len(self.patch)
+        self.patch += [NONE] * more
+        self.crossed += [-math.inf] * more
+        self.crossings += [0] * more
+
 
 def forget_all(r: Any) -> None:
     """Forget all groups, and what has been until now, except what balls were part of."""
@@ -89,7 +103,6 @@ def forget_all(r: Any) -> None:
 def forget_ball(r: Any, i: int) -> None:
     """Forget what ball ``i`` was part of."""
     r.leader[i], r.loose[i], r.many[i], r.hit_t[i] = NONE, 0, 0, -math.inf
-    r.patch[i], r.crossed[i] = NONE, -math.inf
 
 
 def contact_of(r: Any, i: int, other: int) -> int:

@@ -18,7 +18,7 @@ import numpy as np
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import Hit, What, hit_of
-from pool_pymunk.engine.groups import FORM, NONE, contact_of
+from pool_pymunk.engine.groups import FORM, NONE, OF_PATCHES, contact_of
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.fast.loop import ENTER, GO_ON, PAUSED
@@ -246,6 +246,7 @@ class Loop:
         own = self.engine.groups
         for name in NUMBERS:
             self.groups[name] = getattr(own, name)
+        self.groups["patch"] = NONE
         for name, many in self._rows():
             self.groups[name][:many] = getattr(own, name)[:many]
         sides = [self._side_of(k) if wall.sides else NOTHING for k, wall in enumerate(self.walls)]
@@ -259,7 +260,8 @@ class Loop:
         """Return the names of the rows of groups, and how many of each the record takes."""
         _, contacts = self.engine.groups.room
         many = {"N": self.balls, "C": min(contacts, len(self.groups["one"]))}
-        rows = [(name, lengths(shape, *many.values())[0]) for name, (_, shape) in FORM.items()]
+        form = FORM | OF_PATCHES if self.engine.has_patches else FORM
+        rows = [(name, lengths(shape, *many.values())[0]) for name, (_, shape) in form.items()]
         return [row for row in rows if row[1]]
 
     def _rename(self, names: Any) -> None:
@@ -326,6 +328,8 @@ class Loop:
                 engine.rested[i] = engine.now
         engine.collapses = int(self.array["collapses"][0])
         self._read_groups()
+        if engine.has_patches:
+            engine.put_all()
         self._read_instant()
         for i in range(self.balls):
             for kind in ("piece", "press"):
@@ -398,7 +402,7 @@ class Loop:
             if vx == vy == ax == ay == 0.0:
                 path = standing(t, x, y)
             else:
-                path = engine.surface_of(i).path(t, (x, y), (vx, vy), (wx, wy))
+                path = engine.surfaces[i].path(t, (x, y), (vx, vy), (wx, wy))
                 if path.ax != ax or path.ay != ay:
                     path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, wx, wy)
             engine.paths[i] = path
@@ -412,7 +416,7 @@ class Loop:
         elif other == ROLL:
             engine.recorder.roll(i, t)
         elif other <= OUT:
-            engine.groups.patch[i] = OUT - 1 - other
+            engine.put(i, OUT - 1 - other)
             engine.recorder.crossed(i, OUT - 1 - other, t)
         elif other < 0 and engine.walls[-1 - other].is_pocket:
             wall, motion = engine.walls[-1 - other], motion_at(engine.paths[i], t)

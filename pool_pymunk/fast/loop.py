@@ -333,8 +333,10 @@ def start(w: Work, sides: Sides, shots: Shots, s: int) -> bool:
             vx, vy = shots.velocity[s, i, 0], shots.velocity[s, i, 1]
             if may_roll(ball):
                 wx, wy = shots.roll[s, i, 0], shots.roll[s, i, 1]
+        w.groups.patch[i] = NOTHING
         if w.scene.borders > 0:
             w.groups.patch[i] = patch_at(w.border, w.scene.borders, x, y)
+            w.groups.crossed[i] = -math.inf
         path = path_from(w, i, 0.0, (x, y), (vx, vy), (wx, wy))
         put_on(w, i, path)
         ball.noise = NOISE * fastest_of(path)

@@ -152,8 +152,8 @@ def parts_of(balls: int) -> dict[str, Any]:
             is_over=I,
         ),
         "groups": form_of(
-            groups.FORM | HELD, balls, balls, helds=I, coarser=F, members=I, loosened=I, waits=I,
-            hits=I, todos=I, begun=I, used=I, free=I, begun_t=F,
+            groups.FORM | groups.OF_PATCHES | HELD, balls, balls, helds=I, coarser=F, members=I,
+            loosened=I, waits=I, hits=I, todos=I, begun=I, used=I, free=I, begun_t=F,
         ),
     }  # fmt: skip
 

@@ -333,7 +333,8 @@ def _check_that_it_ends(source: Source) -> None:
     scene, kind = source.scene, "surface" if source.roll is None else "rolling"
     least = source.vary.get(f"friction.{kind}", np.array(getattr(scene.friction, kind)))
     moves = source.velocity.any() or (source.roll is not None and source.roll.any())
-    slows = (least * scene.physics.gravity > 0.0).all()
+    its = [getattr(patch, kind) for patch in scene.patches]
+    slows = (least * scene.physics.gravity > 0.0).all() and 0.0 not in its
     if not slows and source.asked.settings.max_time is None and moves:
         message = f"is missing: without {kind} friction the balls of these shots never come to rest"
         raise setting_error("max_time", None, message)

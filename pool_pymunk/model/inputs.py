@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -423,6 +424,36 @@ def unit_of(units: Units, name: str) -> str:
     """
     quantity = TABLE[parts(name)[0]].quantity
     return str(getattr(units, quantity, SI[quantity]))
+
+
+def in_words(units: Units, name: str, value: float) -> str:
+    """Say in words that an input has a value (SI).
+
+    >>> in_words(Units(), "restitution.cushion", 0.7), in_words(Units(mass="g"), "mass.8", 0.16)
+    ('cushion restitution 0.7', 'mass of ball 8: 160 g')
+    >>> in_words(Units(), "friction.ball_ball", 0.05), in_words(Units(), "speed.1", 2.0)
+    ('ball-ball friction 0.05', 'speed 2 m/s')
+    """
+    kind, whose = parts(name)
+    row, unit = TABLE[kind], unit_of(units, name)
+    number = f"{in_units(units, name, value):g}{unit and f' {unit}'}"
+    if row.of == BALL:
+        return f"{kind} of ball {whose}: {number}"
+    group, _, of = kind.partition(".")
+    return f"{of.replace('_', '-')} {group} {number}" if of else f"{kind} {number}"
+
+
+def differing(scene: Scene, other: Scene, shot: int = 1) -> tuple[list[str], list[str]]:
+    """Say in words which inputs two scenes of the same balls have with different values.
+
+    The inputs of a shot are those of this number. What one scene leaves out is not compared.
+    """
+    shots = [str(shot)] if min(len(scene.shots), len(other.shots)) >= shot else []
+    mine, its = ([*chain(*names_in(each, shots).values())] for each in (scene, other))
+    values = [(n, input_value(scene, n), input_value(other, n)) for n in mine if n in its]
+    differ = [each for each in values if each[1] != each[2]]
+    one = [in_words(scene.units, name, value) for name, value, _ in differ]
+    return one, [in_words(scene.units, name, value) for name, _, value in differ]
 
 
 # -- many shots ------------------------------------------------------------------------------------

@@ -311,7 +311,7 @@ def _area(outline: Sequence[Point]) -> float:
 
 
 def misdrawn(corners: Sequence[Point]) -> str:
-    """Return what is wrong with a polygon, which may run either way, or an empty text.
+    """Return what is wrong with a polygon that runs in any direction, or an empty text.
 
     >>> misdrawn([(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
     'crosses itself (side 0 meets side 2)'

@@ -132,6 +132,10 @@ class Scene(Part):
         """The number of the first post among the cushions."""
         return 0 if self.table is None else len(self.table.edges)
 
+    def side_name(self, cushion: int) -> str:
+        """Return what the cushion of a number is called: "cushion 2", or "post 4"."""
+        return f"{'cushion' if cushion < self.first_post else 'post'} {cushion}"
+
     @property
     def diagonal(self) -> float:
         """The length (m) of the diagonal of the table's bounding box; infinite without a table."""

@@ -18,10 +18,19 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
-from pool_pymunk.render.table import plane, pockets_and_posts, seen_posts, woodwork
+from pool_pymunk.render.table import (
+    plane,
+    pockets_and_posts,
+    seen_patches,
+    seen_posts,
+    woodwork,
+)
 from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run
+
+# what a page shows of a contact
+ROW = ("kind", "normal", "before", "after", "impulses", "impulse", "tangential", "lost")
 
 
 def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
@@ -47,6 +56,7 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
         "seen": list(map(float, seen.extents)),
         "plane": None if scene.table else plane(seen, units)._asdict(),
         "table": scene.table and woodwork(scene.table, scene.pockets)._asdict(),
+        "patches": list(seen_patches(scene)),
         "discs": list(pockets_and_posts(scene)),
         "numbers": list(_numbers(scene)),
         "balls": [
@@ -72,6 +82,7 @@ def _looks(scene: Scene) -> dict[str, object]:
         "table": scene.table and scene.table.polyline,
         "pockets": scene.pockets,
         "posts": seen_posts(scene),
+        "patches": list(seen_patches(scene)),
     }
 
 
@@ -111,15 +122,16 @@ def _numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
 
 
 def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
-    scene, places, events = run.scene, iter(contact_places(run)), []
+    scene, events = run.scene, []
+    places = zip(contact_places(run), (c for c in run.contacts if c.point), strict=True)
     for event in run.events:
         events.append(event.as_dict() | {"balls": [scene.index[id_] for id_ in event.balls]})
         if event.cushion is not None:
-            kind = "cushion" if event.cushion < scene.first_post else "post"
-            events[-1]["side"] = f"{kind} {event.cushion}"
+            events[-1]["side"] = scene.side_name(event.cushion)
         if event.is_contact:  # It has a place and a size: x, y and a radius.
-            _, place, radius = next(places)
+            (_, place, radius), row = next(places)
             events[-1]["place"] = list(map(_finite, (*place, radius)))
+            events[-1]["row"] = {key: _rounded(getattr(row, key)) for key in ROW}
     return {
         "solver": run.solver,
         "setting": label if setting in label else setting + DOT + label,
@@ -146,6 +158,13 @@ def _breakpoints(run: Run) -> Iterator[Array]:
 def _decimals(duration: float) -> int:
     """Return how many decimals of a second show four digits of a duration, at least three."""
     return min(max(3, 3 - math.floor(math.log10(duration or 1.0))), 15)
+
+
+def _rounded(value: Any) -> Any:
+    """Return a number, or those of a row, to nine digits: a page shows some of them."""
+    if isinstance(value, tuple):
+        return [_rounded(each) for each in value]
+    return _finite(float(f"{value:.9g}")) if isinstance(value, float) else value
 
 
 def _finite(number: float) -> float | None:

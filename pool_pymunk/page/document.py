@@ -27,15 +27,16 @@ from pool_pymunk.render.clouds import batch_figure
 from pool_pymunk.results.run import Run
 from pool_pymunk.safety.files import whole
 
-SCRIPTS = ("motion.js", "table.js", "plot.js", "player.js", "main.js")
+SCRIPTS = ("motion.js", "table.js", "plot.js", "player.js")
 HEIGHT, DPI = 640, 100  # pixels, and pixels an inch, in notebooks
 
 
-def page(shots: Sequence[Sequence[Run]]) -> str:
+def page(shots: Sequence[Sequence[Run]], predict: bool = False) -> str:
     """Return a page that plays shots, as HTML.
 
     ``shots`` has a row of runs for each shot. The first run of a row is played; any other can be
-    its ghost. Raises SettingError for runs of different tables or balls.
+    its ghost. To ``predict`` is for a class: each shot stops before its first contact, and the page
+    asks where its balls will go. Raises SettingError for runs of different tables or balls.
 
     >>> from pool_pymunk import load, simulate
     >>> from pool_pymunk.page import page
@@ -43,19 +44,20 @@ def page(shots: Sequence[Sequence[Run]]) -> str:
     >>> text.startswith("<!doctype html>"), "http://" in text, len(text) < 100_000
     (True, False, True)
     """
-    return document(content(shots))
+    return document(content(shots) | {"asks": predict})
 
 
-def write_page(shots: Sequence[Sequence[Run]], path: str | Path) -> None:
+def write_page(shots: Sequence[Sequence[Run]], path: str | Path, predict: bool = False) -> None:
     """Write what :func:`page` returns to a file, whole or not at all."""
-    text = page(shots)
+    text = page(shots, predict)
     with whole(Path(path)) as part:
         part.write_text(text, encoding="utf-8")
 
 
 def document(shown: Mapping[str, Any], live: bool = False) -> str:
     """Return the page that shows a content; a live page has the controls of a shot, too."""
-    codes = [source(name) for name in (*SCRIPTS, *["live.js"] * live)]
+    asking = ["predict.js"] * bool(shown.get("asks"))
+    codes = [source(name) for name in (*SCRIPTS, *asking, "main.js", *["live.js"] * live)]
     data = json.dumps(shown, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     css = source("page.css") + source("live.css") * live
     policy = (

@@ -66,9 +66,13 @@ def time_to_return(gap: float, parting: float, pull: float) -> float:
 
     >>> time_to_return(0.0, 1.0, 2.0), time_to_return(1.5, 1.0, 1.0), time_to_return(1.0, 1.0, 0.0)
     (1.0, 3.0, inf)
+    >>> time_to_return(1e-9, 0.0, 1e-320)
+    inf
     """
     square = parting * parting + 2.0 * gap * pull
-    return (math.sqrt(square) + parting) / pull if square >= 0.0 and pull > 0.0 else math.inf
+    is_too_weak = square == 0.0 < gap  # so that the product has underflowed
+    comes_back = square >= 0.0 and pull > 0.0 and not is_too_weak
+    return (math.sqrt(square) + parting) / pull if comes_back else math.inf
 
 
 def path_to_disc(offset: Vector, direction: Vector, touching: float) -> float:

@@ -121,7 +121,10 @@ def _approach(panel: _Panel, units: Units) -> None:
 
 
 def _contact(panel: _Panel) -> None:
-    """Draw the balls as they touch: line of centres, tangent, impact angle, velocities after."""
+    """Draw the balls as they touch: line of centres, tangent, impact angle, velocities after.
+
+    The impact angle is between A's line, as B sees it, and the line of centres.
+    """
     hit, origin, n = panel.hit, np.zeros(2), np.array(panel.hit.normal)
     a, b = (n * r / hit.contact_distance for r in (-hit.a.radius, hit.b.radius))
     panel.ball("A", a)
@@ -133,13 +136,16 @@ def _contact(panel: _Panel) -> None:
         panel.line(-1.2 * axis, tip * axis)
         panel.arrow(tip * axis, (tip + 0.1) * axis, FAINT, "-|>", 1.0)
         panel.text((tip + 0.1) * axis, f"${name}$", FAINT)
-    x = np.array([1.3, 0.0])
-    panel.line(origin, x, ":")
-    panel.text(x, "$x$", FAINT)
-    turned = np.linspace(0.0, hit.angle, 60)
+    u = np.divide(hit.approach, math.hypot(*hit.approach))
+    panel.line(origin, 1.3 * u, "-.")
+    came, alpha = math.atan2(u[1], u[0]), math.atan2(u[0] * n[1] - u[1] * n[0], u @ n)
+    turned = came + np.linspace(0.0, alpha, 60)
     panel.axes.plot(ARC * np.cos(turned), ARC * np.sin(turned), color=INK, linewidth=1.0)
-    middle = ARC * np.array([math.cos(hit.angle / 2.0), math.sin(hit.angle / 2.0)])
-    panel.text(middle, rf"$\theta$ = {math.degrees(hit.angle):.1f}°")
+    middle = came + alpha / 2.0
+    panel.text(
+        ARC * np.array([math.cos(middle), math.sin(middle)]),
+        rf"$\alpha$ = {math.degrees(abs(alpha)):.1f}°",
+    )
     panel.velocity(a, hit.velocity_a, "A", AFTER)
     panel.velocity(b, hit.velocity_b, "B", AFTER)
 

@@ -22,9 +22,9 @@ HEADROOM = 1.08  # of the largest value shown
 
 
 def plot_distances(
-    axes: Axes, show: Show, times: tuple[float, float], style: Style, letter: float, *, key: bool
+    axes: Axes, show: Show, times: tuple[float, float], style: Style, letter: float
 ) -> None:
-    """Plot the distances of two runs at ``times`` (s), ball by ball, with or without a ``key``."""
+    """Plot the distances of two runs at ``times`` (s), ball by ball, with a key."""
     runs = show.runs
     scene, t = runs[0].scene, np.linspace(*times, SAMPLES)
     gap = (runs[0].at(t)[0] - runs[1].at(t)[0]) / scene.units.to_si(1.0, "length")
@@ -51,7 +51,7 @@ def plot_distances(
     axes.tick_params(width=0.06 * letter, which="both")
     axes.spines[:].set_linewidth(0.08 * letter)
     dress(axes, style, letter)
-    if key and axes.lines:
+    if axes.lines:
         axes.legend(
             loc="upper left", bbox_to_anchor=(1.0, 1.08), ncols=-(-len(axes.lines) // KEY_ROWS),
             fontsize=0.85 * letter, labelcolor=style.ink, frameon=False, borderpad=0.2,

@@ -15,8 +15,8 @@ from pool_pymunk.render.canvas import canvas, draw_text
 from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
-from pool_pymunk.render.table import draw_plane, draw_pockets_and_posts, draw_table
-from pool_pymunk.render.view import Show, View, fit, settings
+from pool_pymunk.render.table import draw_patches, draw_plane, draw_pockets_and_posts, draw_table
+from pool_pymunk.render.view import Show, View, fit, headings
 from pool_pymunk.results.run import Run
 
 SMALL = 0.7  # the size of labels beside balls, in that of the caption's letters
@@ -33,7 +33,6 @@ class Layout(NamedTuple):
     tray: Bbox | None
     caption: Bbox
     letter: float
-    key: bool = False
 
     def places(self, count: int) -> tuple[float, list[Point]]:
         """Return the radius of balls in the tray, and where this many of them lie there."""
@@ -76,13 +75,10 @@ def _layout(
     caption = box(2 * margin, margin, width - 2 * margin, strip)
     if not compared:
         return Layout(width, height, rooms, None, shelf, caption, letter)
-    run = show.runs[0]
-    balls = discs(run.scene, run.at([0.0])[0][0], fit(show.seen, rooms[0], SMALL * letter))
-    key = not all(ball.is_labelled_inside for ball in balls)
-    longest = max(len(ball.label) for ball in balls)
-    beside = -(-len(balls) // KEY_ROWS) * (2.0 + 0.55 * longest) * letter if key else 0.0
+    columns = -(-len(show.movers) // KEY_ROWS)
+    beside = columns * (2.0 + 0.55 * max(map(len, show.movers), default=0)) * letter
     plot = box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit - beside, low - 3.0 * unit)
-    return Layout(width, height, rooms, plot, shelf, caption, letter, key)
+    return Layout(width, height, rooms, plot, shelf, caption, letter)
 
 
 class Sheet(NamedTuple):
@@ -105,16 +101,17 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
             draw_table(axes, scene.table, scene.pockets, view, style)
         else:
             draw_plane(axes, room, view, scene.units, style)
+        draw_patches(axes, scene, view, style)
         draw_pockets_and_posts(axes, scene, view, style)
     if show.side_by_side:
-        for room, text in zip(layout.rooms, settings(show.runs), strict=True):
+        for room, text in zip(layout.rooms, headings(show.runs), strict=True):
             at = ((room.x0 + room.x1) / 2, room.y1 + 0.6 * layout.letter)
             draw_text(axes, text, at, layout.letter, room.width, ha="center", color=style.ink)
     plot = None
     if layout.plot is not None:
         size = (layout.width, layout.height) * 2
         plot = figure.add_axes(tuple(layout.plot.bounds / np.array(size)))
-        plot_distances(plot, show, times, style, 0.85 * layout.letter, key=layout.key)
+        plot_distances(plot, show, times, style, 0.85 * layout.letter)
     return Sheet(figure, axes, views, plot)
 
 

@@ -43,6 +43,7 @@ class Look(NamedTuple):
     drop: float = 0.35  # A ball takes this time to fall into a pocket.
     # From this ratio of the largest to the smallest distance on, a plot's axis is logarithmic.
     wide_range: float = 30.0
+    tint: float = 0.4  # the opacity of a patch on the cloth
     decades: float = 1e-6  # the least distance that a plot shows, as a share of the largest
 
 
@@ -67,9 +68,12 @@ class Style:
     grid: str = "#bbc6c5"
     outline: str = "#101418"
     arrow: str = "#ffffff"
+    impulse: str = "#ff6fcf"
     flash: str = "#fff6c8"
     hole: str = "#0b0d0f"
     lip: str = "#2c2622"
+    sand: str = "#f2d98b"
+    ice: str = "#e4f4ff"
 
     def on(self, table: Table | None) -> Style:
         """Return the style with a table's own colour, shades of it on cushions, clear arrows."""

@@ -13,11 +13,12 @@ from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Pocket, Point, Scene, Table, Units
 from pool_pymunk.model.outline import STRAIGHT_ON
-from pool_pymunk.render.style import Style
+from pool_pymunk.render.style import LOOK, Style
 from pool_pymunk.render.view import CUSHION, RAIL, View
 
 SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
 PIN = 0.3  # of the smallest ball's radius; no post is drawn smaller
+ROUND = 120  # corners of a round patch as it is drawn
 PITCH = 0.16  # of the width; the lines of an open plane are at most this far apart
 
 
@@ -48,6 +49,35 @@ def woodwork(table: Table, pockets: Sequence[Pocket]) -> Woodwork:
     shades = tuple(0.12 * k * cushion for k in range(1, 7))
     seen = () if table.color else tuple(sights(table, pockets))
     return Woodwork(table.polyline, layers, shades, seen, 0.007 * short)
+
+
+def draw_patches(axes: Axes, scene: Scene, view: View, style: Style) -> None:
+    """Draw patches as a light tint on the cloth."""
+    for points, color in seen_patches(scene):
+        tint = Polygon([view.place(point) for point in points], alpha=LOOK.tint, zorder=1.15, lw=0)
+        tint.set_facecolor(getattr(style, color))
+        axes.add_artist(tint)
+        if scene.table is not None:
+            corners = [view.place(corner) for corner in scene.table.polyline]
+            tint.set_clip_path(Polygon(corners, transform=axes.transData))
+
+
+def seen_patches(scene: Scene) -> Iterator[tuple[Sequence[Point], str]]:
+    """Yield the outline of each patch (m), and its colour in the style.
+
+    It is like sand where there is more friction than elsewhere, and like ice where there is less.
+    """
+    kinds = ("surface",) if scene.friction.rolling is None else ("rolling", "surface")
+    for patch in scene.patches:
+        own = [(getattr(patch, kind), getattr(scene.friction, kind)) for kind in kinds]
+        less = next((mu < usual for mu, usual in own if mu not in (None, usual)), False)
+        points: Sequence[Point] = patch.corners
+        if patch.center is not None and patch.radius is not None:
+            (x, y), r, turn = patch.center, patch.radius, math.tau / ROUND
+            points = [
+                (x + r * math.cos(k * turn), y + r * math.sin(k * turn)) for k in range(ROUND)
+            ]
+        yield points, "ice" if less else "sand"
 
 
 def draw_table(

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point, Scene
+from pool_pymunk.model.inputs import differing
 from pool_pymunk.model.plain import argument, made
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
@@ -19,6 +20,7 @@ from pool_pymunk.safety.files import RenderError
 
 CUSHION, RAIL = 0.035, 0.075  # the widths of both, as shares of the table's shorter side
 MOST_LONG = 2.4  # Without a table, one side of the picture is at most this many times the other.
+MOST_WORDS = 3  # More differences of two scenes are only counted.
 DOT = "  \N{MIDDLE DOT}  "
 
 
@@ -56,6 +58,8 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Bbox:
         points += [breakpoints[:, 1:3] for breakpoints in run.knots] + [np.array(run.end.position)]
     discs = [(hole.position, hole.radius) for hole in scene.pockets]
     discs += [(post.position, post.radius) for post in scene.posts]
+    discs += [(corner, 0.0) for patch in scene.patches for corner in patch.corners]
+    discs += [(p.center, p.radius) for p in scene.patches if p.center is not None and p.radius]
     points += [np.add.outer((-radius, radius), place) for place, radius in discs]
     every = np.concatenate(points)
     every = every[np.isfinite(every).all(axis=1)]
@@ -67,20 +71,11 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Bbox:
 
 def contact_places(run: Run) -> list[tuple[float, Point, float]]:
     """Return the time (s), the place (m) and the size (m) of each contact, in their order."""
-    contacts, scene = [event for event in run.events if event.is_contact], run.scene
-    positions = run.at([event.t for event in contacts])[0]
     found = []
-    for event, places in zip(contacts, positions.tolist(), strict=True):
-        balls = [scene.index[id_] for id_ in event.balls]
-        (x, y), radius = places[balls[0]], scene.balls[balls[0]].radius
-        if event.kind == "ball-ball":
-            (x2, y2), other = places[balls[1]], scene.balls[balls[1]].radius
-            share = radius / (radius + other)
-            x, y, radius = x + share * (x2 - x), y + share * (y2 - y), min(radius, other)
-        elif event.cushion is not None:
-            nx, ny = scene.cushions[event.cushion].nearest(x, y, radius).normal(x, y)
-            x, y, radius = x - radius * nx, y - radius * ny, radius / 2.0
-        found.append((event.t, (x, y), radius))
+    for row in run.contacts:
+        if row.point is not None:
+            radius = min(run.scene.balls[run.scene.index[id_]].radius for id_ in row.balls)
+            found.append((row.t, row.point, radius if row.cushion is None else radius / 2.0))
     return found
 
 
@@ -120,6 +115,12 @@ class Show:
         run = self.runs[0]
         return tuple(b.id for b in run.scene.balls if b.id in run.off - run.pocketed.keys())
 
+    @cached_property
+    def movers(self) -> tuple[str, ...]:
+        """Return the balls that move in any run."""
+        balls = enumerate(self.runs[0].scene.balls)
+        return tuple(b.id for i, b in balls if any(r.knots[i][:, 3:5].any() for r in self.runs))
+
     @property
     def duration(self) -> float:
         """Return the time at which the last ball of any run stops (s)."""
@@ -127,10 +128,35 @@ class Show:
 
     def caption(self, *more: str) -> str:
         """Return scenario, shot, solver and time step in one line."""
-        run, names = self.runs[0], [] if self.side_by_side else settings(self.runs)
+        run, names = self.runs[0], [] if self.side_by_side else headings(self.runs)
+        title = run.scene.title if len({one.scene.title for one in self.runs}) == 1 else ""
         if len(names) > 1:
             names = [f"{names[0]} (ghost: {names[1]})"]
-        return DOT.join(text for text in (run.scene.title, run.name, *names, *more) if text)
+        return DOT.join(text for text in (title, run.name, *names, *more) if text)
+
+
+def headings(runs: Sequence[Run]) -> list[str]:
+    """Return what tells runs apart: numbers that differ in their scenes, or the solvers.
+
+    >>> from dataclasses import replace
+    >>> from pool_pymunk import load, simulate
+    >>> soft = load("report")
+    >>> hard = replace(soft, restitution=replace(soft.restitution, cushion=0.9))
+    >>> headings([simulate(scene, 1) for scene in (soft, hard)])
+    ['cushion restitution 0.7', 'cushion restitution 0.9']
+    """
+    plain, titles = settings(runs), [run.scene.title or "" for run in runs]
+    if len(runs) < 2 or runs[0].scene == runs[1].scene:
+        return plain
+    first = runs[0].scene
+    shot = first.shots.index(runs[0].shot) + 1 if runs[0].shot else 1
+    words = differing(first, runs[1].scene, shot)
+    if titles[0] != titles[1] and not 0 < len(words[0]) <= MOST_WORDS:
+        words = ([titles[0]], [titles[1]])
+    more = [f"and {len(words[0]) - MOST_WORDS} more"] if len(words[0]) > MOST_WORDS else []
+    alike = plain[0] == plain[1] and words[0] != words[1]
+    each = zip(words, plain, strict=True)
+    return [", ".join((*its[:MOST_WORDS], *more, *[how] * (not alike))) for its, how in each]
 
 
 def settings(runs: Sequence[Run]) -> list[str]:

@@ -23,6 +23,7 @@ from pool_pymunk.model.problems import raise_any
 from pool_pymunk.physics.contact import NT, Contact, Pair, split
 from pool_pymunk.physics.laws import LAWS, Law, find_law, respond
 from pool_pymunk.physics.motion import kinetic_energy
+from pool_pymunk.results.words import without_slip
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,10 +205,7 @@ def _answered(a: Disc, b: Disc, material: Material, normal: Point) -> Collision:
     law, velocity = find_law(material.law), {0: a.velocity, 1: b.velocity}
     pair = Pair(a.mass, b.mass, material.restitution, material.friction)
     jumps = respond(law, Contact(0, 1, normal, pair), velocity)
-    warning = (
-        f"law {law.name} jumps at zero slip: the slip was below 1e-9 of the closing speed and was "
-        "taken for zero (no friction); rounding would have decided"
-    )
+    warning = without_slip(law.name, "this hit")
     return Collision(a, b, material, normal, velocity[0], velocity[1], (warning,) * bool(jumps))
 
 

@@ -5,8 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from pool_pymunk.model import Point, Scene, Units
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario import load
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.results.run import STATUSES, Run
@@ -33,34 +38,98 @@ def opening(scene: Scene) -> Iterator[str]:
         yield ""
 
 
-def shot_lines(run: Run) -> Iterator[str]:
-    """Yield a shot's velocity, where each ball ended, and how far that is from published ends."""
-    units, agreement = run.scene.units, Agreement.of(run)
+class Others(NamedTuple):
+    """The ends (m) of a shot's balls as an earlier run has written them into a folder."""
+
+    folder: str
+    ends: Mapping[str, Point]
+
+
+def shot_lines(run: Run, others: Others | None = None, verbose: bool = False) -> Iterator[str]:
+    """Yield a shot's velocity, where each ball ended, and how far that is from published ends.
+
+    Where ``others`` are given, only ends that differ from them are listed. If the lines are to be
+    ``verbose``, they also say how many steps the run took, and how long.
+    """
     yield _heading(run)
-    published = run.shot.published if run.shot else {}
-    yield "    Final Ball positions [X,Y]:" + ("                 Published:" if published else "")
-    for ball, end in run.final.items():
-        line = f"    Ball {ball:>2s}: {_pair(run, end)} ({units.length})"
-        if ball in published:
-            off = units.from_si(math.dist(end, published[ball]), "length")
-            mark = "" if ball in agreement.agreeing else f"   off by {off:.{_decimals(run)}f}"
-            line += f"   {_pair(run, published[ball])}{mark}"
-        if ball in run.pocketed:
-            line += f"   in pocket {run.pocketed[ball]}"
-        elif ball in run.off:
-            line += "   off the table"
-        yield line
-    if published:
-        yield f"    {agreement.sentence(run)}"
+    yield from _ends(run) if others is None else _differences(run, others)
+    if run.shot and run.shot.published:
+        yield f"    {Agreement.of(run).sentence(run)}"
     contacts = sum(event.is_contact for event in run.events)
+    cost = f"; {counted(run.steps, 'step')} in {run.wall_time:.3g} s" * verbose
     yield (
         f"    {STATUSES[run.status].capitalize()} at {run.duration:.4f} s; "
-        f"{counted(contacts, 'contact')}; {counted(run.steps, 'step')} in {run.wall_time:.3g} s"
+        f"{counted(contacts, 'contact')}{cost}"
     )
     for warning in run.warnings:
         yield f"    Warning: {warning}"
     yield from _doubts(run)
     yield ""
+
+
+def _ends(run: Run) -> Iterator[str]:
+    """Yield the end of each ball that moved, or should have; the others have a line in common."""
+    units, agreement = run.scene.units, Agreement.of(run)
+    published = run.shot.published if run.shot else {}
+    yield "    Final Ball positions [X,Y]:" + ("                 Published:" if published else "")
+    off = [id_ for id_ in run.final if id_ in run.off and id_ not in run.pocketed]
+    missed = published.keys() - agreement.agreeing
+    rests = [id_ for id_ in _unmoved(run) if id_ not in off and id_ not in missed]
+    for ball, end in run.final.items():
+        if ball in off or ball in rests:
+            continue
+        line = f"    Ball {ball:>2s}: {_pair(run, end)} ({units.length})"
+        if ball in published:
+            far = units.from_si(math.dist(end, published[ball]), "length")
+            mark = f"   off by {far:.{_decimals(run)}f}" if ball in missed else ""
+            line += f"   {_pair(run, published[ball])}{mark}"
+        if ball in run.pocketed:
+            line += f"   in pocket {run.pocketed[ball]}"
+        yield line
+    for those, said in ((rests, "did not move"), (off, "off the table")):
+        if those:
+            yield f"    {_balls(those)}: {said}"
+
+
+def _unmoved(run: Run) -> list[str]:
+    """Return the balls that never moved."""
+    both = zip(run.scene.balls, run.knots, strict=True)
+    return [ball.id for ball, rows in both if not np.ptp(rows[:, 1:5], axis=0).any()
+            and not rows[0, 3:5].any()]  # fmt: skip
+
+
+def _balls(ids: Sequence[str]) -> str:
+    return f"Ball{'s' * (len(ids) > 1)} {', '.join(ids)}"
+
+
+def _differences(run: Run, others: Others) -> Iterator[str]:
+    """Yield the ends that differ from others in the log's digits, and how many do not."""
+    unit, digits = run.scene.units, _decimals(run) + 1
+    differ = {i: p for i, p in run.final.items() if _pair(run, p) != _pair(run, others.ends[i])}
+    if differ:
+        yield f"    Ends that differ from those in {others.folder}:"
+    for ball, end in differ.items():
+        far = f"{unit.from_si(math.dist(end, others.ends[ball]), 'length'):.{digits}f} from there"
+        yield f"    Ball {ball:>2s}: {_pair(run, end)} ({unit.length})   {far}"
+    if same := len(run.final) - len(differ):
+        which = f"The other {same}" if differ else f"All {same} ends in {others.folder}"
+        yield f"    {which} are the same to {_last_digit(run)} {unit.length}"
+
+
+def ends_in(folder: Path, name: str, scene: Scene) -> Others:
+    """Read a shot's ends from what a run has written; ``name`` is that of the file.
+
+    Raises SettingError if there is no such file, or if it has other balls.
+    """
+    try:
+        with np.load(folder / name) as file:
+            ends = dict(zip(file["balls"].tolist(), file["position"][-1].tolist(), strict=True))
+    except (OSError, ValueError, KeyError) as error:
+        message = f"{name} is missing there, or no run has written it"
+        raise setting_error("against", str(folder), message) from error
+    if ends.keys() != scene.index.keys():
+        raise setting_error("against", str(folder), f"{name} has other balls")
+    return Others(str(folder), {id_: (x, y) for id_, (x, y) in ends.items()})
 
 
 def _doubts(run: Run) -> Iterator[str]:
@@ -70,9 +139,10 @@ def _doubts(run: Run) -> Iterator[str]:
     units = run.scene.units
     shift = units.from_si(run.policy_shift, "length") if run.policies else 0.0
     if shift > 0.0 and run.known_shift is None:  # Otherwise a warning says it.
+        why, far = ", ".join(sorted(run.policies)), f"{shift:.2g} {units.length}"
         yield (
-            f"    The ends may lie up to {shift:.2g} {units.length} elsewhere, because some "
-            f"contacts have no exact answer ({', '.join(sorted(run.policies))})"
+            f"    Some contacts have no exact answer ({why}). With other answers the ends may lie "
+            f"up to {far} elsewhere"
         )
     if run.wall_time > QUICK:
         yield "    Rounding was not measured: that may take four more runs as long as this one"
@@ -160,18 +230,17 @@ def modelled(scene: Scene) -> Iterator[str]:
     count, rolling = len(scene.balls), scene.friction.rolling
     yield f"balls: {count}" + ("" if count > 1 else "; no ball-ball handler")
     if count > 1:
-        friction = _coefficient(scene.friction.ball_ball)
-        gains = friction != "no friction" and LAWS[scene.physics.law].may_gain_energy
-        gain = "; this law may gain energy" * gains
-        yield f"ball on ball: law {scene.physics.law}, {friction}{gain}"
+        slips = scene.friction.ball_ball > 0.0
+        gain = "; it may gain energy" * (slips and LAWS[scene.physics.law].may_gain_energy)
+        yield f"ball on ball: law {scene.physics.law}{'' if slips else ', no friction'}{gain}"
     if scene.table is None:
         yield "table: none, an open plane; no cushions"
     else:
         shape = "rectangle" if scene.table.is_rectangle else "polygon"
-        friction = _coefficient(scene.friction.cushion)
+        friction = "" if scene.friction.cushion > 0.0 else ", no friction"
         arcs = sum(edge.bulge != 0.0 for edge in scene.table.edges)
         of_them = f" ({arcs} of them arcs)" if arcs else ""
-        yield f"table: {shape} with {len(scene.table.edges)} cushions{of_them}, {friction}"
+        yield f"table: {shape} with {len(scene.table.edges)} cushions{of_them}{friction}"
     if scene.posts:
         first, last = scene.first_post, len(scene.cushions) - 1
         which = f"s {first} to {last}" if first < last else f" {last}"
@@ -239,7 +308,3 @@ def _both(scene: Scene, kind: str, *values: float, between: str = " x ") -> str:
     own, si = getattr(scene.units, kind), getattr(Units(), kind)
     said = f"{between.join(f'{scene.units.from_si(value, kind):.6g}' for value in values)} {own}"
     return said if own == si else f"{said} ({between.join(f'{v:.6g}' for v in values)} {si})"
-
-
-def _coefficient(friction: float) -> str:
-    return f"friction {friction:g}" if friction > 0.0 else "no friction"

@@ -23,9 +23,10 @@ from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
 from pool_pymunk.physics.surface import GYRATION
+from pool_pymunk.results.contacts import ContactRow, contact_rows, contacts_table
 from pool_pymunk.results.events import IMPULSES, Event
 from pool_pymunk.results.persistent import PersistentContact, spells, turning
-from pool_pymunk.results.table import ResultTable
+from pool_pymunk.results.table import Columns, ResultTable, TableColumn
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -40,9 +41,10 @@ SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 # of tables of events and of persistent contacts
-PUSHES = tuple(f"{push} (N s)" for push in (*IMPULSES, "impulse_x", "impulse_y"))
-EVENTS = ("t", "kind", "ball", "other", "cushion", "pocket", *PUSHES[:3])
-PERSISTENT = ("since (s)", "until (s)", "ball", "other", "cushion", *PUSHES[3:])
+PUSHES = [TableColumn(push, unit="N s") for push in (*IMPULSES, "impulse_x", "impulse_y")]
+EVENTS: Columns = ("t", "kind", "ball", "other", "cushion", "pocket", *PUSHES[:3])
+SPELL = (TableColumn("since", unit="s"), TableColumn("until", unit="s"))
+PERSISTENT: Columns = (*SPELL, "ball", "other", "cushion", *PUSHES[3:])
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
@@ -260,6 +262,18 @@ class Run:
         return {event.balls[0]: event.pocket for event in self.events if event.pocket is not None}
 
     @cached_property
+    def contacts(self) -> tuple[ContactRow, ...]:
+        """Return the table of contacts: for each where, impulses, velocities, energy.
+
+        It is worked out from the run's events and breakpoints when it is asked for first. For each
+        ball the impulses and the friction of the surface add up to its change of momentum, unless a
+        warning says that hits of a collapse are no events. ``pymunk-builtin`` does not tell how
+        fast balls spin, so its contacts have neither kind nor loss of energy.
+        ``to_frame("contacts")`` has the rows in SI.
+        """
+        return contact_rows(self)
+
+    @cached_property
     def rounding(self) -> float:
         """Return how far (m) rounding may have moved the ends.
 
@@ -428,15 +442,17 @@ class Run:
 
         return run_in_notebook(self)
 
-    def to_frame(self, what: Literal["samples", "events", "persistent"] = "samples") -> Any:
+    def to_frame(
+        self, what: Literal["samples", "events", "persistent", "contacts"] = "samples"
+    ) -> Any:
         """Make a pandas DataFrame, a row for each time and ball, or one for each event, in SI.
 
         The columns of samples are t, ball, x, y, vx, vy and energy, those of events are t, kind,
         ball, other, cushion, pocket, impulse, tangential and tangential_first, those of persistent
-        contacts are since, until, ball, other, cushion, impulse_x and impulse_y. Raises ImportError
-        where pandas is not installed.
+        contacts are since, until, ball, other, cushion, impulse_x and impulse_y. Those of contacts
+        are in :meth:`write_contacts_csv`. Raises ImportError where pandas is not installed.
         """
-        argument("what", what, choice(("samples", "events", "persistent")))
+        argument("what", what, choice(("samples", "events", "persistent", "contacts")))
         return self._table(what).to_frame()
 
     def save(self, path: str | Path) -> None:
@@ -456,7 +472,7 @@ class Run:
         return load(path)
 
     def _table(self, what: str, units: Units | None = None) -> ResultTable:
-        """Return a table of samples (in ``units``; default: SI), events or persistent contacts."""
+        """Return one of the run's tables; samples and contacts are in ``units``, by default SI."""
         if what == "events":
             return ResultTable(EVENTS, (
                 (e.t, e.kind, *_two(e.balls), e.cushion, e.pocket, *e.impulses) for e in self.events
@@ -466,10 +482,12 @@ class Run:
                 (c.since, c.until, *_two(c.balls), c.cushion, *c.impulse) for c in self.persistent
             ))  # fmt: skip
         units = argument("units", units or Units(), made(Units))
-        lengths = (f"{axis} ({units.length})" for axis in "xy")
-        speeds = (f"v{axis} ({units.speed})" for axis in "xy")
-        columns = ("t (s)", "ball", *lengths, *speeds, "energy (J)")
-        return ResultTable(columns, self._samples_in(units))
+        if what == "contacts":
+            return contacts_table(self.contacts, units)
+        lengths = (TableColumn(axis, unit=units.length) for axis in "xy")
+        speeds = (TableColumn(f"v{axis}", unit=units.speed) for axis in "xy")
+        time, energy = TableColumn("t", unit="s"), TableColumn("energy", unit="J")
+        return ResultTable((time, "ball", *lengths, *speeds, energy), self._samples_in(units))
 
     def _samples_in(self, units: Units) -> Iterator[list[float | str]]:
         """Yield a row for each time and ball."""
@@ -530,6 +548,15 @@ class Run:
     def write_persistent_csv(self, path: str | Path) -> None:
         """Write a row for each persistent contact: its time (s), balls, cushion, impulse (N s)."""
         self._table("persistent").csv(path)
+
+    def write_contacts_csv(self, path: str | Path, units: Units | None = None) -> None:
+        """Write a row for each of the :attr:`contacts`, in SI or with lengths and speeds in units.
+
+        Its time (s), until when it lasts (s), kind, ball, other (of two), cushion, point, normal,
+        velocities of ball and other before and after, impulses (N s): J_n, J_t, J_t of the first of
+        two balls, along x and y on the last ball; and the energy lost (J).
+        """
+        self._table("contacts", units).csv(path)
 
 
 # Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.

@@ -5,54 +5,93 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 if TYPE_CHECKING:
     from rich.table import Table as Printed
 
+Columns = Sequence["TableColumn | str"]  # A text is the key of a column that has no more.
 # Headings break at spaces but this one, and after hyphens between letters.
 NO_BREAK, BREAK = "\u00a0", re.compile(r" |(?<=[a-z]-)(?=[a-z])")
+GAP = 2  # characters between two columns
 SMALL = -3  # Columns with numbers below 1e-3 are printed in powers of ten.
+
+
+class TableColumn(NamedTuple):
+    """A column has a ``key`` in files and data frames, and on a terminal a ``heading``.
+
+    The heading is the key if none is given. A ``unit`` stands in brackets behind it, and in CSV
+    behind the key. So many ``digits`` of the column's largest number are printed, or two of its
+    smallest. Columns are aligned to the right, or to the ``left`` if texts may be longer than a
+    line.
+    """
+
+    key: str
+    heading: str = ""
+    unit: str = ""
+    digits: int | None = None
+    left: bool = False
+
+    @property
+    def in_files(self) -> str:
+        """Return what stands in the first line of CSV."""
+        return f"{self.key} ({self.unit})" if self.unit else self.key
+
+    @property
+    def title(self) -> str:
+        """Return what stands above the column on a terminal."""
+        return self._replace(key=self.heading or self.key).in_files
+
+    def texts(self, values: Sequence[Any]) -> list[str]:
+        """Return the cells as a terminal shows them."""
+        return alike(values, largest=self.digits)
+
+    def words(self, values: Sequence[Any]) -> list[str]:
+        """Return what may not be broken: words of the title, and cells, or their words."""
+        cells = self.texts(values)
+        texts = (" ".join(cells) if self.left else "").split()
+        return [*BREAK.split(self.title), *(texts if self.left else cells)]
 
 
 @dataclass(frozen=True)
 class ResultTable:
-    """A table of results has a row for each, and columns; a unit stands in brackets behind a name.
+    """A table of results has columns and rows; a column without more than a key may be a text.
 
-    >>> table = ResultTable(("t (s)", "ball"), [(0.5, "C"), (math.nan, "1")])
+    >>> table = ResultTable((TableColumn("t", unit="s"), "ball"), [(0.5, "C"), (math.nan, "1")])
     >>> table.json()
     [{'t': 0.5, 'ball': 'C'}, {'t': None, 'ball': '1'}]
     """
 
-    columns: Sequence[str]
+    columns: Columns
     rows: Iterable[Sequence[Any]]
 
     @classmethod
-    def of(cls, columns: Mapping[str, Iterable[Any]]) -> Self:
+    def of(cls, columns: Mapping[Any, Iterable[Any]]) -> Self:
         """Return the table that has these columns."""
         return cls(tuple(columns), list(zip(*columns.values(), strict=True)))
 
     @property
-    def names(self) -> list[str]:
-        """Return the columns' names without units."""
-        return [column.partition(" (")[0] for column in self.columns]
+    def fields(self) -> list[TableColumn]:
+        """Return all columns as such."""
+        return [TableColumn(each) if isinstance(each, str) else each for each in self.columns]
 
     def csv(self, path: str | Path) -> None:
         """Write all digits of every row; what is None stays empty."""
         with Path(path).open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow(self.columns)
+            writer.writerow(column.in_files for column in self.fields)
             writer.writerows(self.rows)
 
     def json(self) -> list[dict[str, Any]]:
         """Return a dictionary for each row; nan is None, as JSON has no such number."""
+        keys = [column.key for column in self.fields]
         rows = ([None if value != value else value for value in row] for row in self.rows)
-        return [dict(zip(self.names, row, strict=True)) for row in rows]
+        return [dict(zip(keys, row, strict=True)) for row in rows]
 
     def to_frame(self) -> Any:
         """Return a pandas DataFrame; raise ImportError where pandas is not installed."""
@@ -60,43 +99,70 @@ class ResultTable:
             frame = import_module("pandas").DataFrame
         except ImportError:
             raise ImportError("to_frame needs pandas: pip install pandas") from None
-        return frame(list(self.rows), columns=self.names)
+        return frame(list(self.rows), columns=[column.key for column in self.fields])
 
-    def rich(self, left: Collection[str] = ()) -> Printed:
+    def within(self, width: int) -> Iterator[ResultTable]:
+        """Yield tables for lines of so many characters; each of them has the first column."""
+        rows, parts, room = list(self.rows), [[0]], 0
+        for k, column in enumerate(self.fields):
+            words = column.words([row[k] for row in rows if row])
+            needed = max(map(len, words)) + GAP
+            if k == 0:
+                first = room = needed
+                continue
+            if room + needed > width + GAP and len(parts[-1]) > 1:
+                parts.append([0])
+                room = first
+            parts[-1].append(k)
+            room += needed
+        for part in parts:
+            chosen = [[row[k] for k in part if row] for row in rows]
+            yield ResultTable([self.fields[k] for k in part], chosen)
+
+    def rich(self) -> Printed:
         """Return what a terminal shows: texts, and the numbers of a column in one notation.
 
-        Columns are aligned to the right, except those in ``left``, whose texts may be longer than a
-        line. Headings break between words alone. An empty row draws a line.
+        Headings break between words alone. An empty row draws a line.
         """
         from rich.box import SIMPLE_HEAD
         from rich.table import Table as Printed
 
         printed = Printed(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
         rows = list(self.rows)
-        columns = [alike(column) for column in zip(*filter(None, rows), strict=True)]
-        columns = columns or [[] for _ in self.columns]
-        for name, cells in zip(self.columns, columns, strict=True):
-            is_left, words = name in left, BREAK.split(name)
-            width = max(1, *map(len, words if is_left else [*words, *cells]))
-            heading = "\n".join(wrap(name, width)).replace(NO_BREAK, " ")
-            printed.add_column(heading, justify="left" if is_left else "right", overflow="fold")
-        texts = zip(*columns, strict=True)
+        values = list(zip(*filter(None, rows), strict=True)) or [()] * len(self.columns)
+        for column, its in zip(self.fields, values, strict=True):
+            aligned: Literal["left", "right"] = "left" if column.left else "right"
+            words = BREAK.split(column.title) if column.left else column.words(its)
+            heading = "\n".join(wrap(column.title, max(1, *map(len, words))))
+            printed.add_column(heading.replace(NO_BREAK, " "), justify=aligned, overflow="fold")
+        texts = zip(*map(TableColumn.texts, self.fields, values), strict=True)
         for row in rows:
             printed.add_row(*next(texts)) if row else printed.add_section()
         return printed
 
 
-def alike(values: Sequence[object], figures: int = 2, sign: str = "") -> list[str]:
+def alike(
+    values: Sequence[object], figures: int = 2, sign: str = "", largest: int | None = None
+) -> list[str]:
     """Return texts as they are, and numbers in one notation, the smallest with so many figures.
+
+    If figures of the ``largest`` number are given, they say how many decimals all numbers have.
 
     >>> alike([0.147, 12.0, 0.0], 3), alike([3e-9, 12.0]), alike(["C", 1, None])
     (['0.147', '12.000', '0'], ['3.0e-09', '1.2e+01'], ['C', '1', ''])
+    >>> alike([1.23456, -3e-9, 0.0], largest=4)
+    ['1.235', '0.000', '0']
     """
     numbers = [abs(v) for v in values if isinstance(v, float) and v and math.isfinite(v)]
-    least = math.floor(math.log10(min(numbers, default=1.0)))
-    form = f"{sign}.{max(figures - 1 - least, 0)}f" if least >= SMALL else f"{sign}.{figures - 1}e"
+    if largest is None:
+        size, shown = min(numbers, default=1.0), figures
+    else:
+        size, shown = max(numbers, default=1.0), largest
+    power = math.floor(math.log10(size))
+    is_plain = power >= SMALL and (largest is None or power < largest)
+    form = f"{sign}z.{max(shown - 1 - power, 0)}f" if is_plain else f"{sign}.{shown - 1}e"
     return [
-        "" if v is None or v != v else f"{v:{form}}" if isinstance(v, float) and v else f"{v:g}"
+        "" if v is None or v != v else f"{v:{form}}" if isinstance(v, float) and v else f"{v:zg}"
         if isinstance(v, float) else str(v)
         for v in values
     ]  # fmt: skip

@@ -31,3 +31,16 @@ def counted(number: int, noun: str) -> str:
     '0 contacts'
     """
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def without_slip(law: str, hit: str) -> str:
+    """Say that the slip of a hit was rounding alone, under a law that jumps at zero slip.
+
+    >>> print(without_slip("published", "the hit of balls C and 1"))
+    in the hit of balls C and 1 the slip was only a rounding error, and its sign would decide the \
+friction of law published. So there was no friction
+    """
+    return (
+        f"in {hit} the slip was only a rounding error, and its sign would decide the friction of "
+        f"law {law}. So there was no friction"
+    )

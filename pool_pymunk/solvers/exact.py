@@ -16,6 +16,7 @@ from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.persistent import joined
 from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Step, Trace
+from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.record import Settings
 
 StateOf = Callable[[int], Sequence[float]]  # x, y (m), vx, vy, wx, wy (m/s) of a ball
@@ -78,12 +79,8 @@ class EngineTrace(Trace, Recorder):
             self.ball_cushion(t, contact.a, contact.cushion, impulse)
 
     def zero_slip(self, contact: Contact, t: float) -> None:
-        text = (
-            f"law {self.law.name} jumps at zero slip, and in the head-on hit of balls "
-            f"{self._balls([contact], ' and ')} the slip was below 1e-9 of the closing speed. "
-            "That is rounding alone, so it was taken for zero: no friction"
-        )
-        self.warn(text, t, ZERO_SLIP)
+        hit = f"the hit of balls {self._balls([contact], ' and ')}"
+        self.warn(without_slip(self.law.name, hit), t, ZERO_SLIP)
 
     def persistent(self, persisted: Persisted) -> None:
         self.persisted.append(persisted)

@@ -27,6 +27,7 @@ from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Velocities, clos
 from pool_pymunk.physics.impulses import impulse_of
 from pool_pymunk.physics.laws import respond
 from pool_pymunk.results.trace import Push, Trace
+from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.record import Settings, Solver, Stepping
 
 BALL, CUSHION = 1, 2  # These are the collision types of the shapes.
@@ -130,11 +131,7 @@ class Discrete(Stepping):
             return None
         if jumps:
             balls = " and ".join(self.scene.balls[i].id for i in contact.balls)
-            self.trace.warn(
-                f"law {self.law.name} jumps at zero slip, and in the head-on hit of balls {balls} "
-                "the slip was rounding alone, so they hit without friction",
-                self.time,
-            )
+            self.trace.warn(without_slip(self.law.name, f"the hit of balls {balls}"), self.time)
         for i in contact.balls:
             self._set_off(i, velocity[i])
         self.met.update(contact.balls)

@@ -86,6 +86,11 @@ class Solver:
         if self.dt is None and (self.late or self.finest or steps):
             raise ValueError(f"solver {self.name}: it has no step, but its record speaks of steps")
 
+    def plays(self, scene: Scene) -> bool:
+        """Tell whether it plays all that a scene has."""
+        plays_motion = self.rolls or not scene.surface.rolls
+        return plays_motion and (self.patches or not scene.patches)
+
     @property
     def is_reference(self) -> bool:
         """Tell whether it is exact and has no step, so that the others are compared with it."""

@@ -111,7 +111,7 @@ class Request(NamedTuple):
             asked = self._replace(settings=settings._replace(max_time=trace.duration))
         shift = asked._policy_shift(state, trace, wall_time)
         if not self.solver.own_law and not settings.law_of(scene).hits_are_coulombs:
-            warn_of_gained_energy(trace, scene)
+            warn_of_gained_energy(trace, scene, settings.law_of(scene).name)
         return asked._run(shot, state, trace, wall_time, shift)
 
     def start(self, shot: Shot | None, before: State | None = None) -> State:
@@ -164,13 +164,13 @@ class Request(NamedTuple):
                 changed, sure = max((changed, sure), (variant.sure * moves(variant), variant.sure))
         shift, said = min(changed, self.scene.diagonal), ""
         if shift < changed:
-            said = ". This is the diagonal of the table"
+            said = " (the diagonal of the table)"
         elif sure > 1.0:
-            said = f". This is {sure:g} times what other answers change"
+            said = f" ({sure:g} times as far as those that were tried)"
         far = f"{self.scene.units.from_si(shift, 'length'):.2g} {self.scene.units.length}"
         trace.warn(
-            f"the ends may lie up to {far} elsewhere, because some contacts have no exact answer "
-            f"({', '.join(sorted(trace.policies))}){said}",
+            f"some contacts have no exact answer ({', '.join(sorted(trace.policies))}). With other "
+            f"answers the ends may lie up to {far} elsewhere{said}",
             trace.duration,
         )
         return shift
@@ -328,8 +328,8 @@ def farthest(one: Trace, other: Trace) -> float:
     return max(map(math.dist, *ends))
 
 
-def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
-    """Warn if contacts gained kinetic energy: how much, how often, and which was the first."""
+def warn_of_gained_energy(trace: Trace, scene: Scene, law: str) -> None:
+    """Warn if a law added kinetic energy: how much, how often, and where first."""
     initial, changes = 0.0, defaultdict[float, float](float)  # J, by time
     for ball, rows in zip(scene.balls, trace.knots, strict=True):
         half = 0.5 * ball.mass
@@ -344,8 +344,8 @@ def warn_of_gained_energy(trace: Trace, scene: Scene) -> None:
         each = zip(scene.balls, trace.knots, strict=True)
         who = [b.id for b, rows in each if any(row[0] == first for row in rows[1:])]
         trace.warn(
-            f"{counted(len(gains), 'contact')} gained energy, as the law may: in all "
-            f"{sum(gains.values()) / initial:.3g} times the kinetic energy of the start. The first "
-            f"is that of {', '.join(who)}",
+            f"law {law} added energy in {counted(len(gains), 'contact')}: "
+            f"{100.0 * sum(gains.values()) / initial:.3g} % of the energy at the start. The first "
+            f"was that of ball{'s' * (len(who) > 1)} {', '.join(who)}",
             first,
         )

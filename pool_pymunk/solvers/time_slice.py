@@ -247,9 +247,9 @@ class Slices(Stepping):
         a, b, pair = self._in_frame(i, impact), self._in_frame(j, impact), self.scene.pair(i, j)
         if self.law.jumps(a, b, pair):
             self.trace.warn(
-                f"law {self.law.name} jumps at zero slip, and in the head-on hit of balls "
-                f"{self.scene.balls[i].id} and {self.scene.balls[j].id} the slip was only rounding "
-                f"({a.t - b.t:.0e} m/s). Its sign decided, as in the report",
+                f"in the hit of balls {self.scene.balls[i].id} and {self.scene.balls[j].id} the "
+                f"slip was only a rounding error ({a.t - b.t:.0e} m/s), and its sign decided the "
+                f"friction of law {self.law.name}. The report's program does the same",
                 self.time,
             )
         for ball, after in zip((i, j), self.law.ball_ball(a, b, pair), strict=True):

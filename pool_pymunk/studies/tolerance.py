@@ -257,8 +257,8 @@ def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:
     if (shifted := error + run.policy_shift) != error:
         error, policies = shifted, ", ".join(sorted(run.policies))
         reason = (
-            f"the ends may lie up to {run.policy_shift:.2g} m elsewhere at every step, because "
-            f"some contacts have no exact answer ({policies})"
+            f"some contacts have no exact answer ({policies}). With other answers the ends may lie "
+            f"up to {run.policy_shift:.2g} m elsewhere, whatever the step"
         )
     reached = error <= choice.tolerance
     reason = "" if reached else reason

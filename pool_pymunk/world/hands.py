@@ -189,7 +189,7 @@ class WatchedState(LiveState):
             self.forces.pop(ball, None)
         now, path = self.time, self.engine.paths[ball.number]
         px, py, pvx, pvy = motion_at(path, now)
-        ex, ey = self.mean_of(ball.number, path, path.end - now, pvx, pvy)
+        ex, ey = self.mean_of(self.engine.surfaces[ball.number], path, path.end - now, pvx, pvy)
         off, gain = abs(x - px) + abs(y - py), abs(vx - ex) + abs(vy - ey)
         share = late = speed = 0.0
         if path.end > now:

@@ -16,7 +16,7 @@ import pymunk
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.surface import SHARE
+from pool_pymunk.physics.surface import SHARE, Surface
 from pool_pymunk.world.ball import TableBall
 from pool_pymunk.world.bodies import Moves, Snapshot
 from pool_pymunk.world.checks import check_sound, check_step, is_sound
@@ -136,6 +136,7 @@ class SharedSteps(Steps):
             self.walls.finish()
             return
         paths, after = tuple(self.engine.paths), self.bodies.read()
+        surfaces = tuple(self.engine.surfaces)
         if is_due:
             try:
                 self.answer(began)
@@ -148,7 +149,8 @@ class SharedSteps(Steps):
             if ball.is_on_table and ball not in self.sent_off:
                 path = paths[ball.number]
                 slides = path if path.end > began else None
-                self._act_on(ball, slides, after, kicks.get(ball), damping**self.dt)
+                surface = surfaces[ball.number]
+                self._act_on(ball, slides, surface, after, kicks.get(ball), damping**self.dt)
         if may_sleep:
             for ball in self.moving.values():
                 ball.body.activate()  # A ball that moves must not fall asleep.
@@ -165,11 +167,18 @@ class SharedSteps(Steps):
         return kicks
 
     def _act_on(
-        self, ball: TableBall, path: Path | None, after: Snapshot, kick: Vector | None, share: float
+        self,
+        ball: TableBall,
+        path: Path | None,
+        surface: Surface,
+        after: Snapshot,
+        kick: Vector | None,
+        share: float,
     ) -> None:
         """Let act once on a ball what others did to its body in this step.
 
-        The ball slid along ``path``, if it moved. Damping leaves ``share`` of its velocity.
+        The ball slid along ``path`` on a ``surface``, if it moved. Damping leaves ``share`` of its
+        velocity.
         """
         before, now = (seen.moves.get(ball.body_id) for seen in (self._seen, after))
         if before is None or now is None:
@@ -177,11 +186,10 @@ class SharedSteps(Steps):
         (ax, ay), (dx, dy) = kick or NOTHING, self._turned.get(ball, NOTHING)
         gain, was = (ax * self.dt, ay * self.dt), (before.vx + dx, before.vy + dy)
         if path and self.engine.pull > 0.0 and not (self.has_joints and path.slows):
-            vx, vy = self.mean_velocity(ball.number, path, self.time)
+            vx, vy = self.mean_velocity(surface, path, self.time)
             kept = vx + dx, vy + dy
         else:
-            drag = self.engine.surface_of(ball.number).drag if path else 0.0
-            kept = self._slowed(was, gain, share, drag)
+            kept = self._slowed(was, gain, share, surface.drag if path else 0.0)
         wx, wy = now.vx - kept[0], now.vy - kept[1]
         sizes = sum(map(abs, (*was, *kept, *now[2:4])))
         is_pushed = not abs(wx) + abs(wy) <= PUSH_ROUNDING * sizes
@@ -201,7 +209,7 @@ class SharedSteps(Steps):
 
     def _kick(self, ball: TableBall, gain: Vector, share: float) -> None:
         """Add a push to the damped velocity (m/s), unless friction holds the ball at rest."""
-        path, surface = self.engine.paths[ball.number], self.engine.surface_of(ball.number)
+        path, surface = self.engine.paths[ball.number], self.engine.surfaces[ball.number]
         (gx, gy), ((x, y, vx, vy), roll) = gain, self.state_of(ball.number)
         # A ball that rolls keeps 5/7 of a push.
         holds = min(surface.pull, surface.drag / (1.0 - SHARE)) * self.dt

@@ -339,19 +339,19 @@ class LiveState:
 
     # -- bodies on their paths -------------------------------------------------------------------
 
-    def mean_velocity(self, i: int, path: Path, t: float) -> Vector:
-        """Return the velocity that takes ball ``i`` along its path from ``t`` to ``t + dt``."""
+    def mean_velocity(self, surface: Surface, path: Path, t: float) -> Vector:
+        """Return the velocity that takes a body along its path from ``t`` to ``t + dt``."""
         _, _, vx, vy = motion_at(path, t)
-        return self.mean_of(i, path, path.end - t, vx, vy)
+        return self.mean_of(surface, path, path.end - t, vx, vy)
 
-    def mean_of(self, i: int, path: Path, rest: float, vx: float, vy: float) -> Vector:
-        """Return the mean velocity over a step of ball ``i``, whose path ends in ``rest`` s."""
+    def mean_of(self, surface: Surface, path: Path, rest: float, vx: float, vy: float) -> Vector:
+        """Return the mean velocity over a step of a ball whose path ends in ``rest`` s."""
         dt = self.dt
         if rest > dt or (rest > 0.0 and is_piece(path)):
             return vx + dt * path.ax / 2.0, vy + dt * path.ay / 2.0
-        then = None if path.slows else self.engine.surface_of(i).then(path)
+        then = None if path.slows else surface.then(path)
         if then is not None and rest <= 0.0:
-            return self.mean_velocity(i, then, path.end - rest)
+            return self.mean_velocity(surface, then, path.end - rest)
         if then is not None:
             time = min(dt - rest, then.end - then.t)
             x = rest * (vx + rest * path.ax / 2.0) + time * (then.vx + time * then.ax / 2.0)
@@ -368,8 +368,8 @@ class LiveState:
         if path.end <= self.time:
             self._rest(ball)
         else:
-            i, rest = ball.number, path.end - self.time
-            ball.body.velocity = goes = self.mean_of(i, path, rest, vx, vy)
+            surface, rest = self.engine.surfaces[ball.number], path.end - self.time
+            ball.body.velocity = goes = self.mean_of(surface, path, rest, vx, vy)
             fastest = math.sqrt(vx * vx + vy * vy) if path.slows else path.fastest
             margin = fastest * self.max_dt
             rounding = HAIR * ball.radius + 16.0 * EPSILON * (abs(x) + abs(y))
@@ -382,7 +382,7 @@ class LiveState:
             elif is_damped != (ball.number in self.damped):
                 self._let_go(ball)
                 self._slow_down(ball, is_damped)
-            elif self.engine.patches.borders and ball.joint is not None:
+            elif self.engine.has_patches and ball.joint is not None:
                 ball.joint.max_force = self._pull_on(ball)
             self.next_stop = min(self.next_stop, path.end)
         self.carried[ball] = x, y, *goes
@@ -424,7 +424,7 @@ class LiveState:
 
     def _pull_on(self, ball: TableBall) -> float:
         """Return the force (N) by which friction slows a ball to rest where it is."""
-        return float(ball.body.mass * self.engine.surface_of(ball.number).drag)
+        return float(ball.body.mass * self.engine.surfaces[ball.number].drag)
 
     def _let_go(self, ball: TableBall) -> None:
         """Take the friction off a ball."""
@@ -464,12 +464,12 @@ class LiveState:
         try:
             ball = self.ball_of[body.id]
             path = self.engine.paths[ball.number]
-            i, end = ball.number, self.since + (self.count + 1) * self.dt
-            velocity = self.mean_velocity(i, path, end)
+            surface = self.engine.surfaces[ball.number]
+            velocity = self.mean_velocity(surface, path, self.since + (self.count + 1) * self.dt)
             body.force = NOTHING
             if not self.alone:
                 (vx, vy), (x, y) = velocity, body.velocity
-                ex, ey = self.mean_velocity(i, path, self.time)
+                ex, ey = self.mean_velocity(surface, path, self.time)
                 # In this order nothing is rounded where nothing pushes.
                 velocity = vx + (x - ex), vy + (y - ey)
             body.velocity = velocity
@@ -506,5 +506,6 @@ class LiveState:
             if path.end <= self.time:
                 self.carry(ball)
             elif path.end <= self.time + self.dt:
-                ball.body.velocity = self.mean_velocity(ball.number, path, self.time)
+                surface = self.engine.surfaces[ball.number]
+                ball.body.velocity = self.mean_velocity(surface, path, self.time)
         self.next_stop = min((paths[i].end for i in self.moving), default=math.inf)

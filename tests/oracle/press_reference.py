@@ -50,7 +50,7 @@ FIT = 1e-12  # m/s^2; forces and accelerations below are none
 STEP, ERROR = 0.02, 3e-14  # s; m and m/s in a step
 MOST_STEPS, MOST_EVENTS = 40_000, 1_000
 # By what ends a step: how far it must fall, in m, m/s or m/s^2.
-BELOW = {"gap": 3e-15, "end": 1e-13, "slip": 1e-13, "into": 1e-13}
+BELOW = {"gap": 3e-15, "end": 1e-13, "slip": 1e-13, "into": 1e-13, "border": 3e-15}
 
 # The method of Dormand and Prince: its stages, and the difference to its embedded method.
 STAGES = (
@@ -127,7 +127,8 @@ class PressReference:
         self.sides = [Side(*in_floats(side)) for side in flight.sides]
         self.curves = {k: Curve(*in_floats(curve)) for k, curve in flight.curves.items()}
         self.known = {c: [float(x) for x in known] for c, known in flight.known.items()}
-        self.rolls, self.grip, self.drag = flight.rolls, float(flight.loss), float(flight.drag)
+        self.rolls, count = flight.rolls, len(scene.balls)
+        self.grip, self.drag = [float(flight.loss)] * count, [float(flight.drag)] * count
         self.radius = [ball.radius for ball in scene.balls]
         self.mass = [ball.mass for ball in scene.balls]
         self.place = [complex(*p) for p in start.position]
@@ -336,11 +337,11 @@ class PressReference:
         a, b = [0j for _ in self.v], [0j for _ in self.v]
         for i, (f, c) in enumerate(zip(*self._pushes(x), strict=True)):
             if self.phase[i] == SLIP:
-                against = self.grip * unit(self.v[i] - self.w[i])
+                against = self.grip[i] * unit(self.v[i] - self.w[i])
                 a[i] = f - against
                 b[i] = c + 2.5 * against if self.rolls else 0j
             elif self.phase[i] == ROLL:
-                a[i] = b[i] = (5 * f + 2 * c) / 7 - self.drag * unit(self.v[i])
+                a[i] = b[i] = (5 * f + 2 * c) / 7 - self.drag[i] * unit(self.v[i])
         return a, b
 
     def _opening(self, contact: Contact, a: list[complex]) -> float:
@@ -458,9 +459,9 @@ class PressReference:
     def _spare(self, i: int, f: complex, c: complex) -> float:
         """Return how much more (m/s^2) what holds a ball could hold."""
         if self.phase[i] == ROLL:
-            return self.grip - 2 / 7 * abs(f - c)
+            return self.grip[i] - 2 / 7 * abs(f - c)
         if self.phase[i] == REST:
-            return self.drag - abs(5 * f + 2 * c) / 7 if self.rolls else self.grip - abs(f)
+            return self.drag[i] - abs(5 * f + 2 * c) / 7 if self.rolls else self.grip[i] - abs(f)
         return math.inf
 
     # -- steps -------------------------------------------------------------------------------------
@@ -581,7 +582,8 @@ class PressReference:
     def _may_dip(self, first: Measures, closing: dict[Contact, float], step: float) -> bool:
         """Tell whether a gap that closes at first and opens at last may close within the step."""
         return step > 1e-9 and any(
-            speed > 0 > self._closing(c) and first["gap", c] < (speed + self.grip * step) * step
+            speed > 0 > self._closing(c)
+            and first["gap", c] < (speed + max(self.grip) * step) * step
             for c, speed in closing.items()
         )
 

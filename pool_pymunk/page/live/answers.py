@@ -273,7 +273,7 @@ def live_content(scene: Scene) -> dict[str, Any]:
                 {"name": one.name, "about": one.about, "exact": one.exact}
                 | {"dt": one.dt, "steps": _steps(one)}
                 for one in SOLVERS.values()
-                if one.rolls or not scene.surface.rolls
+                if one.plays(scene)
             ],
             "laws": list(LAWS),
             "law": scene.physics.law,

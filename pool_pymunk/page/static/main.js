@@ -1,6 +1,7 @@
 /* The start of the page, and what it offers to other code: window.pool. */
 
-const player = new Player(JSON.parse(byId("content").textContent));
+const content = JSON.parse(byId("content").textContent);
+const player = new (content.asks ? AskingPlayer : Player)(content);
 
 function finite(call, t) {
   if (!Number.isFinite(t)) throw new RangeError(`${call}(${t}): the time must be a finite number`);

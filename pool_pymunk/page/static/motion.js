@@ -65,6 +65,14 @@ function energyAt(run, t) {
   }, 0);
 }
 
+/** Return the momentum of all balls [x, y] (kg m/s) at the time t. */
+function momentumAt(run, t) {
+  return statesAt(run, t).reduce(
+    ([x, y], { vx, vy }, i) => [x + run.masses[i] * vx, y + run.masses[i] * vy],
+    [0, 0],
+  );
+}
+
 /** Return the time at which each ball left the table; it is Infinity for one that stays on it. */
 function leavingTimes(run) {
   const times = run.knots.map((_, i) => (run.off.includes(i) ? -Infinity : Infinity));

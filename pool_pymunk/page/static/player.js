@@ -12,7 +12,7 @@ const on = (id, kind, action) => byId(id).addEventListener(kind, action);
 class Player {
   constructor(content) {
     this.table = new TableView(byId("table"));
-    this.plots = [new Plot(byId("energy-plot")), new Plot(byId("plot"))];
+    this.plots = ["energy-plot", "momentum-plot", "plot"].map((id) => new Plot(byId(id)));
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.dark = this.scheme.matches;
     // `frame` is the animation's next one, `picked` the ball whose motion is written beside it,
@@ -86,14 +86,21 @@ class Player {
     this.resize();
   }
 
-  /** Show the energies, and how far every ball is from its ghost. */
+  /** Show the energies, the momenta, and how far every ball is from its ghost. */
   showPlots() {
     const { run, ghost, duration, style } = this;
     const { balls, units, look } = this.content;
-    const [energies, gaps] = this.plots;
-    const curves = [energyCurve(run, duration, style.ink, style.page)];
-    if (ghost) curves.unshift(energyCurve(ghost, duration, style.faint, style.page));
-    energies.show(curves, "J", duration, style);
+    const [energies, momenta, gaps] = this.plots;
+    const both = [[run, style.ink], ...(ghost ? [[ghost, style.faint]] : [])].reverse();
+    const curves = (valueAt) =>
+      both.map(([one, ink]) => curveOf(valueAt, one, duration, ink, style.page));
+    energies.show(curves(energyAt), "J", duration, style);
+    momenta.show(
+      curves((one, t) => Math.hypot(...momentumAt(one, t))),
+      "N s",
+      duration,
+      style,
+    );
     byId("energy-text").textContent = run.gyration ? ", with that of rolling:" : ":";
     if (!ghost) return;
     const [name, unit] = units.length;
@@ -124,11 +131,13 @@ class Player {
   }
 
   /** Say in words what happens. */
-  words({ kind, balls, side, pocket }) {
+  words({ kind, balls, side, pocket, patch }) {
     const [a, b] = balls.map((i) => this.names[i]);
     if (kind === "ball-ball") return `${a} meets ${b}`;
     if (kind === "ball-cushion") return `${a} meets ${side}`;
     if (kind === "pocket") return `${a} falls into ${isolated(pocket)}`;
+    const where = patch === undefined ? "leaves the patches" : `comes into patch ${patch}`;
+    if (kind === "patch") return `${a} ${where}`;
     return `${a} ${kind === "roll" ? "begins to roll" : "stops"}`;
   }
 
@@ -190,12 +199,18 @@ class Player {
 
   draw() {
     const { run, ghost, time: t, speed: pace, picked } = this;
-    this.table.draw({ run, ghost, t, pace, picked, trails: byId("trails").checked });
+    const hits = this.playing ? [] : run.events.filter((event) => event.row && event.t === t);
+    const [trails, arrows] = ["trails", "arrows"].map((id) => byId(id).checked);
+    this.table.draw({ run, ghost, t, pace, picked, trails, arrows, hits });
     this.plots[0].draw(t);
-    this.plots[1].draw(t, picked);
+    this.plots[1].draw(t);
+    this.plots[2].draw(t, picked);
     const joules = (one) => `${energyAt(one, t).toPrecision(4)} J`;
     const its = ghost ? ` (ghost: ${joules(ghost)})` : "";
     byId("energy").textContent = run.solver && joules(run) + its;
+    const [px, py] = momentumAt(run, t).map((p) => p.toFixed(4));
+    byId("momentum").textContent = run.solver && `${px}, ${py} N s along x, y`;
+    this.tellContacts(hits);
     byId("time").value = t;
     const decimals = run.decimals + (pace < 0.1 ? 1 : 0);
     byId("clock").textContent = `${t.toFixed(decimals)} s`;
@@ -248,6 +263,32 @@ class Player {
     byId("pocketed").textContent = `Off the table: ${names.join(", ")}`;
   }
 
+  /** Show the rows of the contacts at which the time stands. */
+  tellContacts(hits) {
+    byId("contact").hidden = !hits.length;
+    byId("contact").replaceChildren(...hits.flatMap((event) => this.contactRow(event)));
+  }
+
+  /** Return what a contact did: its place and impulses in words, its velocities in a table. */
+  contactRow(event) {
+    const { row, balls, place } = event;
+    const { length, speed } = this.content.units;
+    const number = (value) => (value ?? Number.NaN).toPrecision(4);
+    const [x, y] = place.map((value) => (value / length[1]).toFixed(3));
+    const angle = ((Math.atan2(row.normal[1], row.normal[0]) * 180) / Math.PI).toFixed(2);
+    const kind = { stick: "; it sticks", slip: "; it slips" }[row.kind] ?? "";
+    const said = [
+      `${this.words(event)} at ${x}, ${y} ${length[0]}; normal ${angle}°${kind}`,
+      row.impulses.length && `J_n ${number(row.impulse)} N s, J_t ${number(row.tangential)} N s`,
+      row.lost !== null && `energy lost: ${number(row.lost)} J`,
+    ];
+    const pair = (v) => v.map((value) => (value / speed[1]).toFixed(4)).join(", ");
+    const cells = row.before.map((v, n) => [this.names[balls[n]], pair(v), pair(row.after[n])]);
+    cells.unshift(["", `before (${speed[0]})`, "after"]);
+    const lines = cells.map((line) => element("tr", ...line.map((text) => element("td", text))));
+    return [...said.filter(Boolean).map((text) => element("p", text)), element("table", ...lines)];
+  }
+
   /** Write the motion and the place of the picked ball beside it. */
   tell() {
     const box = byId("ball");
@@ -284,7 +325,7 @@ class Player {
     on("speed", "change", () => this.setSpeed(Number(byId("speed").value)));
     on("shot", "change", () => this.choose(Number(byId("shot").value)));
     on("ghost", "change", () => this.compare());
-    on("trails", "change", () => this.draw());
+    for (const id of ["trails", "arrows"]) on(id, "change", () => this.draw());
     on("theme", "click", () => this.dress(!this.dark));
     for (const plot of this.plots) {
       plot.canvas.addEventListener("pointerdown", (event) => this.jump(plot.time(event)));
@@ -320,6 +361,7 @@ class Player {
       "=": () => faster(1),
       "-": () => faster(-1),
       t: () => byId("trails").click(),
+      a: () => byId("arrows").click(),
       d: () => byId("theme").click(),
       [k >= 0 && k < this.content.shots.length && event.key]: () => this.choose(k),
     });

@@ -1,15 +1,15 @@
-/* Curves against time: kinetic energies, and how far two runs of one shot are apart. */
+/* Curves against time: kinetic energies and momenta, and how far two runs of one shot are apart. */
 
 const SAMPLES = 400; // of a curve, at even times
 const HEIGHT = 110; // pixels
 const evenTimes = (end) => Array.from({ length: SAMPLES }, (_, k) => (k / (SAMPLES - 1)) * end);
 
-/** Return the kinetic energy of a run (J) as a curve, with points before and at each breakpoint. */
-function energyCurve(run, duration, color, halo) {
+/** Return a value of a run as a curve, with points before and at each breakpoint. */
+function curveOf(valueAt, run, duration, color, halo) {
   const breaks = new Set(run.knots.flat().map(([t]) => t));
   const both = [...breaks].flatMap((t) => [t * (1 - Number.EPSILON), t]);
   const times = [...evenTimes(duration), ...both].sort((a, b) => a - b);
-  return { color, halo, points: times.map((t) => [t, energyAt(run, t)]) };
+  return { color, halo, points: times.map((t) => [t, valueAt(run, t)]) };
 }
 
 /** Return how far each ball is from itself in another run, as a curve; the unit is given in m. */

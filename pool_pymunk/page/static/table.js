@@ -75,7 +75,7 @@ class TableView {
   }
 
   /** Draw the moment t of a run, and of a second run as ghosts. */
-  draw({ run, ghost, t, pace, trails, picked }) {
+  draw({ run, ghost, t, pace, trails, picked, arrows, hits }) {
     this.ground ??= this.drawGround();
     this.pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.pen.drawImage(this.ground, 0, 0);
@@ -86,6 +86,7 @@ class TableView {
     this.drawArrows(run, 1 - t / (shot * pace));
     this.drawFlashes(run, t, flash * pace);
     this.drawBalls(run, t, drop * pace, picked);
+    if (arrows) this.drawVelocities(run, t, hits);
     this.drawNames(run, t, picked);
     this.over?.();
   }
@@ -97,6 +98,7 @@ class TableView {
     const pen = ground.getContext("2d");
     if (this.content.table) this.drawTable(pen);
     else this.drawPlane(pen);
+    this.drawPatches(pen);
     for (const [x, y, radius, color] of this.content.discs) {
       this.disc(pen, x, y, radius, this.style[color]);
     }
@@ -133,6 +135,19 @@ class TableView {
     for (const width of shades) stroke("rgb(0 0 0 / 5%)", width, "round");
     pen.restore();
     for (const [x, y] of sights) this.disc(pen, x, y, sight, this.style.sight);
+  }
+
+  /** Draw regions with other friction as a light tint on the cloth. */
+  drawPatches(pen) {
+    const { patches, table, look } = this.content;
+    pen.save();
+    if (table) pen.clip(this.path([table.outline]));
+    pen.globalAlpha = look.tint;
+    for (const [points, color] of patches) {
+      pen.fillStyle = this.style[color];
+      pen.fill(this.path([points]));
+    }
+    pen.restore();
   }
 
   /** Draw an open plane with a faint grid, and a bar that says how far its lines are apart. */
@@ -254,15 +269,45 @@ class TableView {
     });
   }
 
-  /** Draw an arrow from the rim of a ball along a unit vector; `tip` is measured from the centre. */
-  drawArrow(x, y, ux, uy, radius, tip, globalAlpha) {
-    const [pen, color] = [this.pen, this.style.arrow];
+  /** Draw the velocities of all balls, and of contacts the impulses, and the velocities before them.
+   * An impulse is as long as the velocity that it gives a ball with the mass of the first one. */
+  drawVelocities(run, t, hits) {
+    const { arrow } = this.content.look;
+    const draw = ([x, y], [u, v], radius, from, strength, color) => {
+      const speed = Math.hypot(u, v);
+      const tip = from + Math.max(arrow * speed, 0.9 * radius);
+      if (speed) this.drawArrow(x, y, u / speed, v / speed, radius, tip, strength, { color, from });
+    };
+    const radius = (i) => this.content.balls[i].radius;
+    const states = statesAt(run, t);
+    for (const { balls, row } of hits) {
+      row.before.forEach((v, n) => {
+        const [i, { x, y }] = [balls[n], states[balls[n]]];
+        draw([x, y], v, radius(i), radius(i), 0.45);
+      });
+    }
+    states.forEach(({ x, y, vx, vy }, i) => {
+      if (t < run.leaves[i]) draw([x, y], [vx, vy], radius(i), radius(i), 1);
+    });
+    for (const { balls, row, place } of hits) {
+      row.impulses.forEach(([x, y], n) => {
+        const velocity = [x / run.masses[0], y / run.masses[0]];
+        draw(place, velocity, radius(balls[n]), 0, 1, this.style.impulse);
+      });
+    }
+  }
+
+  /** Draw an arrow from the rim of a ball along a unit vector; `tip` is measured from the centre.
+   * A look has another colour, and the distance `from` the centre at which it begins. */
+  drawArrow(x, y, ux, uy, radius, tip, globalAlpha, look = {}) {
+    const { color = this.style.arrow, from = 1.25 * radius } = look;
+    const { pen } = this;
     const at = (s, side) => [x + s * ux - side * uy, y + s * uy + side * ux];
     const size = Math.max(radius, (8 * this.ratio) / this.scale); // A small ball's arrow must show.
     const [back, side] = [tip - 0.6 * size, 0.28 * size];
     Object.assign(pen, { lineWidth: 0.12 * size * this.scale, lineCap: "round" });
     Object.assign(pen, { globalAlpha, strokeStyle: color, fillStyle: color });
-    pen.stroke(this.path([[at(1.25 * radius, 0), at(tip - 0.5 * size, 0)]]));
+    pen.stroke(this.path([[at(from, 0), at(tip - 0.5 * size, 0)]]));
     pen.fill(this.path([[at(tip, 0), at(back, side), at(back, -side)]]));
     pen.globalAlpha = 1;
   }

@@ -11,7 +11,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.pool import IMapIterator
 from typing import TYPE_CHECKING
 
-from pool_pymunk.results.table import ResultTable
+from pool_pymunk.results.table import ResultTable, TableColumn
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
@@ -218,8 +218,8 @@ def verdicts(cells: Sequence[Cell]) -> Table:
         for extreme in EXTREMES
         if any(row := [found.get((extreme.name, solver), "") for solver in solvers])
     ]
-    names = ["extreme", *solvers]
-    shown = ResultTable(names, rows).rich(left=names)
+    heads = [TableColumn(name, left=True) for name in ("extreme", *solvers)]
+    shown = ResultTable(heads, rows).rich()
     shown.show_lines = True
     return shown
 

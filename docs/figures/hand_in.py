@@ -1,0 +1,134 @@
+"""This program puts into one folder what a class hands in; ``make handin`` runs it.
+
+``python docs/figures/hand_in.py [FOLDER]`` plays the report's four shots by the report's own
+algorithm. It films them, draws where they begin and end, writes the table of ends, and puts all of
+it on one page, hand-in.html, with captions and a paragraph on Simulation 4.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+
+from pool_pymunk import Run, Scene, load, simulate, simulate_all
+from pool_pymunk.cli.common import stem
+from pool_pymunk.render import FilmSettings, film, picture
+
+FILM = FilmSettings(size=(1280, 720), fps=30.0)
+DPI = 150.0
+TURN = 1e-6  # degrees; the cue ball of Simulation 4 is turned by so little
+COLUMNS = ("shot", "ball", "x (in)", "y (in)", "published x (in)", "published y (in)", "off (in)")
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
+body {{ font: 16px/1.5 Georgia, serif; color: #111; max-width: 52rem }}
+body {{ margin: 2rem auto; padding: 0 1rem }}
+img, video {{ width: 100%; border: 1px solid #ccc; box-sizing: border-box }}
+figure {{ margin: 1.5rem 0; break-inside: avoid }} figcaption {{ font-size: 0.9rem }}
+table {{ border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums }}
+th, td {{ padding: 0.1rem 0.6rem; text-align: right; border-bottom: 1px solid #ddd }}
+th:first-child, td:first-child {{ text-align: left }} tr {{ break-inside: avoid }}
+@media print {{ video {{ display: none }} h2 {{ break-before: page }} }}
+</style></head><body>
+<h1>{title}</h1>
+{body}
+</body></html>
+"""
+
+
+def inches(scene: Scene, *lengths: float) -> list[float]:
+    """Return lengths (m) in the report's inches."""
+    return [scene.units.from_si(length, "length") for length in lengths]
+
+
+def rows(runs: Sequence[Run]) -> Iterator[list[str]]:
+    """Yield the rows of the table of ends: computed, published, and how far apart they are."""
+    for run in runs:
+        assert run.shot is not None
+        for ball, end in run.final.items():
+            printed = run.shot.published[ball]
+            numbers = inches(run.scene, *end, *printed, math.dist(end, printed))
+            yield [run.name, ball, *(f"{number:.2f}" for number in numbers)]
+
+
+def ends_of_nine(scene: Scene) -> list[tuple[float, float]]:
+    """Return where ball 9 ends (in) if the fourth shot is turned to either side, or not at all."""
+    shot, found = scene.shots[3], []
+    vx, vy = scene.start(shot).velocity[scene.index["C"]]
+    for turn in (TURN, 0.0, -TURN):
+        angle = math.degrees(math.atan2(vy, vx)) + turn
+        turned = replace(scene, shots=(replace(shot, aim=None, angle=angle),))
+        x, y = inches(scene, *simulate(turned, solver="event-driven").final["9"])
+        found.append((x, y))
+    return found
+
+
+def on_simulation_4(scene: Scene) -> str:
+    """Return the paragraph on Simulation 4."""
+    left, straight, right = (f"({x:.2f}, {y:.2f}) in" for x, y in ends_of_nine(scene))
+    return (
+        "In Simulation 4 the cue ball is aimed at the centre of ball 1. The hit is head-on, so "
+        "there is no slip between the two balls, but the law of the report (its Listing 3) takes "
+        "the full friction of the hit however small the slip is: only the sign of the slip counts. "
+        "So the shot has three answers. If the cue ball is turned by a millionth of a degree to "
+        f"one side, ball 9 ends at {left}, which is what the report prints; turned to the other "
+        f"side, it ends at {right}; without any slip it ends at {straight}. In the report the "
+        "slip was a rounding error of 4e-14 m/s. None of the three ends is wrong: the model does "
+        "not decide between them, and no player could."
+    )
+
+
+def table(runs: Sequence[Run]) -> str:
+    """Return the table of ends as HTML."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in COLUMNS)
+    body = "\n".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows(runs)
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table>"
+
+
+def figures(runs: Sequence[Run]) -> Iterator[str]:
+    """Yield each shot's section: its film, and its start and end with captions."""
+    number = 0
+    for run in runs:
+        contacts = sum(event.is_contact for event in run.events)
+        yield f"<h2>{escape(run.name)}</h2>\n<video controls src='{stem(run)}.mp4'></video>"
+        for when, caption in (
+            ("start", f"{run.name} at its start. The arrow is the velocity of the struck ball."),
+            (
+                "end",
+                f"{run.name} at its end, after {run.duration:.2f} s and {contacts} contacts, with "
+                f"the tracks of all balls that moved. Slices of {run.dt:g} s, law {run.law}.",
+            ),
+        ):
+            number += 1
+            yield (
+                f"<figure><img src='{stem(run)}-{when}.png' alt='{escape(caption)}'>"
+                f"<figcaption>Figure {number}. {escape(caption)}</figcaption></figure>"
+            )
+
+
+def hand_in(folder: Path, settings: FilmSettings = FILM, dt: float | None = None) -> None:
+    """Fill the folder; ``dt`` (s) is the length of the slices, by default the report's own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = load("report")
+    runs = list(simulate_all(scene, solver="time-slice", dt=dt))
+    for run in runs:
+        film(run, folder / f"{stem(run)}.mp4", settings)
+        for when in ("start", "end"):
+            picture(run, folder / f"{stem(run)}-{when}.png", when=when, dpi=DPI)
+    with (folder / "ends.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([COLUMNS, *rows(runs)])
+    ends = [f"<h2>Where the balls end</h2>\n{table(runs)}"]
+    last = [f"<h2>On Simulation 4</h2>\n<p>{escape(on_simulation_4(scene))}</p>"]
+    body = "\n".join([*figures(runs), *ends, *last])
+    page = PAGE.format(title=escape(scene.title), body=body)
+    (folder / "hand-in.html").write_text(page, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    hand_in(Path(sys.argv[1] if len(sys.argv) > 1 else "renders/handin"))

@@ -1,0 +1,361 @@
+"""A run tells what each contact did: where, which impulses, velocities before and after, energy.
+
+All of it is worked out from the run's events and breakpoints, once somebody asks for it.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pool_pymunk.model import Point, Units
+from pool_pymunk.physics.contact import split
+from pool_pymunk.physics.surface import GYRATION, NO_ROLL
+from pool_pymunk.results.events import IMPULSES, Event
+from pool_pymunk.results.persistent import spells, turning
+from pool_pymunk.results.table import NO_BREAK, Columns, ResultTable, TableColumn, alike
+
+if TYPE_CHECKING:
+    from pool_pymunk.results.run import Run
+
+# Velocities that differ by less than this share of the fastest one differ by rounding: some
+# thousand slices leave 1e-12 of it, and of what a law does to a slip nothing is so small.
+ROUNDING = 1e-9
+
+SMALL = 0.1  # N s and J; smaller impulses and energies are printed in mN s and mJ
+Numbered = Sequence[tuple[int, "ContactRow"]]
+
+STICK, SLIP, PERSISTENT = "stick", "slip", "persistent"
+
+
+@dataclass(frozen=True, slots=True)
+class ContactRow:
+    """A row of a run's table of contacts; what cannot be known is None, or empty.
+
+    ``balls`` are the ids of two balls, or of the one that meets the ``cushion`` of this number. At
+    the time ``t`` (s) they touch at ``point`` (m). The unit vector ``normal`` points from the first
+    ball to the second, or from the cushion to the ball, and the tangent is (-n_y, n_x).
+
+    ``before`` and ``after`` are the velocities (m/s) of the balls. Contacts that a law answers
+    together have the velocities before and after all of them. ``impulses`` (N s) are what the
+    contact gave to each ball. ``impulse`` J_n and ``tangential`` J_t (N s) are its parts along
+    normal and tangent, on the last ball, as in :class:`Event`. ``lost`` (J) is the kinetic energy
+    that the contact took, with that of the roll.
+
+    ``kind`` is "stick" if the two sides do not slip on each other after the contact, "slip" if they
+    do, and "persistent" if they stay in contact ``until`` a later time (s). A persistent contact
+    has its impulse in all this time, but no point, no velocities and no energy: nobody can tell
+    what it takes from what the surface takes.
+
+    >>> from pool_pymunk import load, simulate
+    >>> [hit] = simulate(load("two-balls"), max_time=0.5).contacts
+    >>> hit.balls, hit.kind, round(hit.impulse, 6), round(hit.tangential, 6)
+    (('A', 'B'), 'slip', 0.262301, -0.013115)
+    """
+
+    t: float
+    kind: str | None
+    balls: tuple[str, ...]
+    cushion: int | None
+    until: float | None = None
+    point: Point | None = None
+    normal: Point | None = None
+    before: tuple[Point, ...] = ()
+    after: tuple[Point, ...] = ()
+    impulses: tuple[Point, ...] = ()
+    impulse: float | None = None
+    tangential: float | None = None
+    tangential_first: float | None = None
+    lost: float | None = None
+
+
+class MovingBall(NamedTuple):
+    """A ball's place (m), velocity and roll (m/s)."""
+
+    place: Point
+    velocity: Point
+    roll: Point
+
+
+class RoundOfHits(NamedTuple):
+    """In a round of an instant, ``contacts`` changed how a ball moves; these are all the ball's.
+
+    Its velocities are known to within ``slack`` (m/s).
+    """
+
+    before: MovingBall
+    after: MovingBall
+    contacts: Sequence[Met]
+    slack: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Met:
+    """Two balls met, or a ball and a cushion; ``impulses`` (N s) are empty if they are unknown."""
+
+    event: Event
+    balls: tuple[TrackedBall, ...]
+    normal: Point
+    point: Point
+    impulses: tuple[Point, ...]
+
+
+class TrackedBall:
+    """A ball of a run, and how it moves."""
+
+    def __init__(self, run: Run, number: int) -> None:
+        ball, rows = run.scene.balls[number], run.knots[number]
+        rows = rows[:-1] if ball.id in run.pocketed else rows  # The last one is in the pocket.
+        self.mass, self.radius = ball.mass, ball.radius
+        self.rows, self.times = rows.tolist(), rows[:, 0].tolist()
+        rolls = run.scene.surface.rolls
+        self.turns = turning(rows, spells(run, ball.id)).tolist() if rolls else []
+        self.step_loss = run.scene.surface.pull * (run.dt or 0.0)  # m/s
+
+    def states(self, t: float) -> list[MovingBall]:
+        """Return its motion as it comes to an instant (s), and after each breakpoint in it."""
+        first, end = bisect_left(self.times, t), bisect_right(self.times, t)
+        return [self._state(k, t) for k in (max(first - 1, 0), *range(max(first, 1), end))]
+
+    def _state(self, k: int, t: float) -> MovingBall:
+        """Return its motion at a time (s), from one breakpoint on."""
+        since, x, y, vx, vy, ax, ay, *roll = self.rows[k]
+        s = t - since
+        place = x + s * (vx + s * ax / 2.0), y + s * (vy + s * ay / 2.0)
+        if roll:
+            (wx, wy), (bx, by) = roll, self.turns[k]
+            return MovingBall(place, (vx + s * ax, vy + s * ay), (wx + s * bx, wy + s * by))
+        return MovingBall(place, (vx + s * ax, vy + s * ay), NO_ROLL)
+
+
+def contact_rows(run: Run) -> tuple[ContactRow, ...]:
+    """Return the table of a run's contacts, in the order of their times."""
+    met = list(_met(run))
+    instants = defaultdict[tuple[TrackedBall, float], list[Met]](list)
+    for one in met:
+        for ball in one.balls if one.impulses else ():
+            instants[ball, one.event.t].append(one)
+    rounds = {(ball, t): _rounds(ball, t, its) for (ball, t), its in instants.items()}
+    has_its_law = run.law != run.solver  # Else balls spin, and the run does not say how fast.
+    rows = [_row(one, rounds, has_its_law) for one in met]
+    for each in run.persistent:
+        x, y = each.impulse
+        given = ((-x, -y), (x, y))[2 - len(each.balls) :]
+        where = (each.since, PERSISTENT, each.balls, each.cushion, each.until)
+        rows.append(ContactRow(*where, impulses=given))
+    return tuple(sorted(rows, key=lambda row: row.t))
+
+
+def _met(run: Run) -> Iterator[Met]:
+    """Yield every contact of a run, with its place and its impulses."""
+    balls = {ball.id: TrackedBall(run, i) for i, ball in enumerate(run.scene.balls)}
+    for event in run.events:
+        if not event.is_contact:
+            continue
+        its = tuple(balls[id_] for id_ in event.balls)
+        (x, y), *other = (ball.states(event.t)[-1].place for ball in its)
+        r = its[0].radius
+        if event.cushion is not None:
+            (nx, ny), far = run.scene.cushions[event.cushion].nearest(x, y, r).normal(x, y), -r
+        else:
+            [(u, v)] = other
+            apart = math.hypot(u - x, v - y) or 1.0
+            (nx, ny), far = ((u - x) / apart, (v - y) / apart), apart * r / (r + its[1].radius)
+        point = x + far * nx, y + far * ny
+        yield Met(event, its, (nx, ny), point, _impulses(event, (nx, ny)))
+
+
+def _impulses(event: Event, normal: Point) -> tuple[Point, ...]:
+    """Return what a contact has given to each ball (N s), if the run knows it."""
+    if event.impulse is None or event.tangential is None:
+        return ()
+    n, t, (nx, ny) = event.impulse, event.tangential, normal
+    last = n * nx - t * ny, n * ny + t * nx
+    if event.cushion is not None:
+        return (last,)
+    t = -t if event.tangential_first is None else event.tangential_first
+    return (-n * nx - t * ny, t * nx - n * ny), last
+
+
+def _rounds(ball: TrackedBall, t: float, contacts: Sequence[Met]) -> dict[Met, RoundOfHits]:
+    """Return the rounds of a ball's contacts of one instant (s).
+
+    After a round the impulses up to there explain the velocity that a breakpoint has. A step of
+    ``pymunk-discrete`` ends with friction, so there the impulses alone tell the velocity.
+    """
+    states = ball.states(t)
+    slack = ROUNDING * max(math.hypot(*state.velocity) for state in states)
+    known, last, (vx, vy) = {0: states[0]}, 0, states[0].velocity
+    for k, one in enumerate(contacts, 1):
+        x, y = one.impulses[one.balls.index(ball)]
+        vx, vy = vx + x / ball.mass, vy + y / ball.mass
+        for m in range(last + 1, len(states)):
+            if math.dist((vx, vy), states[m].velocity) <= slack:
+                known[k], last = states[m], m
+                break
+    if len(contacts) not in known:
+        known[len(contacts)] = states[-1]._replace(velocity=(vx, vy))
+        slack += 2.0 * ball.step_loss
+    found: dict[Met, RoundOfHits] = {}
+    for begin, end in pairwise(sorted(known)):
+        its = contacts[begin:end]
+        found |= dict.fromkeys(its, RoundOfHits(known[begin], known[end], its, slack))
+    return found
+
+
+def _row(
+    one: Met,
+    rounds: Mapping[tuple[TrackedBall, float], Mapping[Met, RoundOfHits]],
+    has_its_law: bool,
+) -> ContactRow:
+    """Return a contact's row; what stock pymunk's spin decides is left out."""
+    event, kind, lost = one.event, None, None
+    its = [rounds[ball, event.t][one] for ball in one.balls if one.impulses]
+    if has_its_law and its:
+        kind = STICK if _sticks(one.normal, its) else SLIP
+        lost = sum(map(_lost, [one] * len(its), one.balls, its, one.impulses))
+    return ContactRow(
+        event.t, kind, event.balls, event.cushion, None, one.point, one.normal,
+        tuple(each.before.velocity for each in its), tuple(each.after.velocity for each in its),
+        one.impulses, event.impulse, event.tangential, event.tangential_first, lost,
+    )  # fmt: skip
+
+
+def _sticks(normal: Point, its: Sequence[RoundOfHits]) -> bool:
+    """Tell whether the two sides do not slip on each other after a contact."""
+    (x, y), *first = (each.after.velocity for each in reversed(its))
+    u, v = first[0] if first else (0.0, 0.0)
+    return abs(split((x - u, y - v), normal).t) <= max(each.slack for each in its)
+
+
+def _lost(one: Met, ball: TrackedBall, its: RoundOfHits, impulse: Point) -> float:
+    """Return the energy (J) that a contact took from a ball: its impulse times the mean velocity.
+
+    So the contacts of a round share its loss. What cushions take from a roll is shared along their
+    normals.
+    """
+    (before, after, contacts, _), (jx, jy) = its, impulse
+    (vx, vy), (ux, uy) = before.velocity, after.velocity
+    lost = -0.5 * (jx * (vx + ux) + jy * (vy + uy))
+    walls = [each for each in contacts if each.event.cushion is not None]
+    if before.roll == after.roll or one not in walls:
+        return lost
+    normals, rolls = np.array([each.normal for each in walls]), np.array((before.roll, after.roll))
+    shares = np.linalg.lstsq(normals.T, rolls[1] - rolls[0], rcond=None)[0]
+    along = float(rolls.mean(axis=0) @ one.normal)
+    return lost - ball.mass * GYRATION * float(shares[walls.index(one)]) * along
+
+
+def contacts_table(rows: Sequence[ContactRow], units: Units) -> ResultTable:
+    """Return the rows with lengths and velocities in ``units``, impulses in N s, energies in J."""
+    speeds = [
+        TableColumn(f"{who}_v{axis}{when}", unit=units.speed)
+        for who in ("ball", "other") for when in ("", "_after") for axis in "xy"
+    ]  # fmt: skip
+    columns: Columns = (
+        TableColumn("t", unit="s"), TableColumn("until", unit="s"), "kind",
+        "ball", "other", "cushion", *(TableColumn(axis, unit=units.length) for axis in "xy"),
+        "normal_x", "normal_y", *speeds,
+        *(TableColumn(key, unit="N s") for key in (*IMPULSES, "impulse_x", "impulse_y")),
+        TableColumn("lost", unit="J"),
+    )  # fmt: skip
+    return ResultTable(columns, [_cells(row, units) for row in rows])
+
+
+def _cells(row: ContactRow, units: Units) -> list[object]:
+    """Return a row of the table."""
+    nothing, ball, other = (None, None), row.balls[0], "".join(row.balls[1:])
+    point = [units.from_si(x, "length") for x in row.point or ()]
+    velocities = (v for both in zip(row.before, row.after, strict=True) for v in both)
+    speeds = [units.from_si(x, "speed") for velocity in velocities for x in velocity]
+    return [
+        row.t, row.until, row.kind, ball, other, row.cushion,
+        *(point or nothing), *(row.normal or nothing), *speeds, *[None] * (8 - len(speeds)),
+        row.impulse, row.tangential, row.tangential_first,
+        *(row.impulses[-1] if row.impulses else nothing), row.lost,
+    ]  # fmt: skip
+
+
+def printed_tables(run: Run) -> Iterator[tuple[str, ResultTable]]:
+    """Yield what a terminal shows of a run's contacts in the scene's units, with headings."""
+    rows = list(enumerate(run.contacts, start=1))
+    hits = [(k, row) for k, row in rows if row.kind != PERSISTENT]
+    lasted = [(k, row) for k, row in rows if row.kind == PERSISTENT]
+    if hits:
+        heading = "Contacts. Impulses are those on the last ball, along normal and tangent:"
+        yield heading, _hits(run, hits)
+        heading = "Velocities before and after, along x and y, and along normal and tangent:"
+        yield heading, _ends(run, hits)
+    if lasted:
+        yield "Persistent contacts. Impulses are those on the last ball:", _persistent(run, lasted)
+
+
+def _number(key: str, unit: str, digits: int = 4) -> TableColumn:
+    return TableColumn(key, unit=unit.replace(" ", NO_BREAK), digits=digits)
+
+
+def _hits(run: Run, rows: Numbered) -> ResultTable:
+    """Return where contacts are, and what they did; small numbers are in mN s and mJ."""
+    unit, from_si = run.scene.units.length, run.scene.units.from_si
+    pushes, push = _readable([x for _, row in rows for x in (row.impulse, row.tangential)], "N s")
+    losses, energy = _readable([row.lost for _, row in rows], "J")
+    columns: Columns = (
+        "#", _number("t", "s", 5), "sides", _number("x", unit), _number("y", unit),
+        _number("normal", "°"), _number("J_n", push), _number("J_t", push), "kind",
+        _number("lost", energy),
+    )  # fmt: skip
+    return ResultTable(columns, [
+        (k, row.t, _sides(run, row), *(from_si(x, "length") for x in row.point or ()),
+         _angle(row.normal or (1.0, 0.0)), next(pushes), next(pushes), row.kind, next(losses))
+        for k, row in rows
+    ])  # fmt: skip
+
+
+def _ends(run: Run, rows: Numbered) -> ResultTable:
+    """Return how fast the balls were before and after their contacts."""
+    unit, from_si = run.scene.units.speed, run.scene.units.from_si
+    heads = [f"{axis} {when}" for axis in "xynt" for when in ("before", "after")]
+    columns: Columns = ("#", "ball", *(_number(head, unit) for head in heads))
+    found: list[tuple[int, str]] = []
+    speeds: list[float | None] = []
+    for k, row in rows:
+        for ball, *ends in zip(row.balls, row.before, row.after, strict=False):
+            both = [(*v, *split(v, row.normal or (1.0, 0.0))) for v in ends]
+            found.append((k, ball))
+            speeds += [from_si(v, "speed") for pair in zip(*both, strict=True) for v in pair]
+    texts = np.array(alike(speeds, largest=4)).reshape(-1, len(heads)).tolist()
+    return ResultTable(columns, [(*who, *its) for who, its in zip(found, texts, strict=True)])
+
+
+def _persistent(run: Run, rows: Numbered) -> ResultTable:
+    """Return how long contacts persisted, and what they gave."""
+    times = (_number("since", "s", 5), _number("until", "s", 5))
+    columns: Columns = ("#", *times, "sides", _number("J_x", "N s"), _number("J_y", "N s"))
+    return ResultTable(columns, [
+        (k, row.t, row.until, _sides(run, row), *row.impulses[-1]) for k, row in rows
+    ])  # fmt: skip
+
+
+def _readable(values: Sequence[float | None], unit: str) -> tuple[Iterator[str], str]:
+    """Return numbers in one notation, and their unit, or a thousandth of it if all are small."""
+    small = max((abs(x) for x in values if x is not None), default=1.0) < SMALL
+    scaled = [1e3 * x if small and x is not None else x for x in values]
+    return iter(alike(scaled, largest=4)), f"m{unit}" if small else unit
+
+
+def _sides(run: Run, row: ContactRow) -> str:
+    """Return the two sides of a contact: "C, 1", "C, cushion 2" or "C, post 4"."""
+    other = () if row.cushion is None else (run.scene.side_name(row.cushion),)
+    return ", ".join((*row.balls, *other))
+
+
+def _angle(normal: Point) -> float:
+    """Return the direction of a normal, in degrees."""
+    return math.degrees(math.atan2(normal[1], normal[0]))
