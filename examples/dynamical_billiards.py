@@ -1,8 +1,16 @@
 """A ball without losses
 =====================
 
-It moves for ever: chaotically in a stadium, regularly in a circle. The lower panels show its
-contacts: their places on the boundary, and the sines of the angles at which it leaves.
+A ball without friction, on cushions of restitution 1, moves for ever: chaotically in a stadium,
+regularly in a circle. Its centre moves in a region that is smaller than the table by its radius.
+The lower panels are boundary maps: the places of its contacts on the boundary of that region, and
+the sines of the angles at which it leaves.
+
+The Lyapunov exponent is the rate at which the distance of two neighbouring paths grows.
+Derivatives beyond 1e150 are NaN, so the motion is played in pieces, each from the end of the one
+before. In the stadium the exponent is 0.433 +- 0.002 per second at 1 m/s (``--contacts 400000``),
+and in the circle 0.001 (by default). ``run.rounding`` tells from when on the path itself is not
+known, and only averages mean something: in the stadium after some 85 s.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ def default(option: Any) -> str:
     if isinstance(shown, str):
         return f"({shown})"
     value = option.default
-    if option.is_flag:
+    if getattr(option, "is_flag", False):  # An argument has no such word.
         names = option.opts if value else option.secondary_opts
         return f"`{names[0]}`" if option.secondary_opts else ""
     if shown is False or value in (None, (), []) or callable(value):
