@@ -28,6 +28,9 @@ from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
 
+STANDS = 0.0, 0.0  # m/s; the drift of a wall that does not move
+# A ball that a wall would throw out this many times as fast as anything was is jammed.
+SQUIRTS = 10.0
 Four = tuple[float, float, float, float]
 
 moves_on = sets_off
@@ -155,6 +158,10 @@ def answer_group(w: Any, count: int) -> None:
     before = {i: at.velocity[i] for contact in contacts for i in contact.balls}
     after = dict(before)
     both = at_once(contacts, after) if solves_at_once(w.law) else None
+    is_known = both is not None or not solves_at_once(w.law)
+    if has_no_room(contacts, before, after, is_known):
+        answer_without_movers(w, count, before)
+        return
     if both is not None:
         found = [(normal, along, -along) for normal, along in zip(*both, strict=True)]
     else:
@@ -163,6 +170,33 @@ def answer_group(w: Any, count: int) -> None:
         found = [numbers_of(shared.impulse(one)) for one in contacts if not at.is_played_out]
     at.velocity.update(after)
     at.impulse.update({at.member[m]: impulse for m, impulse in enumerate(found)})
+
+
+def has_no_room(
+    contacts: list[Contact], before: Velocities, after: Velocities, is_answered: bool
+) -> bool:
+    """Tell whether walls that move leave balls no room, or throw them out too fast."""
+    drifts = [contact.drift for contact in contacts if contact.drift != STANDS]
+    if not drifts:
+        return False
+    usual = max(math.hypot(*v) for v in (*before.values(), *drifts))
+    return not is_answered or max(math.hypot(*v) for v in after.values()) > SQUIRTS * usual
+
+
+def answer_without_movers(w: Any, count: int, before: Velocities) -> None:
+    """Answer a ``group`` without its walls that move, which go through their balls."""
+    at = w.instant
+    standing = list[Contact]()
+    for m in range(count):
+        contact, at.impulse[at.member[m]] = at.group[m], (0.0, 0.0, 0.0)
+        if contact.drift == STANDS:
+            standing.append(contact)
+        elif contact.cushion in w.movers:
+            w.jam((contact.a, w.movers[contact.cushion]))
+    after = dict(before)
+    if standing:
+        w.law.together(standing, after, partial(respond, w.law))
+    at.velocity.update(after)
 
 
 def respond_and_note(w: Any, calls: list[Call], contact: Contact, velocity: Velocities) -> None:
@@ -177,7 +211,9 @@ def respond_and_note(w: Any, calls: list[Call], contact: Contact, velocity: Velo
 
 def can_leap(w: Any) -> bool:
     """Tell whether cycles of hits may be leapt over, because hits are Coulomb's."""
-    return bool(w.law.hits_are_coulombs)
+    at = w.instant
+    moves = any(at.contact[k].drift != STANDS for k in range(at.contacts))
+    return bool(w.law.hits_are_coulombs) and not moves
 
 
 def room_to_collapse(w: Any) -> Any:
@@ -193,11 +229,34 @@ def read_plastic(w: Any, k: int) -> None:
     w.instant.hitting[k] = contact._replace(pair=plastic)
 
 
+def squeeze(w: Any, k: int) -> bool:
+    """Look whether a wall that moves squeezes the ball of a contact; tell whether it jams."""
+    at = w.instant
+    one = at.contact[k]
+    if w.squeezed.intersection(one.balls):
+        at.contact[k] = one._replace(pair=one.pair._replace(restitution=0.0))
+    is_of_mover = one.b == NO_BALL and one.cushion in w.movers
+    return is_of_mover and (one.a, w.movers[one.cushion]) in w.jams
+
+
+def squeezes(w: Any) -> bool:
+    """Tell whether a wall that moves squeezes a ball of this instant."""
+    at = w.instant
+    return any(at.ball[n] in w.squeezed for n in range(at.balls))
+
+
 def settle_group(w: Any, count: int) -> None:
     """Answer the plastic contacts of a ``group``; then the impulses of the collapse are known."""
     at = w.instant
     contacts = [at.group[m] for m in range(count)]
     law, own = Coulomb(), [at.contact[at.member[m]] for m in range(count)]
+    if any(contact.drift != STANDS for contact in contacts):
+        before = {i: at.velocity[i] for contact in contacts for i in contact.balls}
+        after = dict(before)
+        is_known = at_once(contacts, after) is not None
+        if has_no_room(contacts, before, after, is_known):
+            answer_without_movers(w, count, before)
+            return
     law.together(contacts, at.velocity, partial(respond, law))
     shared = Shared(own, at.before, at.velocity)
     for m, contact in enumerate(own):
@@ -234,6 +293,26 @@ def facing(w: Any, sides: Any, i: int, other: int) -> tuple[float, float, float]
         return (*unit(u - x, v - y), 0.0)
     side = w.walls[-1 - other].nearest(x, y, w.radii[i])
     return (*side.normal(x, y), side.curvature(x, y))
+
+
+def sweep(w: Any, sides: Any, i: int, other: int) -> Four:
+    """Return how a ball's other side moves, if it is a wall.
+
+    That is its velocity (m/s) where the ball is, its angular velocity (rad/s), and the centrifugal
+    acceleration (m/s^2) that lifts the ball off it.
+    """
+    if other >= 0:
+        return 0.0, 0.0, 0.0, 0.0
+    x, y, _, _ = motion_at(w.paths[i], w.now)
+    moves: Four = w.walls[-1 - other].sweep(x, y)
+    return moves
+
+
+def read_drift(w: Any, sides: Any, other: int, row: Any) -> None:
+    """Read how a wall moves now: velocity (m/s), time (s), angular velocity, and place (m)."""
+    found = w.walls[-1 - other].motion(w.now) if other < 0 else (0.0, 0.0, w.now, 0.0, 0.0, 0.0)
+    for n in range(6):
+        row[n] = found[n]
 
 
 def coefficients(w: Any, sides: Any, i: int, other: int) -> Vector:
@@ -359,6 +438,8 @@ def note_contact(w: Any, k: int) -> None:
     """Take note of a hit of this instant."""
     contact, (n, t, first) = w.instant.contact[k], w.instant.impulse[k]
     w.tally.listed += 1
+    if contact.b == NO_BALL and contact.cushion in w.movers:
+        w.count_hit(contact.a, w.movers[contact.cushion])
     impulse = Impulse(n, t, None if contact.b == NO_BALL else first)
     w.recorder.contact(contact, impulse, w.now)
 

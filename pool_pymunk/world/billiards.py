@@ -24,6 +24,7 @@ from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.moving import Moving, MovingWall
 from pool_pymunk.physics.sides import Side, Wall, pocket
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
@@ -39,7 +40,7 @@ from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.walls import sides_of
 
 FrictionBy = Literal["joint", "callback"]
-CALLBACKS = ("on_contact", "on_stop", "on_pocket")
+CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
 REVOKED = "on_stop_revoked"  # a callback that there was
 
 
@@ -54,14 +55,16 @@ class Billiards:
     the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
 
     All other shapes keep pymunk's own response, to each other and to the balls. The table follows a
-    velocity that you, a spring or a flipper gives a ball. Gravity, damping and forces act once, at
-    the end of each step. If nothing else touches balls, say ``alone=True``: then the circles
+    velocity that you, a spring or another body gives a ball. Gravity, damping and forces act once,
+    at the end of each step. If nothing else touches balls, say ``alone=True``: then the circles
     themselves are the sensors, and :meth:`step` steps the space, which is faster.
 
-    Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to hear
-    what happens. They are called when the instant of which they tell is over. What they change
-    counts from that instant on; they cannot call :meth:`restore_state` or make a step. For a
-    contact that persists, ``on_contact`` is called once, when it is over.
+    Set ``on_contact(contact)``, ``on_stop(ball, t)``, ``on_pocket(ball, pocket, t)`` and
+    ``on_jam(ball, wall, t)`` to hear what happens. They are called when the instant of which they
+    tell is over. What they change counts from that instant on; they cannot call
+    :meth:`restore_state` or make a step. For a contact that persists, ``on_contact`` is called
+    once, when it is over. ``on_jam`` tells that a wall that moves goes into a ball, which has
+    nowhere to go.
 
     Raises ValueError for impossible arguments, in one sentence that names the argument.
 
@@ -93,6 +96,7 @@ class Billiards:
     on_contact: Callable[[ContactEvent], object] | None = None
     on_stop: Callable[[TableBall, float], object] | None = None
     on_pocket: Callable[[TableBall, int, float], object] | None = None
+    on_jam: Callable[[TableBall, int, float], object] | None = None
 
     def __init__(
         self,
@@ -318,12 +322,16 @@ class Billiards:
         friction: float = 0.0,
         sides: tuple[Side, ...] | None = None,
     ) -> int:
-        """Make a static segment, circle or polygon a wall that balls bounce off (Eq. 9).
+        """Make a segment, circle or polygon a wall that balls bounce off (Eq. 9).
+
+        If its body is static, the wall stands. If it is kinematic, the wall moves as the body does:
+        in each step with the velocity and the angular velocity that you gave it.
 
         Balls meet all sides of the shape, or only the ``sides`` that you give
         (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc. The shape then only says
-        where your sides are, and may be a sensor. Returns the wall's number. Raises ValueError for
-        a shape that cannot be a wall, and if a ball lies in the wall now.
+        where your sides are, and may be a sensor; sides of your own stand. Returns the wall's
+        number. Raises ValueError for a shape that cannot be a wall, and if a ball lies in the wall
+        now.
         """
         self._catch_up(changes_space=True, sees_walls=True)
         checks.check_wall(shape)
@@ -333,7 +341,17 @@ class Billiards:
             if not hasattr(side, "time_of_contact"):
                 text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
-        wall = Wall(sides or sides_of(shape), restitution, friction, self._walls.count)
+        assert shape.body is not None
+        number = self._walls.count
+        wall = Wall(sides or (), restitution, friction, number)
+        if shape.body.body_type == pymunk.Body.KINEMATIC:
+            if sides is not None:
+                message = "a wall that moves has the sides of its shape: leave sides out"
+                raise setting_error("sides", len(sides), message)
+            moving = Moving(sides_of(shape), self.engine)
+            wall = MovingWall(moving, restitution, friction, number)
+        elif not sides:
+            wall = Wall(sides_of(shape), restitution, friction, number)
         return self._walls.put_if_free(checks.Obstacle(shape, wall, is_drawn=not sides))
 
     def put_wall(self, shape: pymunk.Shape, wall: Wall) -> int:
@@ -442,7 +460,10 @@ class Billiards:
     # -- undo, and looking ahead -----------------------------------------------------------------
 
     def save_state(self) -> TableState:
-        """Return where the balls are and how they move, for :meth:`restore_state`."""
+        """Return where the balls are and how they move, for :meth:`restore_state`.
+
+        Bodies of walls that move are yours: keep their places yourself.
+        """
         self._catch_up()
         state = self.state
         states = {ball.number: state.state_of(ball.number) for ball in self.on_table()}
@@ -471,7 +492,7 @@ class Billiards:
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
-        Only the table's balls, walls and pockets count.
+        Only the table's balls, walls and pockets count. Walls that move stand where they are.
         """
         self._check_ball(ball)
         self._walls.refuse_changed()
@@ -512,7 +533,8 @@ class Billiards:
     ) -> None:
         """Step until everything rests, until ``latest`` (s), or until nothing more may happen.
 
-        ``on_time`` is called now and then with the time (s).
+        ``on_time`` is called now and then with the time (s). A wall that moves counts if there is a
+        latest time: while it moves, not everything rests.
         """
         self.state.play(on_time, latest)
 
