@@ -35,7 +35,7 @@ from pool_pymunk.engine.asked import (
 )
 from pool_pymunk.engine.policies import left_out
 from pool_pymunk.physics import collapse
-from pool_pymunk.physics.contact import NO_BALL, closing_speed, first_of, join
+from pool_pymunk.physics.contact import NO_BALL, closing_speed, drift_of, first_of, join, relative
 from pool_pymunk.physics.impulses import pushes_of
 from pool_pymunk.physics.laws import respond
 
@@ -202,7 +202,8 @@ def leave_out(w: Any) -> None:
         if one.b == NO_BALL:
             nx, ny = one.normal
             vx, vy = at.velocity[one.a][0], at.velocity[one.a][1]
-            along = vx * nx + vy * ny
+            ux, uy = relative((vx, vy), drift_of(one))
+            along = ux * nx + uy * ny
             at.velocity[one.a] = (vx - along * nx, vy - along * ny)
             at.moved[one.a] = at.kind[k] = LED
             keep_impulse(w, k, ((vx, vy), (vx, vy)))

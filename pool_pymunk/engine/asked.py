@@ -28,6 +28,7 @@ from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
 
+STANDS = 0.0, 0.0  # m/s; the drift of a wall that does not move
 Four = tuple[float, float, float, float]
 
 moves_on = sets_off
@@ -177,7 +178,9 @@ def respond_and_note(w: Any, calls: list[Call], contact: Contact, velocity: Velo
 
 def can_leap(w: Any) -> bool:
     """Tell whether cycles of hits may be leapt over, because hits are Coulomb's."""
-    return bool(w.law.hits_are_coulombs)
+    at = w.instant
+    moves = any(at.contact[k].drift != STANDS for k in range(at.contacts))
+    return bool(w.law.hits_are_coulombs) and not moves
 
 
 def room_to_collapse(w: Any) -> Any:
@@ -191,6 +194,16 @@ def read_plastic(w: Any, k: int) -> None:
     contact = w.instant.contact[k]
     plastic = contact.pair._replace(restitution=0.0, friction=0.0)
     w.instant.hitting[k] = contact._replace(pair=plastic)
+
+
+def squeeze(w: Any, k: int) -> bool:
+    """Look whether a wall that moves squeezes the ball of a contact; tell whether it jams."""
+    at = w.instant
+    one = at.contact[k]
+    if w.squeezed.intersection(one.balls):
+        at.contact[k] = one._replace(pair=one.pair._replace(restitution=0.0))
+    is_of_mover = one.b == NO_BALL and one.cushion in w.movers
+    return is_of_mover and (one.a, w.movers[one.cushion]) in w.jams
 
 
 def settle_group(w: Any, count: int) -> None:
@@ -234,6 +247,15 @@ def facing(w: Any, sides: Any, i: int, other: int) -> tuple[float, float, float]
         return (*unit(u - x, v - y), 0.0)
     side = w.walls[-1 - other].nearest(x, y, w.radii[i])
     return (*side.normal(x, y), side.curvature(x, y))
+
+
+def drift(w: Any, sides: Any, i: int, other: int) -> Vector:
+    """Return the velocity (m/s) with which a ball's other side moves, if it is a wall."""
+    if other >= 0:
+        return 0.0, 0.0
+    x, y, _, _ = motion_at(w.paths[i], w.now)
+    velocity: Vector = w.walls[-1 - other].drift(x, y, w.radii[i])
+    return velocity
 
 
 def coefficients(w: Any, sides: Any, i: int, other: int) -> Vector:
@@ -360,6 +382,8 @@ def note_contact(w: Any, k: int) -> None:
     """Take note of a hit of this instant."""
     contact, (n, t, first) = w.instant.contact[k], w.instant.impulse[k]
     w.tally.listed += 1
+    if contact.b == NO_BALL and contact.cushion in w.movers:
+        w.count_hit(contact.a, w.movers[contact.cushion])
     impulse = Impulse(n, t, None if contact.b == NO_BALL else first)
     w.recorder.contact(contact, impulse, w.now)
 

@@ -15,6 +15,7 @@ persist by :mod:`pool_pymunk.engine.modes`; compiled shots use both, too.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 from typing import Any
@@ -44,6 +45,9 @@ from pool_pymunk.physics.surface import NO_ROLL, Surface
 # Once the compiled loop is loaded, it puts in here what plays a table's engine, with the same bits
 # (pool_pymunk/fast/live.py).
 LOOPS: list[Callable[[ContactEngine, Any], Any]] = []
+
+
+Key = tuple[int, int]  # a ball and the place of a wall
 
 
 class Tally:
@@ -92,6 +96,12 @@ class ContactEngine:
         self.upcoming = self.queue.upcoming
         self.instant = Instant()
         self.errors = Errors()
+        # the places of walls that move, by their numbers; how often each of them has hit a ball in
+        # the present step, which balls they squeeze, and which ones they go through
+        self.movers: dict[int, int] = {}
+        self.struck: Counter[Key] = Counter()
+        self.squeezed: set[int] = set()
+        self.jams: set[Key] = set()
         self.loop: Any = None  # It may have the groups, and what is due.
 
     # -- setting up ----------------------------------------------------------------------------
@@ -278,7 +288,7 @@ class ContactEngine:
 
     def meet_wall(self, i: int, wall: int) -> float:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
-        if groups.holds(self.groups, i, -1 - wall):
+        if groups.holds(self.groups, i, -1 - wall) or (i, wall) in self.jams:
             return math.inf
         hit = What("wall", i, wall)
         t = self.walls[wall].time_of_contact(self.paths[i], self.radii[i], self.now)
@@ -429,16 +439,41 @@ class ContactEngine:
     def contact_at(self, i: int, other: int, place: Mapping[int, Vector]) -> Contact:
         """Return a contact of balls at these places (m); ``other`` is a ball, or -1 - a wall."""
         (x, y), r = place[i], self.radii[i]
+        is_squeezed = i in self.squeezed or other in self.squeezed
         if other < 0:
             wall = self.walls[-1 - other]
             side = wall.nearest(x, y, r)
             nx, ny = normal = side.normal(x, y)
-            pair = Pair(self.masses[i], math.inf, wall.restitution, wall.friction)
+            e = 0.0 if is_squeezed else wall.restitution
+            pair = Pair(self.masses[i], math.inf, e, wall.friction)
             point, bends = (x - r * nx, y - r * ny), side.curvature(x, y)
-            return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends)
+            drift = wall.drift(x, y, r)
+            return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends, drift)
         bx, by = place[other]
         nx, ny = normal = unit(bx - x, by - y)
-        return Contact(i, other, normal, self.pair(i, other), None, (x + r * nx, y + r * ny))
+        pair = self.pair(i, other)
+        if is_squeezed:
+            pair = pair._replace(restitution=0.0)
+        return Contact(i, other, normal, pair, None, (x + r * nx, y + r * ny))
+
+    def count_hit(self, i: int, wall: int) -> None:
+        """Count a hit of a ball on a wall that moves.
+
+        After many hits in one step the ball is squeezed, and bounces no more. After some more the
+        wall goes through it, because it has nowhere to go.
+        """
+        key = i, wall
+        self.struck[key] += 1
+        if self.struck[key] >= decisions.SQUEEZED:
+            self.squeezed.add(i)
+        if self.struck[key] >= decisions.JAMMED:
+            self.jam(key)
+
+    def jam(self, key: Key) -> None:
+        """Let a wall go through a ball."""
+        if key not in self.jams:
+            self.jams.add(key)
+            self.recorder.jammed(key[0], self.walls[key[1]].number, self.now)
 
     def gap(self, hit: Hit, motions: Motions) -> float:
         """Return the distance (m) between two surfaces; it is negative where they overlap."""
@@ -465,7 +500,7 @@ class ContactEngine:
                 if j < 0 and self.walls[-1 - j].is_pocket:
                     continue
                 hit = hit_of(i, j)
-                if hit in found:
+                if hit in found or (i, -1 - j) in self.jams:
                     continue
                 for k in hit.balls:
                     if k not in motions:

@@ -48,6 +48,7 @@ from pool_pymunk.engine.asked import (
     roll_after,
     roll_of,
     speed_of,
+    squeeze,
     take_in,
     use_up,
     velocity_of,
@@ -60,7 +61,9 @@ from pool_pymunk.physics.contact import (
     approach,
     changed,
     closing_speed,
+    drift_of,
     pair_of,
+    relative,
     split,
     wall_approach,
 )
@@ -226,8 +229,10 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     x, y, vx, vy = read_motion(w, i)
     one = read_contact(w, sides, 0, i, other)
     nx, ny = one.normal
-    across, closing = (nx, ny), wall_approach((vx, vy), (nx, ny))
-    strongest = pull_of(w) + abs(one.curvature) * squared((vx, vy))
+    across, drift = (nx, ny), drift_of(one)
+    toward = relative((vx, vy), drift)
+    closing = wall_approach(toward, across)
+    strongest = pull_of(w) + abs(one.curvature) * squared(toward)
     if persisting.is_slow(closing, strongest, r) and absorb_alone(w, sides, i, other):
         return
     has_many = has_many_rounds(w, i)
@@ -235,7 +240,7 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     if has_many or closing <= noise:
         answer_round(w, sides, has_many)
         return
-    before = split((vx, vy), across)
+    before = split(toward, across)
     parts = cushion_after(law_of(w), before, one.pair.restitution, one.pair.friction)
     after = changed((vx, vy), before, parts, across)
     note_many(w, 1)
@@ -246,7 +251,7 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     begin(w, i, (x, y), after, roll_after(w, i), noise)
     predict(w, sides, (i,))
     persisting.note_hit(w, i)
-    closing = wall_approach(velocity_of(w, i), across)
+    closing = wall_approach(relative(velocity_of(w, i), drift), across)
     if closing >= 0.0 or persisting.is_slow(closing, strongest, r):
         persisting.look_again(w, sides, i, other)
 
@@ -378,13 +383,18 @@ def next_round(w: Any) -> int:
         return 0
     for k in range(at.contacts):
         at.closing[k] = closing_speed(at.contact[k], at.velocity)
+        if squeeze(w, k):
+            at.closing[k] = 0.0
     found = go_on(at.gap, at.closing, at.contacts, noise, at.hits)
     return take_turn(at) if found else 0
 
 
 def loses_speed(w: Any) -> bool:
-    """Tell whether any contact of the cluster loses speed when it closes head-on at 1 m/s."""
-    at, law, found = w.instant, law_of(w), False
+    """Tell whether any contact of the cluster loses speed when it closes head-on at 1 m/s.
+
+    None does while a wall moves into a ball: its hits end when the ball is jammed.
+    """
+    at, law, found, drives = w.instant, law_of(w), False, False
     for k in range(at.contacts):
         one = at.contact[k]
         a, b, pair = NT(0.0, 0.0), NT(-1.0, 0.0), pair_of(one)
@@ -393,7 +403,9 @@ def loses_speed(w: Any) -> bool:
         else:
             a, b = balls_after(law, NT(1.0, 0.0), a, pair)
         found |= b.n - a.n < 1.0 - NOISE
-    return found
+        ux, uy = drift_of(one)
+        drives |= (ux != 0.0 or uy != 0.0) and not squeeze(w, k)
+    return found and not drives
 
 
 # -- contacts --------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from typing import Any
 
 from pool_pymunk.engine.asked import (
     coefficients,
+    drift,
     facing,
     follower,
     gap_between,
@@ -30,6 +31,7 @@ from pool_pymunk.engine.asked import (
     rolls,
 )
 from pool_pymunk.engine.groups import NONE, contact_of, find_state, wait_of
+from pool_pymunk.physics.contact import Vector, relative
 from pool_pymunk.physics.forces import find_forces
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.persistent import UNSEEN, persists, pressing_of_balls, pressing_of_wall
@@ -118,6 +120,7 @@ def closing_of(w: Any, sides: Any, i: int, other: int) -> float:
     nx, ny, _ = facing(w, sides, i, other)
     _, _, vx, vy = motion(w, i)
     if other < 0:
+        vx, vy = relative((vx, vy), drift(w, sides, i, other))
         return -(vx * nx + vy * ny)
     _, _, ux, uy = motion(w, other)
     return vx * nx + vy * ny - (ux * nx + uy * ny)
@@ -142,7 +145,8 @@ def stays_after(w: Any, sides: Any, i: int, other: int, parting: float) -> bool:
     nx, ny, bends = facing(w, sides, i, other)
     a, b = tangent_of(w, i), tangent_of(w, other if other >= 0 else i)
     radius = least_radius(w, i, other) * wear(w, i, other)
-    pressing = pressing_of(a, b, other, (nx, ny, bends), w.now)
+    face, moves = (nx, ny, bends), drift(w, sides, i, other)
+    pressing = pressing_of(a, b, other, face, moves, w.now)
     if parting <= 0.0 or not persists(parting, pressing, 0.0, radius):
         return parting <= 0.0 < pressing
     e, _ = coefficients(w, sides, i, other)
@@ -156,21 +160,27 @@ def stays_after(w: Any, sides: Any, i: int, other: int, parting: float) -> bool:
     a = follower(w, i, a) if a.end == soonest else a
     b = follower(w, max(other, 0), b) if b.end == soonest else b
     _, _, vx, vy = motion_at(a, soonest)
+    vx, vy = relative((vx, vy), moves)
     closing = vx * nx + vy * ny
     if other >= 0:
         _, _, ux, uy = motion_at(b, soonest)
         closing -= ux * nx + uy * ny
     else:
         closing = -closing
-    pressing = pressing_of(a, b, other, (nx, ny, bends), soonest)
+    pressing = pressing_of(a, b, other, face, moves, soonest)
     return persists(max(-closing, 0.0), pressing, e, radius)
 
 
-def pressing_of(a: Path, b: Path, other: int, face: tuple[float, float, float], t: float) -> float:
-    """Return how strongly (m/s^2) two sides are pressed together on these paths."""
+def pressing_of(
+    a: Path, b: Path, other: int, face: tuple[float, float, float], moves: Vector, t: float
+) -> float:
+    """Return how strongly (m/s^2) two sides are pressed together on these paths.
+
+    A wall ``moves`` with a velocity (m/s).
+    """
     if other >= 0:
         return pressing_of_balls(a, b, t)
-    return pressing_of_wall(a, (face[0], face[1]), face[2], t)
+    return pressing_of_wall(a, (face[0], face[1]), face[2], moves, t)
 
 
 def tangent_of(w: Any, i: int) -> Path:
@@ -274,7 +284,8 @@ def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:
     own, pull = path_of(w, i), pull_of(w)
     if other < 0:
         _, _, bends = facing(w, sides, i, other)
-        return rolls(w) or bends < 0.0 or not own.slows
+        ux, uy = drift(w, sides, i, other)
+        return rolls(w) or bends < 0.0 or not own.slows or ux != 0.0 or uy != 0.0
     its = path_of(w, other)
     dx, dy = its.x - own.x, its.y - own.y
     parting = dx * (its.vx - own.vx) + dy * (its.vy - own.vy)
@@ -286,6 +297,7 @@ def is_faint(w: Any, sides: Any, i: int, other: int) -> bool:
     """Tell whether two sides would bounce too low to be seen."""
     (_, _, bends), closing = facing(w, sides, i, other), closing_of(w, sides, i, other)
     _, _, vx, vy = motion(w, i)
+    vx, vy = relative((vx, vy), drift(w, sides, i, other))
     strongest = 2.0 * pull_of(w) + abs(bends) * (vx * vx + vy * vy)
     radius = radius_of(w, i) * wear(w, i, other)
     is_slow = closing * closing < 2.0 * strongest * UNSEEN * radius

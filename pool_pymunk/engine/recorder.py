@@ -70,6 +70,9 @@ class Recorder:
     def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
         """Take note that a pocket took in ball ``i``, which came with this ``motion``."""
 
+    def jammed(self, i: int, wall: int, t: float) -> None:
+        """Take note that a wall moves into ball ``i``, which has nowhere to go."""
+
     def zero_slip(self, contact: Contact, t: float) -> None:
         """Take note that the law jumps at zero slip, and that the slip was rounding alone."""
 

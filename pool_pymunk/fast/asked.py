@@ -145,6 +145,18 @@ def pair_of(one: Any) -> Pair:
     return Pair(one.pair.m_a, one.pair.m_b, one.pair.restitution, one.pair.friction)
 
 
+def drift_of(one: Any) -> Vector:
+    return 0.0, 0.0
+
+
+def drift(w: Work, sides: Sides, i: int, other: int) -> Vector:
+    return 0.0, 0.0
+
+
+def squeeze(w: Work, k: int) -> bool:
+    return False
+
+
 def read_contact(w: Work, sides: Sides, k: int, i: int, other: int) -> Any:
     at = w.instant
     one, x, y = at.contact[k], at.place[i][0], at.place[i][1]
@@ -536,7 +548,8 @@ TWINS: dict[Any, Any] = {
 }
 TWINS |= {
     asked.predict: due.predict, asked.find_cluster: instant.find_cluster,
-    asked.find_touching: cluster_around, contact.pair_of: pair_of, asks_own: is_own,
+    asked.find_touching: cluster_around, contact.pair_of: pair_of,
+    contact.drift_of: drift_of, asks_own: is_own,
     asks_pull: own_pull, keeps_steady: kept_steady, finds_root: root_of,
     laws.balls_after: kinds.ball_ball, laws.cushion_after: kinds.cushion,
     laws.jumps_at: kinds.jumps,

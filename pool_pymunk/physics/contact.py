@@ -35,7 +35,8 @@ class Contact(NamedTuple):
     or from the cushion into the table. A cushion uses ``m_a``, ``restitution`` and ``friction`` of
     ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
     cushion is reported. ``gap`` (m) is the distance between the two; 0 where rounding hides it.
-    ``curvature`` (1/m) is that of a :class:`~pool_pymunk.physics.sides.Side`.
+    ``curvature`` (1/m) is that of a :class:`~pool_pymunk.physics.sides.Side`. ``drift`` (m/s) is
+    the velocity of a cushion that moves, at the point.
     """
 
     a: int
@@ -46,6 +47,7 @@ class Contact(NamedTuple):
     point: Vector = (0.0, 0.0)
     gap: float = 0.0
     curvature: float = 0.0
+    drift: Vector = (0.0, 0.0)
 
     @property
     def balls(self) -> tuple[int, ...]:
@@ -56,6 +58,16 @@ class Contact(NamedTuple):
 def pair_of(contact: Contact) -> Pair:
     """Return the pair of a contact; numba reads it from a record."""
     return contact.pair
+
+
+def drift_of(contact: Contact) -> Vector:
+    """Return the drift of a contact; cushions of compiled shots stand still."""
+    return contact.drift
+
+
+def relative(v: Vector, drift: Vector) -> Vector:
+    """Return a velocity relative to a cushion that moves with another one (m/s)."""
+    return v[0] - drift[0], v[1] - drift[1]
 
 
 Respond = Callable[[Contact, Velocities], object]  # it answers one contact, in place
@@ -98,7 +110,8 @@ def wall_approach(v: Vector, normal: Vector) -> float:
 def closing_speed(contact: Contact, velocity: Mapping[int, Vector]) -> float:
     """Return the speed (m/s) at which the two sides approach; it is negative if they part."""
     if contact.b == NO_BALL:
-        return wall_approach(velocity[contact.a], contact.normal)
+        v = relative(velocity[contact.a], drift_of(contact))
+        return wall_approach(v, contact.normal)
     return approach(velocity[contact.a], velocity[contact.b], contact.normal)
 
 

@@ -178,7 +178,7 @@ def _least(group: Sequence[Contact], change: Mapping[int, Vector]) -> list[Impul
     """Return the impulses of least norm that explain the changes of velocity (m/s)."""
     masses = {i: m for contact in group for i, m in zip(contact.balls, contact.pair, strict=False)}
     momentum = {i: (masses[i] * x, masses[i] * y) for i, (x, y) in change.items()}
-    both = lines([contact._replace(pair=UNIT) for contact in group])
+    both = lines([contact._replace(pair=UNIT, drift=(0.0, 0.0)) for contact in group])
     own = room(len(both))
     explain(both, len(both), momentum, own)
     return _opposite(group, own.impulse[::2], own.impulse[1::2])

@@ -25,7 +25,9 @@ from pool_pymunk.physics.contact import (
     Velocities,
     changed,
     closing_speed,
+    drift_of,
     pair_of,
+    relative,
     split,
 )
 
@@ -301,13 +303,13 @@ def respond(law: Any, contact: Any, velocity: Any, slip: Slip = NO_FRICTION) -> 
     """
     i, j, pair, (nx, ny) = contact.a, contact.b, pair_of(contact), contact.normal
     normal, v = (nx, ny), (velocity[i][0], velocity[i][1])
-    a = split(v, normal)
     if j == NO_BALL:
+        a = split(relative(v, drift_of(contact)), normal)
         after = cushion_after(law, a, pair.restitution, pair.friction)
         velocity[i] = changed(v, a, after, normal)
         return False
     u = velocity[j][0], velocity[j][1]
-    b = split(u, normal)
+    a, b = split(v, normal), split(u, normal)
     jumps, slips_a, slips_b = jumps_at(law, a, b, pair), a, b
     if jumps and slip == NO_FRICTION:
         pair = Pair(pair.m_a, pair.m_b, pair.restitution, 0.0)

@@ -38,10 +38,15 @@ def pressing_of_balls(a: Path, b: Path, t: float) -> float:
     return pull if pull > PRESSES * (pull_of(a) + pull_of(b)) else 0.0
 
 
-def pressing_of_wall(path: Path, normal: Vector, curvature: float, t: float) -> float:
-    """Return how strongly (m/s^2) a wall is pressed on by a ball that touches it; 0 if rounding."""
+def pressing_of_wall(
+    path: Path, normal: Vector, curvature: float, drift: Vector, t: float
+) -> float:
+    """Return how strongly (m/s^2) a wall is pressed on by a ball that touches it; 0 if rounding.
+
+    The wall moves evenly, with the velocity ``drift`` (m/s).
+    """
     (_, _, vx, vy), (nx, ny) = motion_at(path, t), normal
-    along = vy * nx - vx * ny
+    along = (vy - drift[1]) * nx - (vx - drift[0]) * ny
     (ax, ay), turning = pull_at(path, t), curvature * along * along
     press = -(ax * nx + ay * ny) - turning
     return press if press > PRESSES * (pull_of(path) + abs(turning)) else 0.0

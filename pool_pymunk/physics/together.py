@@ -33,6 +33,7 @@ from pool_pymunk.physics.contact import (
     Vector,
     Velocities,
     closing_speed,
+    drift_of,
 )
 from pool_pymunk.physics.pressed import lengths, rows_of
 
@@ -407,7 +408,10 @@ def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> fl
         return 0.0
     nx, ny, v = contact.normal[0], contact.normal[1], velocity[contact.a]
     slip, lightness, among = v[1] * nx - v[0] * ny, 1.0 / contact.pair.m_a, shares[contact.a]
-    if contact.b != NO_BALL:
+    if contact.b == NO_BALL:
+        ux, uy = drift_of(contact)
+        slip -= uy * nx - ux * ny
+    else:
         v = velocity[contact.b]
         slip = (v[1] * nx - v[0] * ny) - slip
         lightness += 1.0 / contact.pair.m_b

@@ -41,6 +41,9 @@ def scene_of(
     ``table`` is the outline; by default it is that of the walls.
     """
     balls, engine, surface = state.on_table(), state.engine, state.surface
+    if engine.movers:
+        message = "a scene has no walls that move: remove them first, and add them again later"
+        raise setting_error("walls", f"{len(engine.movers)} of kinematic bodies", message)
     walls = [each for each in obstacles if each.is_solid]
     posts = [each for each in walls if each.is_drawn and isinstance(each.shape, pymunk.Circle)]
     others = [each for each in walls if each not in posts]

@@ -24,6 +24,7 @@ from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.moving import Moving, MovingWall
 from pool_pymunk.physics.sides import Side, Wall, pocket
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.world import checks
@@ -39,7 +40,7 @@ from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.walls import sides_of
 
 FrictionBy = Literal["joint", "callback"]
-CALLBACKS = ("on_contact", "on_stop", "on_pocket")
+CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
 REVOKED = "on_stop_revoked"  # a callback that there was
 
 
@@ -93,6 +94,7 @@ class Billiards:
     on_contact: Callable[[ContactEvent], object] | None = None
     on_stop: Callable[[TableBall, float], object] | None = None
     on_pocket: Callable[[TableBall, int, float], object] | None = None
+    on_jam: Callable[[TableBall, int, float], object] | None = None
 
     def __init__(
         self,
@@ -333,7 +335,17 @@ class Billiards:
             if not hasattr(side, "time_of_contact"):
                 text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
-        wall = Wall(sides or sides_of(shape), restitution, friction, self._walls.count)
+        assert shape.body is not None
+        number = self._walls.count
+        wall = Wall(sides or (), restitution, friction, number)
+        if shape.body.body_type == pymunk.Body.KINEMATIC:
+            if sides is not None:
+                message = "a wall that moves has the sides of its shape: leave sides out"
+                raise setting_error("sides", len(sides), message)
+            moving = Moving(sides_of(shape), self.engine)
+            wall = MovingWall(moving, restitution, friction, number)
+        elif not sides:
+            wall = Wall(sides_of(shape), restitution, friction, number)
         return self._walls.put_if_free(checks.Obstacle(shape, wall, is_drawn=not sides))
 
     def put_wall(self, shape: pymunk.Shape, wall: Wall) -> int:

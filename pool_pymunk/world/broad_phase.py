@@ -18,6 +18,13 @@ Key = tuple[int, int]  # two balls, the lower number first; or a ball and -1 - a
 FEW = 8
 
 
+def may_collide(one: pymunk.ShapeFilter, other: pymunk.ShapeFilter) -> bool:
+    """Tell whether the filters of two shapes let them collide."""
+    if one.group != 0 and one.group == other.group:
+        return False
+    return bool(one.categories & other.mask and other.categories & one.mask)
+
+
 class BroadPhase:
     """A broad phase knows the pairs that touched during a step, and what is near a ball."""
 
@@ -27,6 +34,8 @@ class BroadPhase:
         self.sensors: list[pymunk.Circle] = []
         # the number of a sensor's ball, or -1 - the number of a wall
         self.numbers: dict[pymunk.Shape, int] = {}
+        # the boxes (m) that walls that move sweep in this step, with their filters, by their places
+        self.swept: dict[int, tuple[pymunk.BB, pymunk.ShapeFilter]] = {}
         self.pairs: dict[Key, None] = {}  # the pairs that touched during this step
         self.changed: dict[int, None] = {}  # the balls that have begun a new path in it
         self.gone: list[int] = []  # the balls that have left the table in this step
@@ -91,6 +100,7 @@ class BroadPhase:
     def forget(self, shape: pymunk.Shape) -> None:
         """Leave out the wall or pocket of this shape from now on."""
         k = self.numbers.pop(shape)
+        self.swept.pop(-1 - k, None)
         self.pairs = {pair: None for pair in self.pairs if k not in pair}
 
     def _changed_near(self, i: int) -> Iterable[int]:
@@ -112,4 +122,9 @@ class BroadPhase:
         left, bottom, right, top = self.sensors[i].bb
         around = pymunk.BB(min(x0, left), min(y0, bottom), max(x1, right), max(y1, top))
         numbers, found = self.numbers, self.space.bb_query(around, self.sensors[i].filter)
-        return [numbers[shape] for shape in found if shape in numbers]
+        near = [numbers[shape] for shape in found if shape in numbers]
+        for place, (swept, filter_) in self.swept.items():
+            key = -1 - place
+            if swept.intersects(around) and key not in near:
+                near += [key] * may_collide(filter_, self.sensors[i].filter)
+        return near

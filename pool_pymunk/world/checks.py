@@ -15,8 +15,9 @@ from pool_pymunk.model.plain import argument, finite, point, size
 from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
+from pool_pymunk.physics.moving import MovingWall
 from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.sides import Wall
+from pool_pymunk.physics.sides import Side, Wall
 from pool_pymunk.physics.surface import Rolling, Sliding, Surface
 from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, Disc, TableBall
 from pool_pymunk.world.bodies import Moves
@@ -47,6 +48,12 @@ class Obstacle(NamedTuple):
             return self.shape.point_query(center).distance - radius
         return places.room_beside(self.wall.sides, *center, radius)
 
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The sides of the wall or pocket, where they are now."""
+        wall = self.wall
+        return wall.moving.sides_now() if isinstance(wall, MovingWall) else wall.sides
+
     def holds(self, center: Vector, radius: float) -> bool:
         """Tell whether a ball lies in the obstacle."""
         return places.lies_in(self.wall, self.room(center, radius), *center, radius)
@@ -55,7 +62,7 @@ class Obstacle(NamedTuple):
         """Tell whether a wall lies between where a path begins and where it is after 1 s."""
         if self.wall.is_pocket or self.room((path.x, path.y), 0.0) <= 0.0:
             return False
-        return self.wall.time_of_contact(path, 0.0, 0.0) <= 1.0
+        return any(side.time_of_contact(path, 0.0, 0.0) <= 1.0 for side in self.sides)
 
 
 def check_settings(space: Any, pair: Any, friction: Any) -> None:
@@ -206,6 +213,12 @@ def check_space(space: pymunk.Space) -> None:
         argument("damping", damping, finite)
 
 
+def check_motion(wall: int, velocity: Vector, turns: float) -> None:
+    """Refuse a wall's velocity (m/s) or angular velocity that is not finite, or too large."""
+    argument(f"wall {wall}: velocity", velocity, point)
+    argument(f"wall {wall}: angular_velocity", turns, finite)
+
+
 def is_sound(move: Moves) -> bool:
     """Tell whether all numbers of a body are finite, and none is too large."""
     return sum(map(abs, move)) <= LARGEST
@@ -216,8 +229,9 @@ def check_wall(shape: Any) -> None:
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
         raise setting_error("shape", _kind(shape), message)
-    if shape.body is None or shape.body.body_type != pymunk.Body.STATIC:
-        raise setting_error("shape", _kind(shape), "a wall's body must be static, as walls stand")
+    if shape.body is None or shape.body.body_type == pymunk.Body.DYNAMIC:
+        message = "a wall's body must be static, or kinematic for a wall that moves"
+        raise setting_error("shape", _kind(shape), message)
     if isinstance(shape, pymunk.Segment) and shape.a == shape.b:
         raise setting_error("shape", _kind(shape), "a segment must have two ends")
     _check_type("shape", shape)

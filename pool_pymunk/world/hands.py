@@ -6,16 +6,20 @@ the table compares each body that has moved with the ball's path.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
+from pool_pymunk.engine.groups import holds
 from pool_pymunk.model.problems import SettingError
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
+from pool_pymunk.physics.sides import OVERLAP
 from pool_pymunk.world.ball import Disc, TableBall
 from pool_pymunk.world.bodies import Moves, Snapshot
 from pool_pymunk.world.checks import check_sound, check_space, check_unchanged, is_sound
+from pool_pymunk.world.movers import Mover
 from pool_pymunk.world.outlook import beside, free_spot, is_free
 from pool_pymunk.world.state import LiveState, Phase
 from pool_pymunk.world.walls import Walls
@@ -43,6 +47,43 @@ class WatchedState(LiveState):
         self._unsound: dict[TableBall, Moves] = {}
         self._touched: set[TableBall] = set()  # by somebody, since the last step
 
+    # -- walls that move -----------------------------------------------------------------------
+
+    def begin_step(self) -> None:
+        super().begin_step()
+        if self.walls.movers:
+            self.walls.plan()
+
+    def make_room(self) -> None:
+        """Keep balls out of walls that have come to lie in them since the last step."""
+        moved = list[TableBall]()
+        for place, mover in self.walls.movers.items():
+            mover.check()
+            goes_on = mover.goes_on()
+            for ball in self.walls.balls_in(mover, 0.0):
+                if not goes_on and holds(self.engine.groups, ball.number, -1 - place):
+                    self.engine.now = self.time
+                    self.engine.release(ball.number)
+                    moved.append(ball)
+                if ball.is_on_table:
+                    self._keep_out(ball, place, mover)
+        if moved:
+            self.set_out(moved)
+
+    def _keep_out(self, ball: TableBall, place: int, mover: Mover) -> None:
+        """Put a ball beside a wall that lies in it now; without room the wall goes through it."""
+        engine, key = self.engine, (ball.number, place)
+        x, y = self.state_of(ball.number)[0][:2]
+        if mover.side.gap(x, y, ball.radius) >= -OVERLAP * ball.radius:
+            engine.jams.discard(key)
+            return
+        spot = self._spot_for(ball, (x, y), self.discs(without=ball), most=2.0 * ball.radius)
+        if spot is None:
+            engine.jam(key)
+            return
+        engine.jams.discard(key)
+        self.send(ball, spot, None)
+
     def look(self) -> None:
         """Note that all bodies are on their paths now."""
         self._seen = self.bodies.read()
@@ -54,6 +95,8 @@ class WatchedState(LiveState):
 
     def catch_up(self) -> None:
         """Follow what has happened to the balls since the last look."""
+        for mover in self.walls.movers.values():
+            mover.stand()
         seen, now, ball_of = self._seen, self.bodies.read(), self.ball_of
         if not (self.stirred or self.joined) and now.is_same(seen):
             return
@@ -161,12 +204,28 @@ class WatchedState(LiveState):
 
     def room_for(self, ball: TableBall, place: Vector, discs: Mapping[TableBall, Disc]) -> Vector:
         """Return where a ball that was pushed into balls and walls touches them instead."""
+        spot = self._spot_for(ball, place, discs)
+        if spot is None:  # There is no room for it: it stays where it was.
+            return self.engine.paths[ball.number].at(self.now)[0]
+        return spot
+
+    def _spot_for(
+        self,
+        ball: TableBall,
+        place: Vector,
+        discs: Mapping[TableBall, Disc],
+        most: float = math.inf,
+    ) -> Vector | None:
+        """Return the place for a ball that is nearest to a place in balls or walls (m), if any.
+
+        It is not farther off than ``most``.
+        """
         walls = [each for each in self.walls.obstacles.values() if not each.wall.is_pocket]
         others = list(discs.values())
         pushed = beside(place, ball.radius, others, walls)
         if is_free(pushed, ball.radius, others, walls):
             return pushed
         try:
-            return free_spot(place, ball.radius, others, walls)
-        except SettingError:  # There is no room for it: it stays where it was.
-            return self.engine.paths[ball.number].at(self.now)[0]
+            return free_spot(place, ball.radius, others, walls, most)
+        except SettingError:
+            return None

@@ -55,6 +55,9 @@ class SharedSteps(Steps):
         check_step(dt, self.max_dt)
         self.catch_up()
         self.refuse_changes()
+        if self.walls.movers:
+            self.make_room()
+            self.catch_up()
         self.put_back_joints()
         if is_uneven := dt != self.dt:
             self.set_clock(self.time, dt)
@@ -130,10 +133,14 @@ class SharedSteps(Steps):
         self.tick()
         is_due = self.time >= self.wake or self.near.pairs or self.sent
         if not (is_due or on_all or kicks):
+            self.walls.finish()
             return
         paths, after = tuple(self.engine.paths), self.bodies.read()
         if is_due:
-            self.answer(began)
+            try:
+                self.answer(began)
+            finally:
+                self.walls.finish()
         self.phase = Phase.BETWEEN
         # A body that the table has not put on a path in this step still has its pushes.
         balls = self.ball_of.values() if on_all else (*kicks, *self.carried, *self._turned)

@@ -15,11 +15,12 @@ from pool_pymunk.model.places import TOUCHING, overlap
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.impulses import Impulse
+from pool_pymunk.physics.moving import MovingWall
 from pool_pymunk.physics.path import Path, motion_at, set_off
-from pool_pymunk.physics.sides import Round, Straight, unit
+from pool_pymunk.physics.sides import Round, Straight, Wall, unit
 from pool_pymunk.world.ball import HAIR, Disc, TableBall
 from pool_pymunk.world.checks import Obstacle
-from pool_pymunk.world.state import LiveState
+from pool_pymunk.world.state import LiveState, Phase
 
 VISIBLE = 1e-3  # of a speed; lines that turn by less are straight
 MOST = 2_000  # This many instants are played at most; those of nine balls take 0.2 s.
@@ -150,10 +151,22 @@ def copy_of(
         goes = (going or {}).get(each, ((vx, vy), roll))
         path = engine.path_at(k, 0.0, (x, y), *goes)
         engine.add_ball(path, each.radius, table.masses[each.number])
-    engine.walls = list(table.walls)
+    numbers = {each.number: k for k, each in enumerate(balls)}
+    engine.movers = table.movers
+    engine.jams = {(numbers[i], place) for i, place in table.jams if i in numbers}
+    engine.walls = [wall_in(state, engine, wall) for wall in table.walls]
     engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
     engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
     return engine
+
+
+def wall_in(state: LiveState, engine: ContactEngine, wall: Wall) -> Wall:
+    """Return a wall for the copy of a table; one that moves stands there unless a step goes on."""
+    if not isinstance(wall, MovingWall):
+        return wall
+    if state.phase is Phase.STEPPING:
+        return wall.copy(wall.moving.copy(engine, state.time))
+    return wall.copy(wall.moving.standing(engine))
 
 
 def motions_after(state: LiveState, dt: float) -> dict[TableBall, tuple[Vector, Vector]]:
@@ -169,12 +182,17 @@ def motions_after(state: LiveState, dt: float) -> dict[TableBall, tuple[Vector, 
 
 
 def free_spot(
-    near: Vector, radius: float, discs: Collection[Disc], obstacles: Collection[Obstacle]
+    near: Vector,
+    radius: float,
+    discs: Collection[Disc],
+    obstacles: Collection[Obstacle],
+    most: float = math.inf,
 ) -> Vector:
     """Return the place nearest to ``near`` (m) at which a disc overlaps nothing.
 
-    The straight line there crosses no wall. The nearest place is ``near`` itself, or the nearest
-    one at the edge of an obstacle, or one at which the edges of two obstacles cross.
+    It is not farther off than ``most`` (m). The straight line there crosses no wall. The nearest
+    place is ``near`` itself, or the nearest one at the edge of an obstacle, or one at which the
+    edges of two obstacles cross.
     """
     size = (1.0 + HAIR) * radius
 
@@ -183,12 +201,12 @@ def free_spot(
         return not any(each.lies_across(line) for each in obstacles)
 
     edges: list[Locus] = [Round(place, size + other) for place, other in discs]
-    sides = [side for each in obstacles for side in each.wall.sides]
+    sides = [side for each in obstacles for side in each.sides]
     edges += [side.edge(size) for side in sides if hasattr(side, "edge")]
     away = [math.dist(near, edge.nearest(near)) for edge in edges]
-    farthest, within = max(away, default=0.0), 0.0
-    while within <= 2.0 * farthest:
-        within = max(2.0 * within, radius)
+    farthest, within = min(max(away, default=0.0), most), 0.0
+    while within <= 2.0 * farthest and within < most:
+        within = min(max(2.0 * within, radius), most)
         about = [edge for edge, far in zip(edges, away, strict=True) if far <= within]
         spots = [near, *(edge.nearest(near) for edge in about)]
         spots += [spot for one, other in combinations(about, 2) for spot in crossings(one, other)]
@@ -218,7 +236,7 @@ def beside(
         if math.dist((x, y), (u, v)) < touching:
             nx, ny = unit(x - u, y - v)
             x, y = u + touching * nx, v + touching * ny
-    for side in [side for each in obstacles for side in each.wall.sides]:
+    for side in [side for each in obstacles for side in each.sides]:
         gap = side.gap(x, y, radius)
         if -radius <= gap < 0.0:
             nx, ny = side.normal(x, y)

@@ -98,6 +98,10 @@ class LiveState:
         t = self.since + self.count * self.dt
         self.time = t if t < self.latest else self.latest
 
+    def end_of_step(self) -> float:
+        """Return the time (s) at the end of the step that begins now."""
+        return min(self.since + (self.count + 1) * self.dt, self.latest)
+
     def begin_step(self) -> None:
         """Note that pymunk is going to step the space."""
         self.phase = Phase.STEPPING

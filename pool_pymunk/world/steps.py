@@ -57,6 +57,9 @@ class Callbacks(Recorder):
             event = ContactEvent(t, balls, contact.cushion, *where, closing, *impulse[:2])
             self._tell("on_contact", event, balls=balls)
 
+    def jammed(self, i: int, wall: int, t: float) -> None:
+        self._tell("on_jam", self.state.balls[i], wall, t)
+
     def persistent(self, persisted: Persisted) -> None:
         if self.least_closing > 0.0:
             return
@@ -213,7 +216,11 @@ class Steps(WatchedState):
         self.refuse_in_step("play")
         self._follow_all()
         engine, self.latest, self.wake = self.engine, latest, -math.inf  # A strike may have come.
-        while (self.moving or engine.upcoming() <= self.time) and self.time < latest:
+        while self.time < latest and (
+            self.moving
+            or engine.upcoming() <= self.time
+            or (latest < math.inf and self.walls.are_moving)
+        ):
             # Unless sensors touch, nothing is due in at least this many steps.
             is_bare = self.has_joints and not self.damped
             bare = (min(self.wake, latest) - self.time) / self.dt if is_bare else 0.0
@@ -257,6 +264,9 @@ class Steps(WatchedState):
     def _make_steps(self, count: int) -> None:
         """Step the space until two sensors touch, but at most ``count`` times."""
         dt, quiet = self.dt, 0
+        if self.walls.movers:
+            self.make_room()
+            count = 1
         self.begin_step()
         try:
             self._pymunk_step(dt)
@@ -270,6 +280,7 @@ class Steps(WatchedState):
             if self.time >= self.wake or self.near.pairs or self.sent:
                 self.answer(began)
         finally:
+            self.walls.finish()
             self.phase = Phase.BETWEEN
 
     def answer(self, began: float) -> None:
@@ -305,6 +316,8 @@ class Steps(WatchedState):
         """Play the instants of this step, and call the callbacks after each."""
         engine, callbacks, self.phase = self.engine, self.callbacks, Phase.ANSWERING
         try:
+            if callbacks.pending:
+                callbacks.tell_all()
             if self.sent:
                 sent, self.sent = dict.fromkeys(self.sent), []
                 engine.predict([i for i in sent if self.balls[i].is_on_table])

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import pymunk
 
 from pool_pymunk.model.places import said
-from pool_pymunk.model.problems import SettingError, setting_error, shown
+from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.sides import RoundSide, Side, Wall, face_between
-from pool_pymunk.world.ball import TYPES
+from pool_pymunk.physics.moving import MovingWall
+from pool_pymunk.physics.path import motion_at
+from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
+from pool_pymunk.world.ball import HAIR, TYPES, TableBall
+from pool_pymunk.world.broad_phase import may_collide
 from pool_pymunk.world.checks import WALL, Obstacle, changed_error
+from pool_pymunk.world.movers import Mover
 from pool_pymunk.world.state import LiveState, Phase
 
 # Lines from a place within walls cross an odd number of them, except through gaps and obstacles.
@@ -40,6 +45,7 @@ class Walls:
         self._bodies: dict[pymunk.Body, Features] = {}
         self._shapes: dict[int, Features] = {}
         self._turn = 0
+        self.movers: dict[int, Mover] = {}  # the walls that move, by places
 
     def put_if_free(self, obstacle: Obstacle) -> int:
         """Put up a wall or a pocket if no ball lies in it now, and return its number."""
@@ -58,8 +64,10 @@ class Walls:
         """Put up a wall or a pocket without a check, and return its number."""
         (shape, wall, _), state, walls = obstacle, self.state, self.state.engine.walls
         state.engine.take_over()
-        state.join(shape)
         assert shape.body is not None
+        if shape.body.body_type == pymunk.Body.KINEMATIC:
+            state.join(shape.body)
+        state.join(shape)
         self._bodies.setdefault(shape.body, body_features(shape.body))
         self.count += not wall.is_pocket
         self.holes += wall.is_pocket
@@ -68,10 +76,54 @@ class Walls:
         state.near.numbers[shape] = -1 - place
         shape.collision_type = WALL
         self.obstacles[place], self._shapes[place] = obstacle, shape_features(shape)
+        if isinstance(wall, MovingWall):
+            self.movers[place] = Mover(shape.body, shape, wall.moving, wall.number)
+            state.engine.movers[wall.number] = place
+            self.movers[place].stand()
         if state.phase is Phase.TELLING:  # pymunk reports only in the next step what is near.
             for i in state.moving:
                 state.engine.meet_wall(i, place)
         return wall.number
+
+    def plan(self) -> None:
+        """Let walls move with their bodies in the step that begins, and ask what they may meet."""
+        state, engine = self.state, self.state.engine
+        engine.struck.clear()
+        engine.squeezed.clear()
+        until = state.end_of_step()
+        for place, mover in self.movers.items():
+            box = mover.plan(state.time, until)
+            state.near.swept[place] = box, mover.shape.filter
+            for ball in self.balls_in(mover, until - state.time, box):
+                state.near.pairs[ball.number, -1 - place] = None
+
+    def balls_in(self, mover: Mover, time: float, box: pymunk.BB | None = None) -> list[TableBall]:
+        """Return the balls that may come into a box (m) within a time (s), by default the wall's.
+
+        Balls that collide with no such wall are left out.
+        """
+        left, bottom, right, top = box or mover.shape.bb
+        paths, speeds, now = self.state.engine.paths, self.state.engine.speeds, self.state.time
+        found = []
+        for ball in self.state.ball_of.values():
+            i = ball.number
+            x, y, _, _ = motion_at(paths[i], now)
+            far = ball.radius * (1.0 + HAIR) + min(speeds[i], LARGEST) * time
+            is_near = left - far <= x <= right + far and bottom - far <= y <= top + far
+            if is_near and may_collide(ball.circle.filter, mover.shape.filter):
+                found.append(ball)
+        return found
+
+    def finish(self) -> None:
+        """Let walls stand that have moved in the present step."""
+        for mover in self.movers.values():
+            mover.finish(self.state.time)
+
+    @property
+    def are_moving(self) -> bool:
+        """Tell whether any wall moves."""
+        bodies = [mover.body for mover in self.movers.values()]
+        return any(body.velocity != (0.0, 0.0) or body.angular_velocity for body in bodies)
 
     def remove(self, number: int, is_pocket: bool = False) -> None:
         """Take the wall or the pocket of this number out of the space."""
@@ -95,6 +147,9 @@ class Walls:
         state.engine.take_over()
         for place in places:
             shape = self.obstacles.pop(place).shape
+            if (mover := self.movers.pop(place, None)) is not None:
+                del state.engine.movers[mover.number]
+                state.engine.jams = {key for key in state.engine.jams if key[1] != place}
             del self._shapes[place]
             state.near.forget(shape)
             shape.collision_type = 0
@@ -136,6 +191,8 @@ class Walls:
 
 def body_features(body: pymunk.Body) -> Features:
     """Return what nobody may change of the body of a wall."""
+    if body.body_type == pymunk.Body.KINEMATIC:
+        return (TYPES[body.body_type],)
     return TYPES[body.body_type], body.position, body.angle
 
 
@@ -170,18 +227,29 @@ def enclosed(place: Vector, shapes: Sequence[pymunk.Shape]) -> float:
     return odd / LINES
 
 
-def sides_of(shape: pymunk.Shape) -> tuple[Side, ...]:
-    """Return the faces and corners of a static segment, circle or polygon."""
+def around(center: Vector, place: Vector) -> Vector:
+    """Return where a place (m) lies from a center."""
+    return place[0] - center[0], place[1] - center[1]
+
+
+def sides_of(shape: pymunk.Shape) -> tuple[Face | RoundSide, ...]:
+    """Return the faces and corners of a segment, circle or polygon.
+
+    They are those in the world, or, if the body moves, in its frame around its center of gravity.
+    """
     body = shape.body
     assert body is not None
+    put: Callable[[Vector], Vector] = body.local_to_world
+    if body.body_type == pymunk.Body.KINEMATIC:
+        put = partial(around, body.center_of_gravity)
     if isinstance(shape, pymunk.Circle):
-        center = body.local_to_world(shape.offset)
+        center = put(shape.offset)
         return (RoundSide((center[0], center[1]), shape.radius),)
     if isinstance(shape, pymunk.Segment):
-        ends = [body.local_to_world(end) for end in (shape.a, shape.b)]
+        ends = [put(end) for end in (shape.a, shape.b)]
     else:
         assert isinstance(shape, pymunk.Poly), "walls are segments, circles or polygons"
-        ends = [body.local_to_world(corner) for corner in shape.get_vertices()]
+        ends = [put(corner) for corner in shape.get_vertices()]
     corners = [(x, y) for x, y in ends]
     outline = zip(corners, corners[1:] + corners[:1], strict=True)
     # The faces are those of a polygon's outside.
