@@ -258,6 +258,11 @@ def drift(w: Any, sides: Any, i: int, other: int) -> Vector:
     return velocity
 
 
+def turns(w: Any, other: int) -> bool:
+    """Tell whether a ball's other side is a wall that turns."""
+    return other < 0 and bool(w.walls[-1 - other].turns)
+
+
 def coefficients(w: Any, sides: Any, i: int, other: int) -> Vector:
     """Return restitution and friction of a contact."""
     pair = w.pair(i, other) if other >= 0 else w.walls[-1 - other]

@@ -15,7 +15,7 @@ from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.pieces import clear_total
-from pool_pymunk.physics.pressed import Press, find_units, lengths, rows_of
+from pool_pymunk.physics.pressed import Press, find_units, lengths, rows_of, set_time
 
 NONE = -1  # stands for no ball, no contact
 
@@ -45,6 +45,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
     "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
     "what": (int, ("C",)), "mu": (float, ("C",)), "edge": (float, ("C", 8)),
+    "drift": (float, ("C", 3)),
     "total": (float, ("C", 3)), "hit": (int, ("C", 2)),
     "wait": (int, ("C", 2)), "until": (float, ("C",)), "ended": (float, ("C",)),
     "length": (float, ("C",)),
@@ -172,9 +173,11 @@ def load(w: Any, leader: int) -> None:
         for n in range(8):
             g.edge[k][n] = r.edge[c][n]
         for n in range(3):
+            g.drift[k][n] = r.drift[c][n]
             g.total[k][n] = r.total[c][n]
         k, c = k + 1, r.following[c]
     g.balls, g.contacts = m, k
+    set_time(g, r.began[leader])
     for n in range(3):
         g.small[n] = r.small[leader][n]
     find_units(g)
@@ -194,3 +197,4 @@ def find_state(w: Any, leader: int, t: float) -> None:
         clear_total(g)
     else:
         find_end(w, r.steps[leader], r.longest[leader], t - r.began[leader])
+    g.at[1] = t

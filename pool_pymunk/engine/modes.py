@@ -16,6 +16,7 @@ from pool_pymunk.engine.asked import (
     begins_to_roll,
     coefficients,
     count_unlisted,
+    drift,
     enter,
     find_piece,
     find_touching,
@@ -64,7 +65,16 @@ from pool_pymunk.physics.pieces import (
     moves,
     settle,
 )
-from pool_pymunk.physics.pressed import LET_GO, REST, ROLL, STUCK, find_units, look, opening
+from pool_pymunk.physics.pressed import (
+    LET_GO,
+    REST,
+    ROLL,
+    STUCK,
+    find_units,
+    look,
+    opening,
+    set_time,
+)
 
 # s; the first piece of a mode is no longer. Where a contact has just opened it is shorter, because
 # the gap is still narrower than pieces deviate.
@@ -136,7 +146,10 @@ def gather(w: Any, sides: Any) -> None:
         _, mu = coefficients(w, sides, i, other)
         put_contact(w, k, i, other)
         g.mu[k], g.what[k] = mu, read_shape(w, sides, i, other, g.edge[k])
+        g.drift[k][0], g.drift[k][1] = drift(w, sides, i, other)
+        g.drift[k][2] = w.now
         g.on[k], g.over[k], g.slides[k], g.into[k] = 1, 0, 0, 0
+    set_time(g, w.now)
     g.contacts, g.small[2] = r.hits, r.coarser
     find_units(g)
     clear_total(g)
@@ -247,6 +260,7 @@ def cut(w: Any, leader: int) -> None:
     find_state(w, leader, w.now)
     for p in range(6 * g.balls):
         g.state[p] = g.end[p]
+    set_time(g, w.now)
     note_impulses(w, began)
 
 
@@ -404,6 +418,7 @@ def turn(w: Any, leader: int, longest: float) -> None:
     The next piece is not longer than a time (s).
     """
     g, r = w.press, w.groups
+    set_time(g, w.now)
     if r.faded[leader]:
         settle(g, g.state)
         for m in range(g.balls):
@@ -519,6 +534,8 @@ def store_contact(w: Any, k: int, leader: int) -> None:
     r.on[c], r.over[c], r.slides[c], r.into[c] = g.on[k], g.over[k], g.slides[k], g.into[k]
     for n in range(8):
         r.edge[c][n] = g.edge[k][n]
+    for n in range(3):
+        r.drift[c][n] = g.drift[k][n]
 
 
 def set_out(w: Any, leader: int, is_second: int) -> None:

@@ -29,6 +29,7 @@ from pool_pymunk.engine.asked import (
     push_press,
     radius_of,
     rolls,
+    turns,
 )
 from pool_pymunk.engine.groups import NONE, contact_of, find_state, wait_of
 from pool_pymunk.physics.contact import Vector, relative
@@ -61,7 +62,8 @@ def takes(w: Any, sides: Any, i: int, other: int, t: float) -> bool:
         return True
     if t > w.now or not rubs(w, sides, i, other):
         return False
-    if other < 0 and facing(w, sides, i, other)[2] < 0.0:  # A path leads out of an arc later.
+    # A path leads out of an arc later, and into a wall that turns.
+    if other < 0 and (facing(w, sides, i, other)[2] < 0.0 or turns(w, other)):
         wait(w, i, other)
     return True
 
@@ -99,7 +101,7 @@ def new_wait(w: Any) -> int:
 
 def look_at(w: Any, sides: Any, i: int, other: int) -> bool:
     """Look whether two sides touch that persist from now on: a group begins at this instant."""
-    if is_pocket(w, sides, other) or not is_closed(w, sides, i, other):
+    if is_pocket(w, sides, other) or turns(w, other) or not is_closed(w, sides, i, other):
         return False
     if persists_now(w, sides, i, other):
         push_press(w, i, w.now)
@@ -294,7 +296,9 @@ def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:
 
 
 def is_faint(w: Any, sides: Any, i: int, other: int) -> bool:
-    """Tell whether two sides would bounce too low to be seen."""
+    """Tell whether two sides would bounce too low to be seen; hits on walls that turn are hits."""
+    if turns(w, other):
+        return False
     (_, _, bends), closing = facing(w, sides, i, other), closing_of(w, sides, i, other)
     _, _, vx, vy = motion(w, i)
     vx, vy = relative((vx, vy), drift(w, sides, i, other))
@@ -313,6 +317,8 @@ def is_absorbed(w: Any, sides: Any, i: int, other: int) -> bool:
 
 def stays(w: Any, sides: Any, i: int, other: int) -> bool:
     """Tell whether two sides that touch neither part nor close, to the eye."""
+    if turns(w, other):
+        return False
     k = contact_of(w.groups, i, other)
     if k != NONE and w.groups.on[k]:
         return True

@@ -153,6 +153,10 @@ def drift(w: Work, sides: Sides, i: int, other: int) -> Vector:
     return 0.0, 0.0
 
 
+def turns(w: Work, other: int) -> bool:
+    return False
+
+
 def squeeze(w: Work, k: int) -> bool:
     return False
 

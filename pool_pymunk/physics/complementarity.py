@@ -114,10 +114,11 @@ def touches(g: Any, s: Any, k: int) -> bool:
 def leaves(g: Any, s: Any, k: int) -> bool:
     """Tell whether a ball at the end of a side moves on beyond it."""
     p, near = 6 * g.one[k], NEAR * g.radius[g.one[k]]
-    left, speed = room(g, k, s[p], s[p + 1]), size_of(s[p + 2], s[p + 3])
+    vx, vy = s[p + 2] - g.drift[k][0], s[p + 3] - g.drift[k][1]
+    left, speed = room(g, k, s[p], s[p + 1]), size_of(vx, vy)
     if left > near or speed == 0.0:
         return False
-    x, y = s[p] + near / speed * s[p + 2], s[p + 1] + near / speed * s[p + 3]
+    x, y = s[p] + near / speed * vx, s[p + 1] + near / speed * vy
     return room(g, k, x, y) < left
 
 

@@ -120,15 +120,18 @@ class Moving:
         """Return the side that is nearest to a place (m) in the frame."""
         if len(self.sides) == 1:
             return self.sides[0]
-        best, least, gap = self.sides[0], math.inf, math.inf
-        behind, nearly = self.sides[0], math.inf
+        best = flattest = self.sides[0]
+        least, highest = math.inf, -math.inf
         for side in self.sides:
             gap = side.gap(x, y, 0.0)
             if -side.radius <= gap < least:
                 best, least = side, gap
-            elif abs(gap) < nearly:
-                behind, nearly = side, abs(gap)
-        return best if least < math.inf else behind
+            if isinstance(side, Face):
+                (u, v), (nx, ny) = side.start, side.outward
+                height = (x - u) * nx + (y - v) * ny
+                if height > highest:
+                    flattest, highest = side, height
+        return flattest if -math.inf < highest < 0.0 else best  # Only a polygon has an inside.
 
     def gap(self, x: float, y: float, r: float) -> float:
         side, x, y = self._find(x, y)
@@ -285,6 +288,10 @@ class MovingWall(Wall):
     def __init__(self, moving: Moving, restitution: float, friction: float, number: int) -> None:
         super().__init__((moving,), restitution, friction, number)
         self.moving = moving
+
+    @property
+    def turns(self) -> bool:
+        return self.moving.turns != 0.0
 
     def drift(self, x: float, y: float, r: float) -> Vector:
         return self.moving.drift(x, y, r)

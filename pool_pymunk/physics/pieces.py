@@ -34,6 +34,7 @@ from pool_pymunk.physics.pressed import (
     opening,
     roll_into,
     room,
+    set_time,
     sign,
     smallest,
     wrings,
@@ -50,6 +51,7 @@ STAGES = (
     (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0),
     (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
 )
+TIMES = (1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)  # of the stages, as shares of the step
 SPREAD = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 # A piece is short enough that two parabolas deviate from it by less than this share of a radius. If
 # the acceleration changes by J in a piece of h (s), they deviate by J h^2 / 324.
@@ -66,6 +68,7 @@ def step(g: Any, s: Any, h: float, end: Any) -> float:
     ``g`` has the forces of the state first, and those of the end at last. Its ``total`` (N s)
     becomes the impulses of the forces: along the normal, and as x and y.
     """
+    g.at[1] = g.at[0]
     look(g, s)
     keep_stage(g, 0)
     for stage in range(1, len(SPREAD)):
@@ -75,6 +78,7 @@ def step(g: Any, s: Any, h: float, end: Any) -> float:
             for q in range(stage):
                 x += h * weights[q] * g.rates[q][p]
             end[p] = x
+        g.at[1] = g.at[0] + TIMES[stage - 1] * h
         if stage == len(STAGES):
             close(g, end)
         find_forces(g, end)
@@ -370,6 +374,7 @@ def part_of(g: Any, steps: int, longest: float, time: float) -> None:
 
 def begin_steps(g: Any) -> None:
     """Begin the steps of a piece."""
+    set_time(g, g.at[2])
     g.steps = 1
     for p in range(6 * g.balls):
         g.here[p] = g.state[p]
@@ -380,6 +385,7 @@ def begin_steps(g: Any) -> None:
 def keep_stop(g: Any, time: float) -> None:
     """Let the end of a step, at a time (s) of the piece, be the start of the next one."""
     g.stop_t[g.steps - 1] = time
+    g.at[0] = g.at[1] = g.at[2] + time
     stop = g.stop[g.steps - 1]
     g.steps += 1
     for p in range(6 * g.balls):
@@ -410,6 +416,7 @@ def step_of(g: Any, longest: float) -> Piece:
     ``total`` becomes its impulses.
     """
     s, end = g.here, g.end
+    g.at[1] = g.at[0]
     clear_total(g)
     find_forces(g, s)
     measure(g, s, g.before)
@@ -535,7 +542,10 @@ def energy_of(g: Any, s: Any) -> float:
 
 
 def lose(g: Any, s: Any, end: Any) -> None:
-    """Take away energy that a step has gained by its error."""
+    """Take away energy that a step has gained by its error; walls that move may give some."""
+    for k in range(g.contacts):
+        if g.on[k] and (g.drift[k][0] != 0.0 or g.drift[k][1] != 0.0):
+            return
     before, after = energy_of(g, s), energy_of(g, end)
     if after > before:
         share = math.sqrt(before / after)

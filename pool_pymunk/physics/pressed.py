@@ -39,7 +39,9 @@ MOST_STEPS = 16  # of a piece
 # `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
-# linear system. `state`, `end` and `total` (N s) are those of a piece. At each `stop` one of its
+# linear system. A wall moves with its `drift` (m/s), and its `edge` is that of a time (s), the
+# third number. `at` has the times (s) of the step's beginning, of the present state, and of the
+# piece's beginning. `state`, `end` and `total` (N s) are those of a piece. At each `stop` one of its
 # steps ends, `stop_t` (s) after its beginning. The others are for a step, which begins `here`.
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, (3,)),
@@ -49,6 +51,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "rate": (float, ("6N",)),
     "place": (int, ("C",)), "one": (int, ("C",)), "other": (int, ("C",)), "what": (int, ("C",)),
     "mu": (float, ("C",)), "edge": (float, ("C", 8)), "unit": (float, ("C",)),
+    "drift": (float, ("C", 3)), "at": (float, (3,)),
     "over": (int, ("C",)), "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)),
     "force": (float, ("C", 3)), "normal": (float, ("C", 2)), "bend": (float, ("C",)),
     "slip": (float, ("C",)), "closed": (int, ("C",)), "chosen": (int, ("C",)),
@@ -65,7 +68,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
 
 OF_MODE = (
     "small", "ball", "mass", "radius", "pull", "drag", "phase", "stuck", "place", "one", "other",
-    "what", "mu", "edge", "unit", "over", "on", "slides", "into",
+    "what", "mu", "edge", "drift", "unit", "over", "on", "slides", "into", "at",
 )  # fmt: skip
 
 
@@ -102,7 +105,8 @@ def copy_of(g: Press) -> Press:
     found.own, found.rolls = g.own, g.rolls
     for name in OF_MODE:
         mine, its = getattr(found, name), getattr(g, name)
-        mine[:] = [[*row] for row in its[: len(mine)]] if name == "edge" else its[: len(mine)]
+        has_rows = name in ("edge", "drift")
+        mine[:] = [[*row] for row in its[: len(mine)]] if has_rows else its[: len(mine)]
     return found
 
 
@@ -136,16 +140,28 @@ def find_units(g: Any) -> None:
         g.unit[k] = m if j < 0 else m * g.mass[j] / (m + g.mass[j])
 
 
+def set_time(g: Any, t: float) -> None:
+    """Let the state of a press be that of a time (s), at which a piece begins."""
+    g.at[0] = g.at[1] = g.at[2] = t
+
+
+def moved(g: Any, k: int) -> tuple[float, float]:
+    """Return how far (m) the wall of a contact has moved since its edge was read."""
+    late, drift = g.at[1] - g.drift[k][2], g.drift[k]
+    return late * drift[0], late * drift[1]
+
+
 def gap_of(g: Any, s: Any, k: int) -> Any:
     """Return the gap (m) of a contact."""
     i, shape = 6 * g.one[k], g.edge[k]
+    mx, my = moved(g, k)
     if g.what[k] == FLAT:
-        return s[i] * shape[0] + s[i + 1] * shape[1] - shape[2]
+        return (s[i] - mx) * shape[0] + (s[i + 1] - my) * shape[1] - shape[2]
     if g.what[k] == BALL:
         j = 6 * g.other[k]
         dx, dy = s[j] - s[i], s[j + 1] - s[i + 1]
         return size_of(dx, dy) - shape[0]
-    dx, dy = s[i] - shape[0], s[i + 1] - shape[1]
+    dx, dy = s[i] - mx - shape[0], s[i + 1] - my - shape[1]
     return shape[2] * (size_of(dx, dy) - shape[3])
 
 
@@ -153,7 +169,7 @@ def look(g: Any, s: Any) -> None:
     """Find the normal, the bend and the slip of each contact."""
     for k in range(g.contacts):
         i, shape, n = 6 * g.one[k], g.edge[k], g.normal[k]
-        u, v = s[i + 2], s[i + 3]
+        u, v = s[i + 2] - g.drift[k][0], s[i + 3] - g.drift[k][1]
         if g.what[k] == FLAT:
             n[0], n[1], g.bend[k] = shape[0], shape[1], 0.0
             g.slip[k] = v * n[0] - u * n[1]
@@ -163,7 +179,8 @@ def look(g: Any, s: Any) -> None:
             x, y, facing = s[j] - s[i], s[j + 1] - s[i + 1], 1.0
             u, v = s[j + 2] - u, s[j + 3] - v
         else:
-            x, y, facing = s[i] - shape[0], s[i + 1] - shape[1], shape[2]
+            mx, my = moved(g, k)
+            x, y, facing = s[i] - mx - shape[0], s[i + 1] - my - shape[1], shape[2]
         distance = size_of(x, y)
         n[0], n[1], g.bend[k] = facing * x / distance, facing * y / distance, facing / distance
         g.slip[k] = v * n[0] - u * n[1]
@@ -172,9 +189,9 @@ def look(g: Any, s: Any) -> None:
 def opening(g: Any, s: Any, k: int) -> Any:
     """Return the speed (m/s) at which the two sides part."""
     i, n = 6 * g.one[k], g.normal[k]
-    along = s[i + 2] * n[0] + s[i + 3] * n[1]
     if g.other[k] < 0:
-        return along
+        return (s[i + 2] - g.drift[k][0]) * n[0] + (s[i + 3] - g.drift[k][1]) * n[1]
+    along = s[i + 2] * n[0] + s[i + 3] * n[1]
     j = 6 * g.other[k]
     return s[j + 2] * n[0] + s[j + 3] * n[1] - along
 
@@ -218,6 +235,8 @@ def room(g: Any, k: int, x: float, y: float) -> float:
     shape = g.edge[k]
     if g.what[k] == BALL:
         return math.inf
+    mx, my = moved(g, k)
+    x, y = x - mx, y - my
     if g.what[k] == FLAT:
         foot = y * shape[0] - x * shape[1]
         return float(min(foot - shape[3], shape[4] - foot))
