@@ -29,6 +29,8 @@ from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
 
 STANDS = 0.0, 0.0  # m/s; the drift of a wall that does not move
+# A ball that a wall would throw out this many times as fast as anything was is jammed.
+SQUIRTS = 10.0
 Four = tuple[float, float, float, float]
 
 moves_on = sets_off
@@ -156,6 +158,9 @@ def answer_group(w: Any, count: int) -> None:
     before = {i: at.velocity[i] for contact in contacts for i in contact.balls}
     after = dict(before)
     both = at_once(contacts, after) if solves_at_once(w.law) else None
+    if has_no_room(w, contacts, before, after, both is not None):
+        answer_without_movers(w, count, before)
+        return
     if both is not None:
         found = [(normal, along, -along) for normal, along in zip(*both, strict=True)]
     else:
@@ -164,6 +169,32 @@ def answer_group(w: Any, count: int) -> None:
         found = [numbers_of(shared.impulse(one)) for one in contacts if not at.is_played_out]
     at.velocity.update(after)
     at.impulse.update({at.member[m]: impulse for m, impulse in enumerate(found)})
+
+
+def has_no_room(
+    w: Any, contacts: list[Contact], before: Velocities, after: Velocities, is_answered: bool
+) -> bool:
+    """Tell whether walls that move leave balls no room, or throw them out too fast."""
+    drifts = [contact.drift for contact in contacts if contact.drift != STANDS]
+    if not drifts or not solves_at_once(w.law):
+        return False
+    usual = max(math.hypot(*v) for v in (*before.values(), *drifts))
+    return not is_answered or max(math.hypot(*v) for v in after.values()) > SQUIRTS * usual
+
+
+def answer_without_movers(w: Any, count: int, before: Velocities) -> None:
+    """Let the walls that move in a ``group`` go through its balls, and answer the other contacts."""
+    at = w.instant
+    standing = list[Contact]()
+    for m in range(count):
+        contact, at.impulse[at.member[m]] = at.group[m], (0.0, 0.0, 0.0)
+        if contact.drift == STANDS:
+            standing.append(contact)
+        elif contact.cushion in w.movers:
+            w.jam((contact.a, w.movers[contact.cushion]))
+    after = dict(before)
+    w.law.together(standing, after, partial(respond, w.law))
+    at.velocity.update(after)
 
 
 def respond_and_note(w: Any, calls: list[Call], contact: Contact, velocity: Velocities) -> None:

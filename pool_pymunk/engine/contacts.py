@@ -209,6 +209,9 @@ class ContactEngine:
                     end = min(end, t)
                 if end == math.inf > path.end and leader[i] < 0:
                     push(path.end, What("stop", i))
+            elif self.movers:
+                for wall in self.movers.values():
+                    self.meet_wall(i, wall)
             self.path_ends[i] = end
         self._look_ahead(balls)
 

@@ -29,7 +29,7 @@ CONVERGED = 64.0 * EPSILON  # A collapse is over at closing speeds of this share
 PILE, MOST_IN_PILE = 20, 200
 # A wall that moves hits a ball ever more often that has nowhere to go. After so many of these hits
 # in one step the ball does not bounce any more, and after so many the wall goes through it.
-SQUEEZED, JAMMED = 30, 60
+SQUEEZED, JAMMED = 20, 30
 
 
 def nearly_now(radius: float, speed: float) -> float:

@@ -59,14 +59,14 @@ class WatchedState(LiveState):
         moved = list[TableBall]()
         for place, mover in self.walls.movers.items():
             mover.check()
-            goes_on = mover.goes_on()
+            if not mover.goes_on():
+                self.engine.now = self.time
+                for ball in self.on_table():
+                    if holds(self.engine.groups, ball.number, -1 - place):
+                        self.engine.release(ball.number)
+                        moved.append(ball)
             for ball in self.walls.balls_in(mover, 0.0):
-                if not goes_on and holds(self.engine.groups, ball.number, -1 - place):
-                    self.engine.now = self.time
-                    self.engine.release(ball.number)
-                    moved.append(ball)
-                if ball.is_on_table:
-                    self._keep_out(ball, place, mover)
+                self._keep_out(ball, place, mover)
         if moved:
             self.set_out(moved)
 
