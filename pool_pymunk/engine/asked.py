@@ -183,7 +183,7 @@ def has_no_room(
 
 
 def answer_without_movers(w: Any, count: int, before: Velocities) -> None:
-    """Let the walls that move in a ``group`` go through its balls, and answer the other contacts."""
+    """Answer a ``group`` without its walls that move, which go through their balls."""
     at = w.instant
     standing = list[Contact]()
     for m in range(count):
@@ -280,18 +280,24 @@ def facing(w: Any, sides: Any, i: int, other: int) -> tuple[float, float, float]
     return (*side.normal(x, y), side.curvature(x, y))
 
 
-def drift(w: Any, sides: Any, i: int, other: int) -> Vector:
-    """Return the velocity (m/s) with which a ball's other side moves, if it is a wall."""
+def sweep(w: Any, sides: Any, i: int, other: int) -> Four:
+    """Return how a ball's other side moves, if it is a wall.
+
+    That is its velocity (m/s) where the ball is, its angular velocity (rad/s), and the centrifugal
+    acceleration (m/s^2) that lifts the ball off it.
+    """
     if other >= 0:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0
     x, y, _, _ = motion_at(w.paths[i], w.now)
-    velocity: Vector = w.walls[-1 - other].drift(x, y, w.radii[i])
-    return velocity
+    moves: Four = w.walls[-1 - other].sweep(x, y)
+    return moves
 
 
-def turns(w: Any, other: int) -> bool:
-    """Tell whether a ball's other side is a wall that turns."""
-    return other < 0 and bool(w.walls[-1 - other].turns)
+def read_drift(w: Any, sides: Any, other: int, row: Any) -> None:
+    """Read how a wall moves now: velocity (m/s), time (s), angular velocity, and place (m)."""
+    found = w.walls[-1 - other].motion(w.now) if other < 0 else (0.0, 0.0, w.now, 0.0, 0.0, 0.0)
+    for n in range(6):
+        row[n] = found[n]
 
 
 def coefficients(w: Any, sides: Any, i: int, other: int) -> Vector:

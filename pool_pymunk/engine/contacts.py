@@ -209,9 +209,8 @@ class ContactEngine:
                     end = min(end, t)
                 if end == math.inf > path.end and leader[i] < 0:
                     push(path.end, What("stop", i))
-            elif self.movers:
-                for wall in self.movers.values():
-                    self.meet_wall(i, wall)
+            else:
+                self.meet_movers(i)
             self.path_ends[i] = end
         self._look_ahead(balls)
 
@@ -260,6 +259,11 @@ class ContactEngine:
                 if j not in done:
                     meet(i, j)
             done.add(i)
+
+    def meet_movers(self, i: int) -> None:
+        """Predict when walls that move meet a ball."""
+        for wall in self.movers.values():
+            self.meet_wall(i, wall)
 
     def meet(self, i: int, j: int) -> None:
         """Predict when two balls meet."""

@@ -45,7 +45,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
     "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
     "what": (int, ("C",)), "mu": (float, ("C",)), "edge": (float, ("C", 8)),
-    "drift": (float, ("C", 3)),
+    "drift": (float, ("C", 6)),
     "total": (float, ("C", 3)), "hit": (int, ("C", 2)),
     "wait": (int, ("C", 2)), "until": (float, ("C",)), "ended": (float, ("C",)),
     "length": (float, ("C",)),
@@ -172,8 +172,9 @@ def load(w: Any, leader: int) -> None:
         g.what[k], g.mu[k] = r.what[c], r.mu[c]
         for n in range(8):
             g.edge[k][n] = r.edge[c][n]
-        for n in range(3):
+        for n in range(6):
             g.drift[k][n] = r.drift[c][n]
+        for n in range(3):
             g.total[k][n] = r.total[c][n]
         k, c = k + 1, r.following[c]
     g.balls, g.contacts = m, k

@@ -16,7 +16,6 @@ from pool_pymunk.engine.asked import (
     begins_to_roll,
     coefficients,
     count_unlisted,
-    drift,
     enter,
     find_piece,
     find_touching,
@@ -35,6 +34,7 @@ from pool_pymunk.engine.asked import (
     predict_loose,
     pull_and_drag,
     push_piece,
+    read_drift,
     read_shape,
     roll_of,
 )
@@ -146,8 +146,7 @@ def gather(w: Any, sides: Any) -> None:
         _, mu = coefficients(w, sides, i, other)
         put_contact(w, k, i, other)
         g.mu[k], g.what[k] = mu, read_shape(w, sides, i, other, g.edge[k])
-        g.drift[k][0], g.drift[k][1] = drift(w, sides, i, other)
-        g.drift[k][2] = w.now
+        read_drift(w, sides, other, g.drift[k])
         g.on[k], g.over[k], g.slides[k], g.into[k] = 1, 0, 0, 0
     set_time(g, w.now)
     g.contacts, g.small[2] = r.hits, r.coarser
@@ -534,7 +533,7 @@ def store_contact(w: Any, k: int, leader: int) -> None:
     r.on[c], r.over[c], r.slides[c], r.into[c] = g.on[k], g.over[k], g.slides[k], g.into[k]
     for n in range(8):
         r.edge[c][n] = g.edge[k][n]
-    for n in range(3):
+    for n in range(6):
         r.drift[c][n] = g.drift[k][n]
 
 

@@ -14,7 +14,6 @@ from typing import Any
 
 from pool_pymunk.engine.asked import (
     coefficients,
-    drift,
     facing,
     follower,
     gap_between,
@@ -29,13 +28,19 @@ from pool_pymunk.engine.asked import (
     push_press,
     radius_of,
     rolls,
-    turns,
+    sweep,
 )
 from pool_pymunk.engine.groups import NONE, contact_of, find_state, wait_of
-from pool_pymunk.physics.contact import Vector, relative
+from pool_pymunk.physics.contact import relative
 from pool_pymunk.physics.forces import find_forces
 from pool_pymunk.physics.path import Path, motion_at
-from pool_pymunk.physics.persistent import UNSEEN, persists, pressing_of_balls, pressing_of_wall
+from pool_pymunk.physics.persistent import (
+    UNSEEN,
+    Four,
+    persists,
+    pressing_of_balls,
+    pressing_of_wall,
+)
 from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.physics.pressed import NEAR, REST
 
@@ -62,8 +67,7 @@ def takes(w: Any, sides: Any, i: int, other: int, t: float) -> bool:
         return True
     if t > w.now or not rubs(w, sides, i, other):
         return False
-    # A path leads out of an arc later, and into a wall that turns.
-    if other < 0 and (facing(w, sides, i, other)[2] < 0.0 or turns(w, other)):
+    if other < 0 and facing(w, sides, i, other)[2] < 0.0:  # A path leads out of an arc later.
         wait(w, i, other)
     return True
 
@@ -101,7 +105,7 @@ def new_wait(w: Any) -> int:
 
 def look_at(w: Any, sides: Any, i: int, other: int) -> bool:
     """Look whether two sides touch that persist from now on: a group begins at this instant."""
-    if is_pocket(w, sides, other) or turns(w, other) or not is_closed(w, sides, i, other):
+    if is_pocket(w, sides, other) or not is_closed(w, sides, i, other):
         return False
     if persists_now(w, sides, i, other):
         push_press(w, i, w.now)
@@ -122,7 +126,8 @@ def closing_of(w: Any, sides: Any, i: int, other: int) -> float:
     nx, ny, _ = facing(w, sides, i, other)
     _, _, vx, vy = motion(w, i)
     if other < 0:
-        vx, vy = relative((vx, vy), drift(w, sides, i, other))
+        ux, uy, _, _ = sweep(w, sides, i, other)
+        vx, vy = relative((vx, vy), (ux, uy))
         return -(vx * nx + vy * ny)
     _, _, ux, uy = motion(w, other)
     return vx * nx + vy * ny - (ux * nx + uy * ny)
@@ -147,7 +152,7 @@ def stays_after(w: Any, sides: Any, i: int, other: int, parting: float) -> bool:
     nx, ny, bends = facing(w, sides, i, other)
     a, b = tangent_of(w, i), tangent_of(w, other if other >= 0 else i)
     radius = least_radius(w, i, other) * wear(w, i, other)
-    face, moves = (nx, ny, bends), drift(w, sides, i, other)
+    face, moves = (nx, ny, bends), sweep(w, sides, i, other)
     pressing = pressing_of(a, b, other, face, moves, w.now)
     if parting <= 0.0 or not persists(parting, pressing, 0.0, radius):
         return parting <= 0.0 < pressing
@@ -162,7 +167,7 @@ def stays_after(w: Any, sides: Any, i: int, other: int, parting: float) -> bool:
     a = follower(w, i, a) if a.end == soonest else a
     b = follower(w, max(other, 0), b) if b.end == soonest else b
     _, _, vx, vy = motion_at(a, soonest)
-    vx, vy = relative((vx, vy), moves)
+    vx, vy = relative((vx, vy), (moves[0], moves[1]))
     closing = vx * nx + vy * ny
     if other >= 0:
         _, _, ux, uy = motion_at(b, soonest)
@@ -174,11 +179,11 @@ def stays_after(w: Any, sides: Any, i: int, other: int, parting: float) -> bool:
 
 
 def pressing_of(
-    a: Path, b: Path, other: int, face: tuple[float, float, float], moves: Vector, t: float
+    a: Path, b: Path, other: int, face: tuple[float, float, float], moves: Four, t: float
 ) -> float:
     """Return how strongly (m/s^2) two sides are pressed together on these paths.
 
-    A wall ``moves`` with a velocity (m/s).
+    ``moves`` is how a wall does (:func:`~pool_pymunk.physics.persistent.pressing_of_wall`).
     """
     if other >= 0:
         return pressing_of_balls(a, b, t)
@@ -286,8 +291,9 @@ def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:
     own, pull = path_of(w, i), pull_of(w)
     if other < 0:
         _, _, bends = facing(w, sides, i, other)
-        ux, uy = drift(w, sides, i, other)
-        return rolls(w) or bends < 0.0 or not own.slows or ux != 0.0 or uy != 0.0
+        ux, uy, spins, _ = sweep(w, sides, i, other)
+        is_still = ux == 0.0 and uy == 0.0 and spins == 0.0
+        return rolls(w) or bends < 0.0 or not own.slows or not is_still
     its = path_of(w, other)
     dx, dy = its.x - own.x, its.y - own.y
     parting = dx * (its.vx - own.vx) + dy * (its.vy - own.vy)
@@ -296,13 +302,15 @@ def may_persist(w: Any, sides: Any, i: int, other: int) -> bool:
 
 
 def is_faint(w: Any, sides: Any, i: int, other: int) -> bool:
-    """Tell whether two sides would bounce too low to be seen; hits on walls that turn are hits."""
-    if turns(w, other):
-        return False
+    """Tell whether two sides would bounce too low to be seen."""
     (_, _, bends), closing = facing(w, sides, i, other), closing_of(w, sides, i, other)
     _, _, vx, vy = motion(w, i)
-    vx, vy = relative((vx, vy), drift(w, sides, i, other))
-    strongest = 2.0 * pull_of(w) + abs(bends) * (vx * vx + vy * vy)
+    ux, uy, spins, lifts = sweep(w, sides, i, other)
+    vx, vy = relative((vx, vy), (ux, uy))
+    square = vx * vx + vy * vy
+    strongest = 2.0 * pull_of(w) + abs(bends) * square
+    if spins != 0.0:
+        strongest += 2.0 * abs(spins) * math.sqrt(square) + abs(lifts)
     radius = radius_of(w, i) * wear(w, i, other)
     is_slow = closing * closing < 2.0 * strongest * UNSEEN * radius
     return is_slow and stays_after(w, sides, i, other, closing)
@@ -317,8 +325,6 @@ def is_absorbed(w: Any, sides: Any, i: int, other: int) -> bool:
 
 def stays(w: Any, sides: Any, i: int, other: int) -> bool:
     """Tell whether two sides that touch neither part nor close, to the eye."""
-    if turns(w, other):
-        return False
     k = contact_of(w.groups, i, other)
     if k != NONE and w.groups.on[k]:
         return True

@@ -149,12 +149,13 @@ def drift_of(one: Any) -> Vector:
     return 0.0, 0.0
 
 
-def drift(w: Work, sides: Sides, i: int, other: int) -> Vector:
-    return 0.0, 0.0
+def sweep(w: Work, sides: Sides, i: int, other: int) -> tuple[float, float, float, float]:
+    return 0.0, 0.0, 0.0, 0.0
 
 
-def turns(w: Work, other: int) -> bool:
-    return False
+def read_drift(w: Work, sides: Sides, other: int, row: Any) -> None:
+    for n in range(6):
+        row[n] = 0.0
 
 
 def squeeze(w: Work, k: int) -> bool:

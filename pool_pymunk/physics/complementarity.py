@@ -18,6 +18,7 @@ from pool_pymunk.physics.pressed import (
     ROLL,
     SLIP,
     STUCK,
+    flow,
     gap_of,
     look,
     opening,
@@ -56,7 +57,7 @@ def set_scale(g: Any, s: Any) -> None:
         fastest = max(fastest, size_of(s[p + 2], s[p + 3]), size_of(s[p + 4], s[p + 5]))
     look(g, s)
     for k in range(g.contacts):
-        strongest = max(strongest, abs(g.bend[k]) * g.slip[k] * g.slip[k])
+        strongest = max(strongest, abs(g.bend[k]) * g.slip[k] * g.slip[k], abs(g.spin[k][0]))
     fastest = max(fastest, math.sqrt(strongest * smallest(g)))
     g.small[0], g.small[1] = SLOW * fastest, WEAK * strongest
 
@@ -114,7 +115,7 @@ def touches(g: Any, s: Any, k: int) -> bool:
 def leaves(g: Any, s: Any, k: int) -> bool:
     """Tell whether a ball at the end of a side moves on beyond it."""
     p, near = 6 * g.one[k], NEAR * g.radius[g.one[k]]
-    vx, vy = s[p + 2] - g.drift[k][0], s[p + 3] - g.drift[k][1]
+    vx, vy = flow(g, s, k)
     left, speed = room(g, k, s[p], s[p + 1]), size_of(vx, vy)
     if left > near or speed == 0.0:
         return False

@@ -20,7 +20,7 @@ from __future__ import annotations
 from typing import Any
 
 from pool_pymunk.physics.motion import Vector
-from pool_pymunk.physics.pressed import REST, ROLL, SLIP, look, size_of, wrings
+from pool_pymunk.physics.pressed import REST, ROLL, SLIP, along_wall, look, size_of, wrings
 from pool_pymunk.physics.surface import GYRATION, SHARE
 
 NORMAL, ALONG, INTO = 0, 1, 2  # kinds of unknown forces: N, that holds a slip, that holds a roll
@@ -158,7 +158,8 @@ def holding(most: Any, x: Any, y: Any) -> Any:
 
 def opening_rate(g: Any, k: int) -> Any:
     """Return the acceleration (m/s^2) at which a gap opens."""
-    turns = g.bend[k] * g.slip[k] * g.slip[k]
+    along = along_wall(g, k)
+    turns = g.bend[k] * along * along + g.spin[k][0]
     return rate_along(g, k, g.normal[k][0], g.normal[k][1]) + turns
 
 
@@ -179,14 +180,15 @@ def residual(g: Any, s: Any, p: int) -> Any:
     if kind == NORMAL:
         return opening_rate(g, k)
     if kind == ALONG:
-        return rate_along(g, k, -ny, nx)
+        return rate_along(g, k, -ny, nx) + g.spin[k][1]
     i = g.one[k]
     if g.phase[i] == ROLL:
         f = g.push[i]
         fx, fy, cx, cy = f[0], f[1], f[2], f[3]
         return (cx - fx) * nx + (cy - fy) * ny
     b = 6 * i
-    turning = g.bend[k] * g.slip[k] * (s[b + 5] * nx - s[b + 4] * ny)
+    turning = g.bend[k] * along_wall(g, k) + g.drift[k][3]
+    turning *= s[b + 5] * nx - s[b + 4] * ny
     return g.rate[b + 4] * nx + g.rate[b + 5] * ny + turning
 
 

@@ -289,12 +289,26 @@ class MovingWall(Wall):
         super().__init__((moving,), restitution, friction, number)
         self.moving = moving
 
-    @property
-    def turns(self) -> bool:
-        return self.moving.turns != 0.0
-
     def drift(self, x: float, y: float, r: float) -> Vector:
         return self.moving.drift(x, y, r)
+
+    def sweep(self, x: float, y: float) -> tuple[float, float, float, float]:
+        """Return the velocity (m/s) of the wall's frame at (x, y), and the angular velocity.
+
+        Last comes the centrifugal acceleration (m/s^2) there, along the normal.
+        """
+        side = self.moving
+        (ux, uy), spins = side.velocity, side.turns
+        if spins == 0.0:
+            return ux, uy, 0.0, 0.0
+        (px, py, _, _), (nx, ny) = side.frame(side.clock.now), side.normal(x, y)
+        px, py = x - px, y - py
+        return ux - spins * py, uy + spins * px, spins, spins * spins * (px * nx + py * ny)
+
+    def motion(self, now: float) -> tuple[float, float, float, float, float, float]:
+        """Return velocity (m/s), time (s), angular velocity (rad/s), and place (m) of the body."""
+        (ux, uy), (x, y, _, _) = self.moving.velocity, self.moving.frame(now)
+        return ux, uy, now, self.moving.turns, x, y
 
     def nearest(self, x: float, y: float, r: float) -> Side:
         return self.moving.nearest(x, y)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pool_pymunk.physics.motion import Vector, closing_acceleration
 from pool_pymunk.physics.path import Path, motion_at, pull_of
 
+Four = tuple[float, float, float, float]
 # radii; a contact persists once its bounces to come would move the two sides apart by less in all.
 UNSEEN = 1e-10
 # This share of the accelerations may be rounding: what presses less does not press.
@@ -38,16 +39,17 @@ def pressing_of_balls(a: Path, b: Path, t: float) -> float:
     return pull if pull > PRESSES * (pull_of(a) + pull_of(b)) else 0.0
 
 
-def pressing_of_wall(
-    path: Path, normal: Vector, curvature: float, drift: Vector, t: float
-) -> float:
+def pressing_of_wall(path: Path, normal: Vector, curvature: float, moves: Four, t: float) -> float:
     """Return how strongly (m/s^2) a wall is pressed on by a ball that touches it; 0 if rounding.
 
-    The wall moves evenly, with the velocity ``drift`` (m/s).
+    The wall ``moves`` evenly: with a velocity (m/s) where the ball is and an angular velocity
+    (rad/s), by which a centrifugal acceleration (m/s^2) lifts the ball off the wall.
     """
     (_, _, vx, vy), (nx, ny) = motion_at(path, t), normal
-    along = (vy - drift[1]) * nx - (vx - drift[0]) * ny
+    ux, uy, spins, lifts = moves
+    along = (vy - uy) * nx - (vx - ux) * ny
     (ax, ay), turning = pull_at(path, t), curvature * along * along
+    turning += 2.0 * spins * along + lifts
     press = -(ax * nx + ay * ny) - turning
     return press if press > PRESSES * (pull_of(path) + abs(turning)) else 0.0
 

@@ -544,7 +544,8 @@ def energy_of(g: Any, s: Any) -> float:
 def lose(g: Any, s: Any, end: Any) -> None:
     """Take away energy that a step has gained by its error; walls that move may give some."""
     for k in range(g.contacts):
-        if g.on[k] and (g.drift[k][0] != 0.0 or g.drift[k][1] != 0.0):
+        is_still = g.drift[k][0] == 0.0 and g.drift[k][1] == 0.0 and g.drift[k][3] == 0.0
+        if g.on[k] and not is_still:
             return
     before, after = energy_of(g, s), energy_of(g, end)
     if after > before:

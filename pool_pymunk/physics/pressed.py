@@ -39,10 +39,12 @@ MOST_STEPS = 16  # of a piece
 # `slides` and `into` have the signs of its slip and of the roll into a cushion, 0 where friction
 # holds them. `force` (N) has N, the friction along the tangent, and what slows the roll. `normal`,
 # `bend` (1/m) and `slip` (m/s) are those of the present state. `unknown` and `matrix` are the
-# linear system. A wall moves with its `drift` (m/s), and its `edge` is that of a time (s), the
-# third number. `at` has the times (s) of the step's beginning, of the present state, and of the
-# piece's beginning. `state`, `end` and `total` (N s) are those of a piece. At each `stop` one of its
-# steps ends, `stop_t` (s) after its beginning. The others are for a step, which begins `here`.
+# linear system. A wall's `drift` is its velocity (m/s), the time (s) of its `edge`, its angular
+# velocity (rad/s), and the place (m) around which it turned then; `spin` has the accelerations
+# (m/s^2) along the normal and the tangent that come from turning. `at` has the times (s) of the
+# step's beginning, of the present state, and of the piece's beginning. `state`, `end` and `total`
+# (N s) are those of a piece. At each `stop` one of its steps ends, `stop_t` (s) after its
+# beginning. The others are for a step, which begins `here`.
 FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, (3,)),
     "ball": (int, ("N",)), "mass": (float, ("N",)), "radius": (float, ("N",)),
@@ -51,7 +53,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "rate": (float, ("6N",)),
     "place": (int, ("C",)), "one": (int, ("C",)), "other": (int, ("C",)), "what": (int, ("C",)),
     "mu": (float, ("C",)), "edge": (float, ("C", 8)), "unit": (float, ("C",)),
-    "drift": (float, ("C", 3)), "at": (float, (3,)),
+    "drift": (float, ("C", 6)), "spin": (float, ("C", 2)), "at": (float, (3,)),
     "over": (int, ("C",)), "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)),
     "force": (float, ("C", 3)), "normal": (float, ("C", 2)), "bend": (float, ("C",)),
     "slip": (float, ("C",)), "closed": (int, ("C",)), "chosen": (int, ("C",)),
@@ -145,23 +147,52 @@ def set_time(g: Any, t: float) -> None:
     g.at[0] = g.at[1] = g.at[2] = t
 
 
-def moved(g: Any, k: int) -> tuple[float, float]:
-    """Return how far (m) the wall of a contact has moved since its edge was read."""
-    late, drift = g.at[1] - g.drift[k][2], g.drift[k]
-    return late * drift[0], late * drift[1]
+def unmoved(g: Any, k: int, x: Any, y: Any) -> tuple[Any, Any]:
+    """Return a place (m) as the wall of a contact has it, which has moved since its edge was read.
+
+    It is in the wall's frame of that time.
+    """
+    d, late = g.drift[k], g.at[1] - g.drift[k][2]
+    x, y = x - late * d[0], y - late * d[1]
+    if d[3] == 0.0:
+        return x, y
+    x, y = turned(x - d[4], y - d[5], -late * d[3])
+    return x + d[4], y + d[5]
+
+
+def turned(x: Any, y: Any, angle: float) -> tuple[Any, Any]:
+    """Return a vector that is turned by an angle."""
+    c, s = math.cos(angle), math.sin(angle)
+    return x * c - y * s, x * s + y * c
+
+
+def flow(g: Any, s: Any, k: int) -> tuple[Any, Any]:
+    """Return how fast (m/s) the ball of a contact moves in the frame of its wall."""
+    i, d = 6 * g.one[k], g.drift[k]
+    u, v = s[i + 2] - d[0], s[i + 3] - d[1]
+    if d[3] == 0.0:
+        return u, v
+    x, y = from_center(g, s, k)
+    return u + d[3] * y, v - d[3] * x
+
+
+def from_center(g: Any, s: Any, k: int) -> tuple[Any, Any]:
+    """Return where (m) the ball of a contact is from the place around which its wall turns."""
+    i, d, late = 6 * g.one[k], g.drift[k], g.at[1] - g.drift[k][2]
+    return s[i] - late * d[0] - d[4], s[i + 1] - late * d[1] - d[5]
 
 
 def gap_of(g: Any, s: Any, k: int) -> Any:
     """Return the gap (m) of a contact."""
     i, shape = 6 * g.one[k], g.edge[k]
-    mx, my = moved(g, k)
-    if g.what[k] == FLAT:
-        return (s[i] - mx) * shape[0] + (s[i + 1] - my) * shape[1] - shape[2]
     if g.what[k] == BALL:
         j = 6 * g.other[k]
         dx, dy = s[j] - s[i], s[j + 1] - s[i + 1]
         return size_of(dx, dy) - shape[0]
-    dx, dy = s[i] - mx - shape[0], s[i + 1] - my - shape[1]
+    x, y = unmoved(g, k, s[i], s[i + 1])
+    if g.what[k] == FLAT:
+        return x * shape[0] + y * shape[1] - shape[2]
+    dx, dy = x - shape[0], y - shape[1]
     return shape[2] * (size_of(dx, dy) - shape[3])
 
 
@@ -169,28 +200,56 @@ def look(g: Any, s: Any) -> None:
     """Find the normal, the bend and the slip of each contact."""
     for k in range(g.contacts):
         i, shape, n = 6 * g.one[k], g.edge[k], g.normal[k]
-        u, v = s[i + 2] - g.drift[k][0], s[i + 3] - g.drift[k][1]
+        g.spin[k][0] = g.spin[k][1] = 0.0
         if g.what[k] == FLAT:
             n[0], n[1], g.bend[k] = shape[0], shape[1], 0.0
-            g.slip[k] = v * n[0] - u * n[1]
+            slip_on_wall(g, s, k)
             continue
         if g.what[k] == BALL:
             j = 6 * g.other[k]
             x, y, facing = s[j] - s[i], s[j + 1] - s[i + 1], 1.0
-            u, v = s[j + 2] - u, s[j + 3] - v
         else:
-            mx, my = moved(g, k)
-            x, y, facing = s[i] - mx - shape[0], s[i + 1] - my - shape[1], shape[2]
+            x, y = unmoved(g, k, s[i], s[i + 1])
+            x, y, facing = x - shape[0], y - shape[1], shape[2]
         distance = size_of(x, y)
         n[0], n[1], g.bend[k] = facing * x / distance, facing * y / distance, facing / distance
+        if g.what[k] == BALL:
+            u, v = s[j + 2] - s[i + 2], s[j + 3] - s[i + 3]
+            g.slip[k] = v * n[0] - u * n[1]
+        else:
+            slip_on_wall(g, s, k)
+
+
+def slip_on_wall(g: Any, s: Any, k: int) -> None:
+    """Find the slip on a wall whose normal is known as it was when its edge was read.
+
+    In the frame of a wall that turns there are the forces of Coriolis and the centrifugal one. They
+    open the gap, and change the slip; ``spin`` has these accelerations.
+    """
+    n, spins = g.normal[k], g.drift[k][3]
+    u, v = flow(g, s, k)
+    if spins == 0.0:
         g.slip[k] = v * n[0] - u * n[1]
+        return
+    n[0], n[1] = turned(n[0], n[1], (g.at[1] - g.drift[k][2]) * spins)
+    along = v * n[0] - u * n[1]
+    x, y = from_center(g, s, k)
+    g.spin[k][0] = spins * (2.0 * along + spins * (x * n[0] + y * n[1]))
+    g.spin[k][1] = spins * spins * (y * n[0] - x * n[1])
+    g.slip[k] = along + spins * g.radius[g.one[k]]  # that of the ball's surface
+
+
+def along_wall(g: Any, k: int) -> Any:
+    """Return how fast (m/s) the middle of a ball moves along its wall, or along another ball."""
+    return g.slip[k] - g.drift[k][3] * g.radius[g.one[k]]
 
 
 def opening(g: Any, s: Any, k: int) -> Any:
     """Return the speed (m/s) at which the two sides part."""
     i, n = 6 * g.one[k], g.normal[k]
     if g.other[k] < 0:
-        return (s[i + 2] - g.drift[k][0]) * n[0] + (s[i + 3] - g.drift[k][1]) * n[1]
+        u, v = flow(g, s, k)
+        return u * n[0] + v * n[1]
     along = s[i + 2] * n[0] + s[i + 3] * n[1]
     j = 6 * g.other[k]
     return s[j + 2] * n[0] + s[j + 3] * n[1] - along
@@ -235,8 +294,7 @@ def room(g: Any, k: int, x: float, y: float) -> float:
     shape = g.edge[k]
     if g.what[k] == BALL:
         return math.inf
-    mx, my = moved(g, k)
-    x, y = x - mx, y - my
+    x, y = unmoved(g, k, x, y)
     if g.what[k] == FLAT:
         foot = y * shape[0] - x * shape[1]
         return float(min(foot - shape[3], shape[4] - foot))

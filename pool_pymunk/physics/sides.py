@@ -471,14 +471,17 @@ class Wall:
         first = sides[0].time_of_contact if len(sides) == 1 else self._first_contact
         self.time_of_contact = first
 
-    @property
-    def turns(self) -> bool:
-        """Tell whether the wall turns now."""
-        return False
-
     def drift(self, x: float, y: float, r: float) -> Vector:
         """Return the velocity (m/s) of the wall where a ball at (x, y) touches it: it stands."""
         return 0.0, 0.0
+
+    def sweep(self, x: float, y: float) -> tuple[float, float, float, float]:
+        """Return how the wall moves at (x, y): it stands (``MovingWall``)."""
+        return 0.0, 0.0, 0.0, 0.0
+
+    def motion(self, now: float) -> tuple[float, float, float, float, float, float]:
+        """Return how the wall moves now (s): it stands (``MovingWall``)."""
+        return 0.0, 0.0, now, 0.0, 0.0, 0.0
 
     @property
     def is_pocket(self) -> bool:
