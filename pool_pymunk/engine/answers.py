@@ -275,6 +275,21 @@ def play_out(w: Any) -> None:
     carry_out(w)
 
 
+def press_together(w: Any) -> None:
+    """Answer all contacts of a cluster by one plastic hit, because a wall squeezes its balls."""
+    at = w.instant
+    at.turns, at.is_played_out = at.contacts, 1
+    for k in range(at.contacts):
+        at.turn[k], at.kind[k] = k, COLLAPSED
+    begin_round(w)
+    settle(w)
+    at.is_played_out = 0
+    for n in range(at.balls):
+        at.moved[at.ball[n]] = COLLAPSED
+    report(w, False)
+    carry_out(w)
+
+
 def settle(w: Any) -> None:
     """Give an inelastic collapse its limit: a plastic hit (e = 0) without friction."""
     at = w.instant

@@ -158,7 +158,8 @@ def answer_group(w: Any, count: int) -> None:
     before = {i: at.velocity[i] for contact in contacts for i in contact.balls}
     after = dict(before)
     both = at_once(contacts, after) if solves_at_once(w.law) else None
-    if has_no_room(w, contacts, before, after, both is not None):
+    is_known = both is not None or not solves_at_once(w.law)
+    if has_no_room(contacts, before, after, is_known):
         answer_without_movers(w, count, before)
         return
     if both is not None:
@@ -172,11 +173,11 @@ def answer_group(w: Any, count: int) -> None:
 
 
 def has_no_room(
-    w: Any, contacts: list[Contact], before: Velocities, after: Velocities, is_answered: bool
+    contacts: list[Contact], before: Velocities, after: Velocities, is_answered: bool
 ) -> bool:
     """Tell whether walls that move leave balls no room, or throw them out too fast."""
     drifts = [contact.drift for contact in contacts if contact.drift != STANDS]
-    if not drifts or not solves_at_once(w.law):
+    if not drifts:
         return False
     usual = max(math.hypot(*v) for v in (*before.values(), *drifts))
     return not is_answered or max(math.hypot(*v) for v in after.values()) > SQUIRTS * usual
@@ -193,7 +194,8 @@ def answer_without_movers(w: Any, count: int, before: Velocities) -> None:
         elif contact.cushion in w.movers:
             w.jam((contact.a, w.movers[contact.cushion]))
     after = dict(before)
-    w.law.together(standing, after, partial(respond, w.law))
+    if standing:
+        w.law.together(standing, after, partial(respond, w.law))
     at.velocity.update(after)
 
 
@@ -237,11 +239,24 @@ def squeeze(w: Any, k: int) -> bool:
     return is_of_mover and (one.a, w.movers[one.cushion]) in w.jams
 
 
+def squeezes(w: Any) -> bool:
+    """Tell whether a wall that moves squeezes a ball of this instant."""
+    at = w.instant
+    return any(at.ball[n] in w.squeezed for n in range(at.balls))
+
+
 def settle_group(w: Any, count: int) -> None:
     """Answer the plastic contacts of a ``group``; then the impulses of the collapse are known."""
     at = w.instant
     contacts = [at.group[m] for m in range(count)]
     law, own = Coulomb(), [at.contact[at.member[m]] for m in range(count)]
+    if any(contact.drift != STANDS for contact in contacts):
+        before = {i: at.velocity[i] for contact in contacts for i in contact.balls}
+        after = dict(before)
+        is_known = at_once(contacts, after) is not None
+        if has_no_room(contacts, before, after, is_known):
+            answer_without_movers(w, count, before)
+            return
     law.together(contacts, at.velocity, partial(respond, law))
     shared = Shared(own, at.before, at.velocity)
     for m, contact in enumerate(own):

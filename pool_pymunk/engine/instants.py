@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from pool_pymunk.engine import decisions, modes, persisting
-from pool_pymunk.engine.answers import HIT, play_out, resolve, squared
+from pool_pymunk.engine.answers import HIT, play_out, press_together, resolve, squared
 from pool_pymunk.engine.asked import (
     begin,
     begins_to_roll,
@@ -49,6 +49,7 @@ from pool_pymunk.engine.asked import (
     roll_of,
     speed_of,
     squeeze,
+    squeezes,
     take_in,
     use_up,
     velocity_of,
@@ -357,6 +358,9 @@ def answer_cluster(w: Any, sides: Any) -> None:
     while at.turns > 0 and may_go_on(w):
         if hits > decisions.LISTED and loses_speed(w):  # The hits may have no end.
             play_out(w)
+            break
+        if squeezes(w):
+            press_together(w)
             break
         hits += resolve(w)
         at.turns = next_round(w)

@@ -158,6 +158,10 @@ def read_drift(w: Work, sides: Sides, other: int, row: Any) -> None:
         row[n] = 0.0
 
 
+def squeezes(w: Work) -> bool:
+    return False
+
+
 def squeeze(w: Work, k: int) -> bool:
     return False
 

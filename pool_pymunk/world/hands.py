@@ -65,7 +65,11 @@ class WatchedState(LiveState):
                     if holds(self.engine.groups, ball.number, -1 - place):
                         self.engine.release(ball.number)
                         moved.append(ball)
-            for ball in self.walls.balls_in(mover, 0.0):
+            inside = self.walls.balls_in(mover, 0.0)
+            near = {(ball.number, place) for ball in inside}
+            jams = self.engine.jams
+            jams -= {key for key in jams if key[1] == place and key not in near}
+            for ball in inside:
                 self._keep_out(ball, place, mover)
         if moved:
             self.set_out(moved)
@@ -77,7 +81,8 @@ class WatchedState(LiveState):
         if mover.side.gap(x, y, ball.radius) >= -OVERLAP * ball.radius:
             engine.jams.discard(key)
             return
-        spot = self._spot_for(ball, (x, y), self.discs(without=ball), most=2.0 * ball.radius)
+        most = 2.0 * ball.radius if mover.is_there() else math.inf
+        spot = self._spot_for(ball, (x, y), self.discs(without=ball), most)
         if spot is None:
             engine.jam(key)
             return

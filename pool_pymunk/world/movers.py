@@ -23,6 +23,7 @@ class Mover:
         self.body, self.shape, self.side, self.number = body, shape, side, number
         # the place, the angle and the velocities after the last step
         self._expected: tuple[Vector, float, Vector, float] | None = None
+        self._end = 0.0  # s; where pymunk's step takes the body
 
     def pose(self) -> tuple[Vector, float]:
         """Return the place (m) of the body's center of gravity, and its angle."""
@@ -34,8 +35,12 @@ class Mover:
         self.side.stand(*self.pose())
         self.shape.cache_bb()
 
-    def plan(self, since: float, until: float) -> pymunk.BB:
-        """Let the wall move with its body from now on; return the box that it sweeps (m)."""
+    def plan(self, since: float, until: float, end: float) -> pymunk.BB:
+        """Let the wall move with its body until a time (s); return the box that it sweeps (m).
+
+        pymunk's step takes the body to where it is at the ``end`` (s).
+        """
+        self._end = end
         (place, angle), (vx, vy), turns = (
             self.pose(),
             self.body.velocity,
@@ -59,17 +64,20 @@ class Mover:
 
     def finish(self, t: float) -> None:
         """Let the wall stand at the end of a step, at a time (s) that may have cut it short."""
-        if t < self.side.until:
+        if t < self._end:
             self.put_back(t)
         how = self.side.velocity, self.side.turns
         self.stand()
         self._expected = (*self.pose(), *how)
 
+    def is_there(self) -> bool:
+        """Tell whether the body is where the last step took it, and nobody has put it elsewhere."""
+        return self._expected is not None and self.pose() == self._expected[:2]
+
     def goes_on(self) -> bool:
-        """Tell whether the body goes on as in the last step, and nobody has put it elsewhere."""
-        (place, angle), body = self.pose(), self.body
-        now = place, angle, (body.velocity.x, body.velocity.y), body.angular_velocity
-        return now == self._expected
+        """Tell whether the body goes on as in the last step."""
+        (vx, vy), turns = self.body.velocity, self.body.angular_velocity
+        return self.is_there() and self._expected[2:] == ((vx, vy), turns)  # type: ignore[index]
 
     def check(self) -> None:
         """Refuse a velocity that is not finite, or too large."""

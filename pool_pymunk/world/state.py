@@ -100,7 +100,7 @@ class LiveState:
 
     def end_of_step(self) -> float:
         """Return the time (s) at the end of the step that begins now."""
-        return min(self.since + (self.count + 1) * self.dt, self.latest)
+        return self.since + (self.count + 1) * self.dt
 
     def begin_step(self) -> None:
         """Note that pymunk is going to step the space."""

@@ -90,9 +90,10 @@ class Walls:
         state, engine = self.state, self.state.engine
         engine.struck.clear()
         engine.squeezed.clear()
-        until = state.end_of_step()
+        end = state.end_of_step()
+        until = min(end, state.latest)
         for place, mover in self.movers.items():
-            box = mover.plan(state.time, until)
+            box = mover.plan(state.time, until, end)
             state.near.swept[place] = box, mover.shape.filter
             for ball in self.balls_in(mover, until - state.time, box):
                 state.near.pairs[ball.number, -1 - place] = None

@@ -1,0 +1,528 @@
+"""Walls that move with their kinematic bodies: closed forms, random scenes, and what games do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import mpmath
+import pymunk
+import pytest
+from moving_scenes import R, Scene
+from worlds import A, M, ball, fence, plane
+
+from pool_pymunk import Billiards, same_balls
+from pool_pymunk.physics.sides import RoundSide
+from pool_pymunk.world import ContactEvent, TableBall
+
+Point = tuple[float, float]
+OWN = (RoundSide((0.0, 0.0), 0.1),)
+
+
+def mover(
+    x: float = 0.0, y: float = 0.0, velocity: Point = (0.0, 0.0), turns: float = 0.0
+) -> pymunk.Body:
+    """Return the body of a wall that moves."""
+    body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    body.position, body.velocity, body.angular_velocity = (x, y), velocity, turns
+    return body
+
+
+def bare(dt: float = 1 / 60, e: float = 1.0, mu: float = 0.0, **how: Any) -> tuple[Any, Billiards]:
+    """Return an open plane, by default without any friction."""
+    return plane(**{"max_dt": dt, "pair": same_balls(e, mu), "deceleration": 0.0, **how})
+
+
+def go(table: Billiards, seconds: float, dt: float | None = None) -> None:
+    """Let time pass."""
+    dt = table.max_dt if dt is None else dt
+    for _ in range(round(seconds / dt)):
+        table.step(dt) if table.alone else table.space.step(dt)
+
+
+def upright(body: pymunk.Body, half: float = 1.0) -> pymunk.Segment:
+    """Return a thin wall across x."""
+    return pymunk.Segment(body, (0.0, -half), (0.0, half), 0.0)
+
+
+def table_around(dt: float = 1 / 60, e: float = 0.9, **how: Any) -> tuple[Any, Billiards]:
+    """Return a table of 2 m by 1 m."""
+    space, table = bare(dt, e, **how)
+    fence(table, [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)], 0.0, e, 0.0)
+    return space, table
+
+
+# -- closed forms ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("dt", [1 / 30, 1 / 240])
+def test_a_piston_keeps_length_times_relative_speed(alone: bool, dt: float) -> None:
+    """Between a piston at u and a wall, L (v - u) is the same after each hit on the piston."""
+    u, width = 0.2, 1.0
+    space, table = bare(dt, alone=alone)
+    table.add_wall(pymunk.Segment(space.static_body, (width, -1), (width, 1), 0.0), 1.0)
+    piston, one = mover(velocity=(u, 0.0)), ball(table, 0.5, 0.0, (1.0, 0.0))
+    number, kept = table.add_wall(upright(piston), 1.0), list[float]()
+
+    def hear(contact: ContactEvent) -> None:
+        if contact.wall == number:
+            length = width - u * contact.t - 2 * R
+            kept.append(length * (one.body.velocity.x - u))
+
+    table.on_contact = hear
+    go(table, 4.0)
+    assert len(kept) == 13
+    assert max(kept) - min(kept) < 1e-12
+
+
+@pytest.mark.parametrize(("e", "mu"), [(1.0, 0.0), (0.5, 0.0), (0.7, 0.2)])
+def test_a_hit_is_that_of_the_law_in_the_walls_frame(e: float, mu: float) -> None:
+    """v_n' - u_n = -e (v_n - u_n), and friction slows the slip relative to the wall (Eq. 9)."""
+    _, table = bare()
+    table.add_wall(upright(mover(velocity=(0.4, -0.3))), e, mu)
+    one = ball(table, 0.5, 0.0, (-1.0, 0.5))
+    go(table, 0.5)
+    assert one.path.vx == pytest.approx(0.4 + e * 1.4, abs=1e-12)
+    assert one.path.vy == pytest.approx(0.5 - mu * (1 + e) * 1.4, abs=1e-12)
+
+
+@pytest.mark.parametrize(("turns", "speed"), [(1.0, 1.0), (8.0, 0.5), (-30.0, 2.0)])
+@pytest.mark.parametrize("dt", [1 / 30, 1 / 120])
+def test_a_bat_that_turns_hits_at_the_root_of_its_equation(
+    turns: float, speed: float, dt: float
+) -> None:
+    """The gap to the bat's line is c(t) . n(t) - r; its first root is found in 40 digits."""
+    _, table = bare(dt)
+    table.add_wall(pymunk.Segment(mover(turns=turns), (-0.5, 0.0), (0.5, 0.0), 0.0), 1.0)
+    ball(table, 0.2, math.copysign(0.4, turns), (0.0, -math.copysign(speed, turns)))
+    heard = list[ContactEvent]()
+    table.on_contact = heard.append
+    go(table, 0.4)
+    with mpmath.workdps(40):
+        side, w = mpmath.mpf(math.copysign(1.0, turns)), mpmath.mpf(turns)
+
+        def gap(t: Any) -> Any:
+            y = side * mpmath.mpf(0.4) - side * mpmath.mpf(speed) * t
+            return side * (
+                y * mpmath.cos(w * t) - mpmath.mpf(0.2) * mpmath.sin(w * t)
+            ) - mpmath.mpf(R)
+
+        low = high = mpmath.mpf(0)
+        while gap(high) > 0:
+            low, high = high, high + mpmath.mpf(1) / 10000
+        for _ in range(120):
+            middle = (low + high) / 2
+            low, high = (middle, high) if gap(middle) > 0 else (low, middle)
+        assert abs(heard[0].t - high) < 1e-14
+    # The bat is at w x p there, and the ball takes on twice the difference along the normal.
+    nx, ny = heard[0].normal
+    x, y = heard[0].point
+    closing = -(0.0 * nx - math.copysign(speed, turns) * ny) + (-turns * y * nx + turns * x * ny)
+    assert heard[0].closing == pytest.approx(closing, abs=1e-12)
+    assert heard[0].impulse == pytest.approx(2 * M * closing, abs=1e-12)
+
+
+def test_a_ball_at_rest_is_struck_at_its_time() -> None:
+    _space, table = table_around(1 / 30, 1.0)
+    body, heard = mover(0.5, 0.5, (0.6, 0.0)), list[ContactEvent]()
+    table.add_wall(pymunk.Circle(body, 0.05), 1.0)
+    one = ball(table, 0.9, 0.5)
+    table.on_contact = heard.append
+    go(table, 1.0)
+    assert heard[0].t == pytest.approx((0.4 - 0.05 - R) / 0.6, abs=1e-14)
+    assert one.path.vx == pytest.approx(1.2, abs=1e-12)
+    assert heard[0].closing == pytest.approx(0.6, abs=1e-14)
+
+
+def test_a_ball_that_slows_down_is_caught_up_with() -> None:
+    """A ball at v - a t is hit by a wall behind it when both are at the same place."""
+    _, table = bare(1 / 30, deceleration=A)
+    table.add_wall(upright(mover(velocity=(0.5, 0.0))), 1.0)
+    ball(table, R + 0.1, 0.0, (0.6, 0.0))
+    heard = list[ContactEvent]()
+    table.on_contact = heard.append
+    go(table, 3.0)
+    # 0.1 + 0.1 t - 0.15 t^2 = 0
+    t = (0.1 + math.sqrt(0.01 + 4 * 0.15 * 0.1)) / 0.3
+    assert heard[0].t == pytest.approx(t, abs=1e-13)
+    assert heard[0].closing == pytest.approx(0.5 - (0.6 - A * t), abs=1e-13)
+
+
+# -- contacts that persist -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5])
+@pytest.mark.parametrize("dt", [1 / 30, 1 / 120])
+def test_a_ball_that_a_wall_pushes_on_goes_as_fast_as_the_wall(e: float, dt: float) -> None:
+    """The wall's force is that of surface friction, and the contact is one."""
+    _, table = bare(dt, e, deceleration=2.0)
+    body, heard = mover(velocity=(0.4, 0.0)), list[ContactEvent]()
+    table.add_wall(upright(body), e)
+    one = ball(table, R + 0.02)
+    table.on_contact = heard.append
+    go(table, 2.0)
+    assert one.body.position.x == pytest.approx(body.position.x + R, abs=1e-10)
+    assert one.path.vx == pytest.approx(0.4, abs=1e-12)
+    body.velocity = 0.0, 0.0
+    go(table, 1.0)
+    hits, lasted = heard[:-1], heard[-1]
+    assert len(hits) < 25
+    assert all(each.since is None for each in hits)
+    assert lasted.since is not None
+    assert lasted.t == pytest.approx(2.0, abs=1e-12)
+    assert lasted.impulse == pytest.approx(M * 2.0 * (lasted.t - lasted.since), abs=1e-6)
+    # The wall stops, and the ball slides on.
+    assert one.body.position.x == pytest.approx(0.8 + R + 0.4**2 / 4.0, abs=1e-9)
+    assert not table.moving
+
+
+@pytest.mark.parametrize("dt", [1 / 30, 1 / 240])
+def test_a_ball_on_an_arm_that_turns_flies_outwards(dt: float) -> None:
+    """On an arm at w its distance is s cosh(w t): s'' = w^2 s, and nothing else acts along it."""
+    _, table = bare(dt, 0.0)
+    w, s, time = 2.0, 0.2, 0.5
+    table.add_wall(pymunk.Segment(mover(turns=w), (0.0, -R), (2.0, -R), 0.0), 0.0)
+    one = ball(table, s, 0.0, (0.0, w * s))
+    go(table, time)
+    far = s * math.cosh(w * time)
+    there = far * math.cos(w * time), far * math.sin(w * time)
+    assert math.dist(one.path.at(table.time)[0], there) < 1e-9
+
+
+def test_friction_holds_a_ball_on_a_belt_until_it_goes_as_fast() -> None:
+    """A wall that moves along itself drags a ball that is pressed on it, until the slip is 0."""
+    _, table = bare(1 / 60, 0.0, deceleration=1.0, rolling=0.5)
+    belt = mover(velocity=(0.3, 0.0))
+    table.add_wall(pymunk.Segment(belt, (-9.0, 0.0), (9.0, 0.0), 0.0), 0.0, 0.5)
+    one = ball(table, 0.0, R)
+    table.strike(one, (0.0, -1.0), roll=1.0)  # Its roll presses it on.
+    go(table, 0.1)
+    assert one.path.at(table.time)[1][0] > 0.01
+    assert one.body.position.y == pytest.approx(R, abs=1e-9)
+
+
+def test_a_puck_between_a_mallet_and_a_wall_is_one_contact_each() -> None:
+    """A mallet slides along a wall and pushes a puck on in the corner between them."""
+    space, table = bare(1 / 60, 0.0, deceleration=1.0)
+    ground = table.add_wall(pymunk.Segment(space.static_body, (-5, 0), (5, 0), 0.0), 0.0)
+    body = mover(velocity=(0.5, 0.0))
+    slope = pymunk.Segment(body, (0.0, 0.0), (0.3, 0.3), 0.0)
+    wedge = table.add_wall(slope, 0.0)
+    ball(table, 0.3, R)
+    heard = list[ContactEvent]()
+    table.on_contact = heard.append
+    go(table, 2.0)
+    body.velocity = 0.0, 0.0
+    go(table, 1.0)
+    lasted = [each for each in heard if each.since is not None]
+    assert sorted(each.wall for each in lasted if each.wall is not None) == [ground, wedge]
+    assert len(heard) < 50
+
+
+# -- steps -----------------------------------------------------------------------------------------
+
+
+def end_of(seed: int, dt: float, nudge: float = 0.0) -> list[Point]:
+    """Play a second of mallets that keep their velocities, and return where the pucks are."""
+    import random
+
+    rnd = random.Random(seed)
+    _, table = table_around(1 / 30, 0.9, deceleration=0.5)
+    for k in range(2):
+        body = mover(
+            0.5 + k, rnd.uniform(0.3, 0.7), (rnd.uniform(-0.3, 0.3), rnd.uniform(-0.2, 0.2))
+        )
+        body.angular_velocity = rnd.choice([0.0, 3.0]) if k else 0.0
+        shape = pymunk.Poly.create_box(body, (0.15, 0.05)) if k else pymunk.Circle(body, 0.06)
+        table.add_wall(shape, 0.8, 0.1)
+    pucks = [ball(table, 0.2 + 0.5 * k + (nudge if k == 0 else 0.0), 0.1) for k in range(3)]
+    for puck in pucks:
+        table.strike(puck, (rnd.uniform(-1, 1), rnd.uniform(0.5, 1.5)))
+    go(table, 1.0, dt)
+    return [(puck.body.position.x, puck.body.position.y) for puck in pucks]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_steps_of_any_length_end_at_the_same_places(seed: int) -> None:
+    coarse, other, nudged = end_of(seed, 1 / 30), end_of(seed, 1 / 2000), end_of(seed, 1 / 30, 1e-7)
+    grown = max(math.dist(p, q) for p, q in zip(coarse, nudged, strict=True)) / 1e-7
+    assert max(math.dist(p, q) for p, q in zip(coarse, other, strict=True)) < 1e-9 * max(grown, 1.0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(6))
+def test_steps_of_a_tenth_of_a_millisecond_end_there_too(seed: int) -> None:
+    coarse, fine, nudged = end_of(seed, 1 / 30), end_of(seed, 1e-4), end_of(seed, 1 / 30, 1e-7)
+    grown = max(math.dist(p, q) for p, q in zip(coarse, nudged, strict=True)) / 1e-7
+    assert max(math.dist(p, q) for p, q in zip(coarse, fine, strict=True)) < 1e-9 * max(grown, 1.0)
+
+
+def test_a_new_velocity_counts_from_the_next_step() -> None:
+    _, table = bare(1 / 60)
+    body = mover(velocity=(0.5, 0.0))
+    table.add_wall(upright(body), 1.0)
+    one = ball(table, 0.5)
+    go(table, 0.5)
+    body.velocity = -0.5, 0.0
+    go(table, 0.5)
+    assert one.body.position.x == pytest.approx(0.5)
+    body.velocity = 1.2, 0.0
+    heard = list[ContactEvent]()
+    table.on_contact = heard.append
+    go(table, 1.0)
+    assert heard[0].t == pytest.approx(1.0 + (0.5 - R) / 1.2, abs=1e-12)
+    assert one.path.vx == pytest.approx(2.4, abs=1e-12)
+
+
+def test_a_wall_that_stops_is_a_wall_that_stands() -> None:
+    _, table = bare(1 / 60)
+    body = mover(velocity=(0.5, 0.0))
+    table.add_wall(upright(body), 1.0)
+    go(table, 0.5)
+    body.velocity = 0.0, 0.0
+    one = ball(table, 1.0, 0.0, (-1.0, 0.0))
+    go(table, 1.5)
+    assert one.path.vx == pytest.approx(1.0, abs=1e-14)
+    assert one.body.position.x == pytest.approx(0.25 + R + 1.5 - (1.0 - 0.25 - R), abs=1e-12)
+
+
+# -- random scenes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("turns", [False, True])
+@pytest.mark.parametrize("seed", range(15))
+def test_no_puck_is_in_a_mallet_or_off_the_table(seed: int, turns: bool) -> None:
+    """``python -m tests.moving_scenes 1000`` plays more of them, and for longer."""
+    played = Scene(seed, turns).play(0.5)
+    assert played.deepest < 1e-6 * R
+    assert played.outside < 1e-6 * R
+    assert played.fastest < 100.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_air_hockey_with_a_mouse_that_jumps(seed: int) -> None:
+    """A mouse puts the mallet elsewhere in each frame: the puck lies beside it, on the table."""
+    import random
+
+    rnd = random.Random(seed)
+    _, table = table_around(1 / 60, 0.8, deceleration=0.1)
+    body, one = mover(0.5, 0.5), ball(table, 1.0, 0.5)
+    table.add_wall(pymunk.Circle(body, 0.06), 0.8)
+    table.strike(one, (-1.0, 0.3))
+    for _ in range(120):
+        to = rnd.uniform(0.06, 1.94), rnd.uniform(0.06, 0.94)
+        if rnd.random() < 0.7:  # it follows the puck
+            x, y = one.body.position
+            to = min(max(x + rnd.gauss(0, 0.03), 0.06), 1.94), min(max(y, 0.06), 0.94)
+        body.position = to
+        go(table, 1 / 60)
+        x, y = one.path.at(table.time)[0]
+        assert R - 1e-9 <= x <= 2.0 - R + 1e-9
+        assert R - 1e-9 <= y <= 1.0 - R + 1e-9
+        assert table.engine.jams or math.dist((x, y), body.position) >= 0.06 + R - 1e-7
+        assert one.path.speed < 10.0
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_a_flipper_that_strikes_at_30_rad_a_second(e: float) -> None:
+    """A ball on the flipper is driven at w s at least, and at (1 + e) w s if it is hit at once."""
+    w, s = 30.0, 0.25
+    _, table = bare(1 / 60, e)
+    flipper = mover()
+    table.add_wall(pymunk.Segment(flipper, (0.0, -R), (0.4, -R), 0.0), e)
+    one = ball(table, s, 0.0)
+    go(table, 0.1)
+    flipper.angular_velocity = w
+    go(table, 1 / 60)
+    flipper.angular_velocity = 0.0
+    speed = one.path.at(table.time)[1]
+    assert math.hypot(*speed) >= (1 + e) * w * s - 1e-9
+    assert math.hypot(*speed) <= (1 + e) * w * 0.5
+    go(table, 0.1)
+    x, y = one.body.position
+    c, s = math.cos(flipper.angle), math.sin(flipper.angle)
+    assert y * c - x * s > 0.0
+
+
+# -- no room ---------------------------------------------------------------------------------------
+
+
+def jammed(table: Billiards) -> list[tuple[int, int]]:
+    """Return a list that hears of jams."""
+    heard = list[tuple[int, int]]()
+    table.on_jam = lambda one, wall, _t: heard.append((one.number, wall))
+    return heard
+
+
+@pytest.mark.parametrize("e", [0.0, 0.9, 1.0])
+@pytest.mark.parametrize("balls", [1, 3])
+def test_a_ball_between_a_piston_and_a_wall_is_jammed_once(e: float, balls: int) -> None:
+    """The piston goes on into the balls; then it goes back, and they are free."""
+    _space, table = table_around(1 / 60, e)
+    body = mover(1.5, 0.5, (0.5, 0.0))
+    number, heard = table.add_wall(upright(body, 0.495), e), jammed(table)
+    pucks = [ball(table, 2.0 - R - 2 * R * k - 1e-6 * k, 0.5) for k in range(balls)]
+    while body.position.x < 2.0 - 2 * R * balls + 0.6 * R:
+        go(table, 1 / 60)
+        for puck in pucks:
+            x, y = puck.path.at(table.time)[0]
+            assert x <= 2.0 - R + 1e-9
+            assert R - 1e-9 <= y <= 1.0 - R + 1e-9
+            assert puck.path.speed < 60.0
+    assert heard == [(balls - 1, number)] or balls > 1
+    assert heard
+    body.velocity = -0.5, 0.0
+    go(table, 1.0)
+    assert not table.engine.jams
+    for puck in pucks:
+        assert puck.body.position.x >= body.position.x + R - 1e-9
+
+
+def test_a_mallet_pushes_a_puck_off_along_the_wall() -> None:
+    """A round mallet leaves room beside it: the puck goes there."""
+    _, table = table_around(1 / 60, 0.5)
+    body = mover(1.7, 0.502, (1.0, 0.0))
+    table.add_wall(pymunk.Circle(body, 0.06), 0.5)
+    one = ball(table, 2.0 - R, 0.5)
+    while body.position.x < 1.92:
+        go(table, 1 / 60)
+        x, y = one.path.at(table.time)[0]
+        assert x <= 2.0 - R + 1e-9
+        assert table.engine.jams or math.dist((x, y), body.position) > 0.06 + R - 1e-6
+    assert one.body.position.y < 0.45
+
+
+def test_two_mallets_that_close_on_a_puck() -> None:
+    _, table = table_around(1 / 60, 1.0)
+    for k in (-1, 1):
+        body = mover(1.0 + 0.2 * k, 0.5, (-0.5 * k, 0.0))
+        table.add_wall(upright(body, 0.2), 1.0)
+    one, heard = ball(table, 1.0, 0.5), jammed(table)
+    go(table, 0.36)
+    assert len(heard) in (1, 2)
+    assert one.path.speed < 100.0
+    assert one.body.position.x == pytest.approx(1.0, abs=R)
+
+
+# -- what else a table does ------------------------------------------------------------------------
+
+
+def test_a_wall_that_is_put_on_balls_moves_them_aside() -> None:
+    _, table = table_around()
+    body = mover(0.5, 0.5)
+    table.add_wall(pymunk.Poly.create_box(body, (0.2, 0.2)), 0.9)
+    pucks = [ball(table, 1.0 + 0.07 * k, 0.5) for k in range(3)]
+    body.position = 1.05, 0.45
+    go(table, 1 / 60)
+    for puck in pucks:
+        x, y = puck.body.position
+        assert max(abs(x - 1.05), abs(y - 0.45)) >= 0.1 + R / 2
+        assert not table.engine.jams
+
+
+def test_predict_and_free_spot_see_walls_where_they_are() -> None:
+    _, table = bare()
+    body = mover(velocity=(0.5, 0.0))
+    number = table.add_wall(upright(body), 1.0)
+    one = ball(table, 1.0)
+    go(table, 0.5)
+    found = table.predict(one, (-1.0, 0.0))
+    assert found.wall == number
+    assert found.t == pytest.approx(0.75 - R, abs=1e-12)
+    assert table.free_spot((0.251, 0.0))[0] == pytest.approx(0.25 + R, abs=1e-9)
+    with pytest.raises(ValueError, match="overlaps wall 0"):
+        table.place(one, (0.26, 0.0))
+
+
+def test_the_clock_and_the_wall_stand_at_a_contact_that_fails() -> None:
+    """A pair that fails stops the table at its contact; the wall's body is put back to it."""
+    space, table = bare(1 / 30)
+    wrong = [True]
+
+    def pair(i: int, j: int) -> Any:
+        if wrong:
+            raise RuntimeError("no pair")
+        return same_balls(1.0, 0.0)(i, j)
+
+    first, _ = ball(table, 0.0, 0.0, (1.0, 0.0)), ball(table, 0.2)
+    table._said_pair = pair
+    body = mover(0.0, 0.5, (0.3, 0.0))
+    table.add_wall(pymunk.Circle(body, 0.05), 1.0)
+    with pytest.raises(RuntimeError):
+        go(table, 0.5)
+    assert table.time == pytest.approx(0.2 - 2 * R, abs=1e-12)
+    assert body.position.x == pytest.approx(0.3 * table.time, abs=1e-12)
+    wrong.clear()
+    space.step(1 / 30)
+    assert first.path.vx == pytest.approx(0.0, abs=1e-12)
+
+
+def test_play_goes_on_up_to_a_time_while_a_wall_moves() -> None:
+    _, table = bare(1 / 60, alone=True)
+    body = mover(velocity=(0.5, 0.0))
+    table.add_wall(upright(body), 1.0)
+    ball(table, 0.5)
+    table.play(latest=0.999)
+    assert table.time == 0.999
+    assert body.position.x == pytest.approx(0.5 * 0.999, abs=1e-12)
+    hit = (0.5 - R) / 0.5
+    assert table.engine.paths[0].t == pytest.approx(hit, abs=1e-12)
+
+
+def test_filters_hold_for_walls_that_move() -> None:
+    _space, table = bare(1 / 60)
+    shape = upright(mover(velocity=(1.0, 0.0)))
+    shape.filter = pymunk.ShapeFilter(group=1)
+    table.add_wall(shape, 1.0)
+    body = pymunk.Body(M, 1e-4)
+    body.position = 0.5, 0.0
+    circle = pymunk.Circle(body, R)
+    circle.filter = pymunk.ShapeFilter(group=1)
+    one = table.add_ball(circle)
+    go(table, 1.0)
+    assert one.body.position.x == 0.5
+
+
+def test_a_wall_that_moves_can_be_taken_down() -> None:
+    _, table = bare()
+    body = mover(velocity=(1.0, 0.0))
+    number = table.add_wall(upright(body), 1.0)
+    one = ball(table, 0.5)
+    go(table, 0.1)
+    table.remove_wall(number)
+    go(table, 1.0)
+    assert one.body.position.x == 0.5
+    assert not table.engine.movers
+
+
+@pytest.mark.parametrize("do", ["scene", "sides", "dynamic", "wild"])
+def test_what_moving_walls_cannot_do_is_refused(do: str) -> None:
+    space, table = bare()
+    shape = upright(mover())
+    asked: dict[str, tuple[Callable[[], object], str]] = {
+        "scene": (table.to_scene, "a scene has no walls that move"),
+        "sides": (lambda: table.add_wall(upright(mover()), 1.0, sides=OWN), "leave sides out"),
+        "dynamic": (lambda: table.add_wall(upright(pymunk.Body(1, 1)), 1.0), "or kinematic"),
+        "wild": (lambda: space.step(1 / 60), "wall 0: velocity"),
+    }
+    table.add_wall(shape, 1.0)
+    if do == "wild":
+        assert shape.body is not None
+        shape.body.velocity = math.nan, 0.0
+    what, message = asked[do]
+    with pytest.raises(ValueError, match=message):
+        what()
+
+
+def test_a_saved_state_has_balls_only() -> None:
+    _, table = bare()
+    body = mover(velocity=(1.0, 0.0))
+    table.add_wall(upright(body), 1.0)
+    one: TableBall = ball(table, 2.0, 0.0, (-1.0, 0.0))
+    saved = table.save_state()
+    go(table, 0.5)
+    table.restore_state(saved)
+    assert one.body.position.x == 2.0
+    assert body.position.x == pytest.approx(0.5)
