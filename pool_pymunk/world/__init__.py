@@ -1,6 +1,6 @@
 """This package puts the contact engine into any pymunk space.
 
-Balls are circles there, and walls are static shapes.
+Balls are circles there, and walls are shapes of static or kinematic bodies.
 """
 
 import warnings

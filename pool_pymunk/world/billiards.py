@@ -55,12 +55,12 @@ class Billiards:
     the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
 
     All other shapes keep pymunk's own response, to each other and to the balls. The table follows a
-    velocity that you, a spring or a flipper gives a ball. Gravity, damping and forces act once, at
+    velocity that you, a spring or another body gives a ball. Gravity, damping and forces act once, at
     the end of each step. If nothing else touches balls, say ``alone=True``: then the circles
     themselves are the sensors, and :meth:`step` steps the space, which is faster.
 
-    Set ``on_contact(contact)``, ``on_stop(ball, t)`` and ``on_pocket(ball, pocket, t)`` to hear
-    what happens. They are called when the instant of which they tell is over. What they change
+    Set ``on_contact(contact)``, ``on_stop(ball, t)``, ``on_pocket(ball, pocket, t)`` and
+    ``on_jam(ball, wall, t)`` to hear what happens. They are called when the instant of which they tell is over. What they change
     counts from that instant on; they cannot call :meth:`restore_state` or make a step. For a
     contact that persists, ``on_contact`` is called once, when it is over.
 
@@ -320,12 +320,16 @@ class Billiards:
         friction: float = 0.0,
         sides: tuple[Side, ...] | None = None,
     ) -> int:
-        """Make a static segment, circle or polygon a wall that balls bounce off (Eq. 9).
+        """Make a segment, circle or polygon a wall that balls bounce off (Eq. 9).
+
+        If its body is static, the wall stands. If it is kinematic, the wall moves as the body does:
+        in each step with the velocity and the angular velocity that you gave it.
 
         Balls meet all sides of the shape, or only the ``sides`` that you give
         (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc. The shape then only says
-        where your sides are, and may be a sensor. Returns the wall's number. Raises ValueError for
-        a shape that cannot be a wall, and if a ball lies in the wall now.
+        where your sides are, and may be a sensor; sides of your own stand. Returns the wall's
+        number. Raises ValueError for a shape that cannot be a wall, and if a ball lies in the wall
+        now.
         """
         self._catch_up(changes_space=True, sees_walls=True)
         checks.check_wall(shape)
@@ -454,7 +458,10 @@ class Billiards:
     # -- undo, and looking ahead -----------------------------------------------------------------
 
     def save_state(self) -> TableState:
-        """Return where the balls are and how they move, for :meth:`restore_state`."""
+        """Return where the balls are and how they move, for :meth:`restore_state`.
+
+        Bodies of walls that move are yours: keep their places yourself.
+        """
         self._catch_up()
         state = self.state
         states = {ball.number: state.state_of(ball.number) for ball in self.on_table()}
@@ -483,7 +490,7 @@ class Billiards:
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
-        Only the table's balls, walls and pockets count.
+        Only the table's balls, walls and pockets count. Walls that move stand where they are.
         """
         self._check_ball(ball)
         self._walls.refuse_changed()
@@ -524,7 +531,8 @@ class Billiards:
     ) -> None:
         """Step until everything rests, until ``latest`` (s), or until nothing more may happen.
 
-        ``on_time`` is called now and then with the time (s).
+        ``on_time`` is called now and then with the time (s). A wall that moves counts if there is a
+        latest time: while it moves, not everything rests.
         """
         self.state.play(on_time, latest)
 
