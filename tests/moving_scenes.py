@@ -109,11 +109,11 @@ class Scene:
             paths.append((i, path))
             lead(i, path)
 
-        def note_stop(i: int, t: float, place: tuple[float, float]) -> None:
+        def note_stop(i: int, t: float, place: Any) -> None:
             paths.append((i, standing(t, *place)))
             stop(i, t, place)
 
-        recorder.path, recorder.stop = note, note_stop  # type: ignore[method-assign]
+        recorder.path, recorder.stop = note, note_stop  # type: ignore
         table.on_contact, table.on_jam = contacts.append, lambda *said: jams.extend(said[:1])
         deepest = outside = fastest = longest = 0.0
         for k in range(int(seconds / self.dt)):

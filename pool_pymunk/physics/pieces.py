@@ -29,7 +29,9 @@ from pool_pymunk.physics.pressed import (
     ROLL,
     SLIP,
     STUCK,
+    energy_of,
     gap_of,
+    is_driven,
     look,
     opening,
     roll_into,
@@ -531,22 +533,10 @@ def first_to_fall(g: Any) -> int:
     return found
 
 
-def energy_of(g: Any, s: Any) -> float:
-    """Return the energy (J) of a state."""
-    energy = 0.0
-    for i in range(g.balls):
-        p = 6 * i
-        x, y, u, v = s[p + 2], s[p + 3], s[p + 4], s[p + 5]
-        energy += 0.5 * g.mass[i] * (x * x + y * y + GYRATION * (u * u + v * v))
-    return energy
-
-
 def lose(g: Any, s: Any, end: Any) -> None:
     """Take away energy that a step has gained by its error; walls that move may give some."""
-    for k in range(g.contacts):
-        is_still = g.drift[k][0] == 0.0 and g.drift[k][1] == 0.0 and g.drift[k][3] == 0.0
-        if g.on[k] and not is_still:
-            return
+    if is_driven(g):
+        return
     before, after = energy_of(g, s), energy_of(g, end)
     if after > before:
         share = math.sqrt(before / after)

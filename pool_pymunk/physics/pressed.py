@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pool_pymunk.physics.surface import GYRATION
+
 REST, SLIP, ROLL = 0, 1, 2  # phases of a ball
 
 STUCK, LET_GO = 1, 2  # It came back to rest as soon as it was let go; it was let go just now.
@@ -259,6 +261,25 @@ def roll_into(g: Any, s: Any, k: int) -> Any:
     """Return the part of the roll (m/s) along the normal of a wall."""
     i, n = 6 * g.one[k], g.normal[k]
     return s[i + 4] * n[0] + s[i + 5] * n[1]
+
+
+def energy_of(g: Any, s: Any) -> float:
+    """Return the energy (J) of a state."""
+    energy = 0.0
+    for i in range(g.balls):
+        p = 6 * i
+        x, y, u, v = s[p + 2], s[p + 3], s[p + 4], s[p + 5]
+        energy += 0.5 * g.mass[i] * (x * x + y * y + GYRATION * (u * u + v * v))
+    return energy
+
+
+def is_driven(g: Any) -> bool:
+    """Tell whether a wall that moves presses on a ball."""
+    found = False
+    for k in range(g.contacts):
+        d = g.drift[k]
+        found |= bool(g.on[k]) and (d[0] != 0.0 or d[1] != 0.0 or d[3] != 0.0)
+    return found
 
 
 def wrings(g: Any, k: int) -> bool:

@@ -55,14 +55,16 @@ class Billiards:
     the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
 
     All other shapes keep pymunk's own response, to each other and to the balls. The table follows a
-    velocity that you, a spring or another body gives a ball. Gravity, damping and forces act once, at
-    the end of each step. If nothing else touches balls, say ``alone=True``: then the circles
+    velocity that you, a spring or another body gives a ball. Gravity, damping and forces act once,
+    at the end of each step. If nothing else touches balls, say ``alone=True``: then the circles
     themselves are the sensors, and :meth:`step` steps the space, which is faster.
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)``, ``on_pocket(ball, pocket, t)`` and
-    ``on_jam(ball, wall, t)`` to hear what happens. They are called when the instant of which they tell is over. What they change
-    counts from that instant on; they cannot call :meth:`restore_state` or make a step. For a
-    contact that persists, ``on_contact`` is called once, when it is over.
+    ``on_jam(ball, wall, t)`` to hear what happens. They are called when the instant of which they
+    tell is over. What they change counts from that instant on; they cannot call
+    :meth:`restore_state` or make a step. For a contact that persists, ``on_contact`` is called
+    once, when it is over. ``on_jam`` tells that a wall that moves goes into a ball, which has
+    nowhere to go.
 
     Raises ValueError for impossible arguments, in one sentence that names the argument.
 
