@@ -191,8 +191,8 @@ def test_a_ball_on_an_arm_that_turns_flies_outwards(dt: float) -> None:
     assert math.dist(one.path.at(table.time)[0], there) < 1e-9
 
 
-def test_friction_holds_a_ball_on_a_belt_until_it_goes_as_fast() -> None:
-    """A wall that moves along itself drags a ball that is pressed on it, until the slip is 0."""
+def test_a_belt_drags_a_ball_that_its_roll_presses_on() -> None:
+    """A wall that moves along itself drags a ball along by friction."""
     _, table = bare(1 / 60, 0.0, deceleration=1.0, rolling=0.5)
     belt = mover(velocity=(0.3, 0.0))
     table.add_wall(pymunk.Segment(belt, (-9.0, 0.0), (9.0, 0.0), 0.0), 0.0, 0.5)

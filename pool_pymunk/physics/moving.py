@@ -45,7 +45,8 @@ class Moving:
     ...     now = 0.0
     >>> wall = Moving((RoundSide((0.0, 0.0), 0.1),), Noon())
     >>> wall.move((0.0, 0.0), 0.0, (1.0, 0.0), 0.0, 0.0, 1.0)
-    >>> wall.time_of_contact(Path(0.0, 0.5, 0.0, -1.0, 0.0, 0.0, 0.0, math.inf), 0.1, 0.0)
+    >>> path = Path(0.0, 0.5, 0.0, -1.0, 0.0, 0.0, 0.0, math.inf)
+    >>> round(wall.time_of_contact(path, 0.1, 0.0), 12)
     0.15
     """
 
