@@ -57,7 +57,7 @@ played:
 # All loops are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
 test-all: export POOL_SEED ?= $(shell date +%s)
 test-all: PROFILE ?= random
-test-all: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.03,1)
+test-all: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.02,1)
 test-all: $(VENV)/installed
 	$(MAKE) --jobs 2 --no-print-directory compiled played-all PROFILE=$(PROFILE)
 
@@ -65,7 +65,7 @@ compiled:
 	$(BIN)/python -m tests.loops
 
 played-all:
-	$(BIN)/pytest -n auto -q -m "(long or slow or compiled or seeded or hypothesis) and $(ELSEWHERE)" \
+	$(BIN)/pytest -n auto -q --durations 40 -m "(long or slow or compiled or seeded or hypothesis) and $(ELSEWHERE)" \
 		--hypothesis-profile $(PROFILE)
 
 # needs Chromium, of Debian (apt-get install chromium) or another; what the page is made of is linted, too

@@ -5,7 +5,7 @@ What takes longer than half a second stands in data/takes_long.txt, and has the 
 loop is compiled, and tests of compiled shots are played again; slow ones compile all loops.
 
 Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
-"fixed" four times as many; "random" (`pytest --hypothesis-profile random`) draws ten times as many
+"fixed" twice as many; "random" (`pytest --hypothesis-profile random`) draws twenty times as many
 again, and others every time. Where hypothesis finds a failure, it prints a line that repeats it.
 The seeds of random scenes count from 0, or from POOL_SEED where it is set (:func:`scenes.seeds`);
 the tests then end with a line that says so.
@@ -37,7 +37,7 @@ settings.register_profile(
     deadline=None,
     derandomize=True,
     print_blob=False,
-    max_examples=100,
+    max_examples=50,
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.register_profile(
