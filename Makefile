@@ -91,7 +91,7 @@ gallery: $(VENV)/installed
 		--to 5 --no-pictures --out renders/gallery/eight-ball
 	$(BIN)/pool-pymunk tradeoff report --solvers all --budget 60 --out renders/gallery
 	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
-	$(BIN)/pool-pymunk stability --out renders/gallery
+	$(BIN)/pool-pymunk stability --quick --out renders/gallery
 	$(BIN)/pool-pymunk atlas report --shot 1 --ball C --out renders/gallery/atlas-report.png
 	$(BIN)/pool-pymunk atlas eight-ball --ball cue --angle -8:8 --speed 2:10 --size 660x440 \
 		--out renders/gallery/atlas-eight-ball.png
