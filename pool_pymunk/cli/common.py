@@ -127,17 +127,19 @@ def is_scenario(text: str) -> bool:
     return text.endswith(".toml") or text in bundled()
 
 
-def other_scene(how: How, scene: lib.Scene, scenario: str, text: str) -> lib.Scene:
+def other_scene(
+    how: How, scene: lib.Scene, scenario: str, text: str, key: str = "--overlay"
+) -> lib.Scene:
     """Return a scene to be shown beside another one; it must look the same."""
     if text not in bundled() and not Path(text).exists():
-        raise read.InputError(f"--overlay = {text}: there is no such file")
+        raise read.InputError(f"{key} = {text}: there is no such file")
     other = how.scene(text)
     if part := lib.page.other_part(scene, other):
-        raise read.InputError(f"--overlay = {text}: must have the same {part} as {scenario}")
+        raise read.InputError(f"{key} = {text}: must have the same {part} as {scenario}")
     has, wanted = len(other.shots), len(scene.shots)
     if has != wanted:
         message = f"must have as many shots as {scenario} ({wanted}), but has {has}"
-        raise read.InputError(f"--overlay = {text}: {message}")
+        raise read.InputError(f"{key} = {text}: {message}")
     return other
 
 

@@ -112,7 +112,8 @@ def _compared(
     if text is None:
         return [], None
     if other is not None or is_scenario(text):
-        return [], other_scene(how, scene, scenario, text)
+        key = "--overlay" if other is None else "OTHER"
+        return [], other_scene(how, scene, scenario, text, key)
     return [read_setting(text)], None
 
 

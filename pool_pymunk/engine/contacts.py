@@ -101,6 +101,7 @@ class ContactEngine:
         # the present step, which balls they squeeze, and which ones they go through
         self.movers: dict[int, int] = {}
         self.struck: Counter[Key] = Counter()
+        self.met: Counter[Key] = Counter()  # the same, with what is no hit
         self.squeezed: set[int] = set()
         self.jams: set[Key] = set()
         self.loop: Any = None  # It may have the groups, and what is due.
@@ -352,6 +353,8 @@ class ContactEngine:
             return
         self.tally.answered += 1
         if what.kind == "pair" or what.kind == "wall":
+            if self.movers and what.kind == "wall" and self._meets_too_often(what):
+                return
             self._find_due(what)
             instants.answer(self, None)
         elif what.kind == "stop":
@@ -492,6 +495,17 @@ class ContactEngine:
             self.squeezed.add(i)
         if self.struck[key] >= decisions.JAMMED:
             self.jam(key)
+
+    def _meets_too_often(self, hit: Hit) -> bool:
+        """Count that a ball meets a wall that moves, hit or not; tell whether this jams it."""
+        key = hit.i, hit.j
+        if hit.j not in self.movers.values():
+            return False
+        self.met[key] += 1
+        if self.met[key] < decisions.MET:
+            return False
+        self.jam(key)
+        return True
 
     def jam(self, key: Key) -> None:
         """Let a wall go through a ball."""

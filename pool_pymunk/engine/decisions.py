@@ -28,8 +28,9 @@ CONVERGED = 64.0 * EPSILON  # A collapse is over at closing speeds of this share
 # hits of a collapse are played: both bound the time that a run takes.
 PILE, MOST_IN_PILE = 20, 200
 # A wall that moves hits a ball ever more often that has nowhere to go. After so many of these hits
-# in one step the ball does not bounce any more, and after so many the wall goes through it.
-SQUEEZED, JAMMED = 20, 30
+# in one step the ball does not bounce any more, and after so many the wall goes through it. So does
+# a wall that MET the ball so often in one step, by hits or without them.
+SQUEEZED, JAMMED, MET = 20, 30, 100
 
 
 def nearly_now(radius: float, speed: float) -> float:

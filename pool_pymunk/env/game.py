@@ -334,7 +334,7 @@ class Game(ABC):
     def observe(self, tables: Tables) -> NDArray[np.float32]:
         """Return what a learner sees (S, D): places, who is off the table, which are marked.
 
-        ``more_seen`` zeros follow, in whose places the game may put numbers.
+        The last ``more_seen`` numbers are 0; a game may put its own there.
         """
         off, balls = tables.off, len(self.spots)
         seen = np.zeros((len(off), *self.observation_space.shape), np.float32)

@@ -1,4 +1,4 @@
-"""This module has twins of the functions by which instants and groups ask (engine/asked.py).
+"""This module has the compiled twins of the functions of engine/asked.py.
 
 They look into the records of compiled shots. A wall's number is that of its first side.
 """
@@ -208,7 +208,7 @@ def answer_as_listed(w: Work, count: int) -> None:
 
 
 def answer_in_orders(w: Work, count: int) -> None:
-    """Answer a group of contacts by the mean over orders; it is hard to find their impulses."""
+    """Answer a group by the mean over orders; a shot that needs its impulses is handed back."""
     at, o = w.instant, w.orders
     w.is_hard |= w.scene.keeps == WHOLE or may_roll(w.ball[0])
     for m in range(count):

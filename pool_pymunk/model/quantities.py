@@ -39,7 +39,7 @@ class Units(Part):
     speed: Annotated[str, Key(choice(UNITS["speed"]))] = "m/s"
 
     def to_si(self, value: float, kind: str) -> float:
-        """Return a ``value`` in the unit of ``kind`` in SI, an angle in degrees.
+        """Convert a ``value`` of a ``kind`` to SI; an angle stays in degrees.
 
         A kind is a length, mass or speed, or an angle or time, whose units are always the same.
         """

@@ -1,7 +1,7 @@
 """Walls that move: within a step their bodies keep a velocity and an angular velocity.
 
-A wall's sides are given in the frame of its body, in which a ball's place, velocity and
-acceleration are those that the frame's motion leaves. A wall is convex, so the gap to a ball whose
+A wall's sides are given in the frame of its body, in which the ball has its relative
+motion, with centrifugal and Coriolis terms. A wall is convex, so the gap to a ball whose
 acceleration in the frame is at most A has a second derivative of at least -A. A contact is looked
 for in steps in which a gap with this bound cannot close. They cannot pass a contact, and where the
 gap closes they converge as Newton's method does.
@@ -256,7 +256,7 @@ class Moving:
         return side.gap(x, y, r), vx * nx + vy * ny, rate
 
     def _closing(self, path: Path, r: float, low: float, high: float) -> float:
-        """Return when (s) a ball sinks into the wall, which it touches at ``low`` and not yet."""
+        """Return when (s), after ``low``, a ball that touches the wall begins to sink in."""
         start = self._look(path, (0.0, 0.0), r, low)[0]
         for _ in range(HALVINGS):
             middle = low + (high - low) / 2.0
@@ -268,7 +268,7 @@ class Moving:
 
 
 def time_to_close(gap: float, opening: float, most: float) -> float:
-    """Return how long (s) a gap surely stays open that opens at a speed (m/s).
+    """Return how long (s) a gap (m) that opens at this speed (m/s) surely stays open.
 
     Its second derivative is at least -``most`` (m/s^2).
 

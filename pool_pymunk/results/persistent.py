@@ -68,7 +68,7 @@ def contacts_of(
 
 
 class Joined(NamedTuple):
-    """These were joined so many ``times``, from ``since`` until at last ``until`` (s).
+    """These were joined so many ``times``: first at ``since``, and at last until ``until`` (s).
 
     ``balls`` and ``cushions`` are numbers.
     """

@@ -2,7 +2,8 @@
 
 Balls spin, the built-in impulse solver answers contacts, with its default iterations, and a
 PivotJoint to the static body brakes each ball. pymunk multiplies elasticity and friction of two
-shapes. For a fair comparison the products are the scene's coefficients in every kind of hit. So
+shapes. For a fair comparison the products are the scene's coefficients in every kind of hit; but a
+coefficient of 0 for balls makes the product with cushions 0, too. So
 each cushion is there twice, once for the cue ball and once for the others, and shape filters keep
 the two apart. The slop is a thousandth of a radius; pymunk's default, 0.1 m, is above a radius.
 """

@@ -89,6 +89,7 @@ class Walls:
         """Let walls move with their bodies in the step that begins, and ask what they may meet."""
         state, engine = self.state, self.state.engine
         engine.struck.clear()
+        engine.met.clear()
         engine.squeezed.clear()
         end = state.end_of_step()
         until = min(end, state.latest)

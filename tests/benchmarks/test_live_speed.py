@@ -69,7 +69,8 @@ def steps(table: Billiards) -> list[float]:
 def cases() -> dict[str, Scene]:
     """Return the scenes of the table."""
     eight = load("eight-ball")
-    sliding = replace(eight, friction=replace(eight.friction, rolling=None))
+    slides = replace(eight.friction, rolling=None)
+    sliding = replace(eight, friction=slides, shots=eight.shots[:2])
     return {
         "a break of eight-ball": eight, "the same balls sliding": sliding,
         "500 discs that roll": discs(),
