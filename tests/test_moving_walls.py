@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import mpmath
@@ -526,3 +528,55 @@ def test_a_saved_state_has_balls_only() -> None:
     table.restore_state(saved)
     assert one.body.position.x == 2.0
     assert body.position.x == pytest.approx(0.5)
+
+
+# -- what no game should do ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [87, 91, 259])
+def test_a_spinner_without_restitution_and_surface_friction_ends_its_steps(seed: int) -> None:
+    """In these scenes a step did not end: the wall met a ball again and again, without a hit."""
+    rnd = random.Random(seed)
+    e, w = rnd.choice([0.0, 0.3, 0.9]), rnd.choice([3, 10, 30])
+    pull, count = rnd.choice([0.0, 0.2]), rnd.choice([2, 4, 8])
+    pair = same_balls(e, 0.05)
+    table = Billiards(pymunk.Space(), 1 / 60, pair=pair, deceleration=pull, alone=True)
+    ground, corners = table.space.static_body, [(0, 0), (2, 0), (2, 1), (0, 1)]
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        table.add_wall(pymunk.Segment(ground, a, b, 0.0), 0.8, 0.1)
+    body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    body.position = (1, 0.5)
+    for x, y in ((0.4, 0.0), (0.0, 0.4)):
+        table.add_wall(pymunk.Segment(body, (-x, -y), (x, y), 0.01), e, 0.2)
+    while len(table.balls) < count:
+        its = pymunk.Body(0.17, 1e-4)
+        its.position = (rnd.uniform(0.6, 1.4), rnd.uniform(0.1, 0.9))
+        with suppress(ValueError):
+            table.add_ball(pymunk.Circle(its, 0.03))
+    body.angular_velocity = w
+    for _ in range(120):
+        table.step(1 / 60)
+    for each in table.balls:
+        x, y = each.body.position
+        assert 0.03 - 1e-6 <= x <= 2 - 0.03 + 1e-6
+        assert 0.03 - 1e-6 <= y <= 1 - 0.03 + 1e-6
+
+
+def test_a_wall_whose_body_is_no_place_is_refused() -> None:
+    table = Billiards(pymunk.Space(), 1 / 60, pair=same_balls(0.9, 0.05))
+    its, body, other = pymunk.Body(0.17, 1e-4), mover(), mover()
+    its.position, its.velocity = (0.5, 0.0), (1.0, 0.0)
+    table.add_ball(pymunk.Circle(its, 0.03))
+    table.space.add(body)
+    wall = table.add_wall(pymunk.Circle(body, 0.05), 0.9)
+    body.position = (math.nan, 0.0)
+    with pytest.raises(ValueError, match=f"wall {wall}: position = .* must be two finite numbers"):
+        table.space.step(1 / 60)
+    body.position = (0.0, 0.0)
+    elsewhere = pymunk.Space()
+    elsewhere.add(other)
+    with pytest.raises(ValueError, match="its body is in another space"):
+        table.add_wall(pymunk.Circle(other, 0.05), 0.9)
+    table.space.remove(body)
+    table.space.step(1 / 60)
+    assert not table.walls

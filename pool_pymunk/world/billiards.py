@@ -334,7 +334,7 @@ class Billiards:
         now.
         """
         self._catch_up(changes_space=True, sees_walls=True)
-        checks.check_wall(shape)
+        checks.check_wall(shape, self.space)
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)
         for side in sides or ():

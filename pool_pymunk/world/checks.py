@@ -213,10 +213,12 @@ def check_space(space: pymunk.Space) -> None:
         argument("damping", damping, finite)
 
 
-def check_motion(wall: int, velocity: Vector, turns: float) -> None:
-    """Refuse a wall's velocity (m/s) or angular velocity that is not finite, or too large."""
-    argument(f"wall {wall}: velocity", velocity, point)
-    argument(f"wall {wall}: angular_velocity", turns, finite)
+def check_motion(wall: int, body: pymunk.Body) -> None:
+    """Refuse a wall whose body has a number that is not finite, or too large."""
+    for key, value in (("position", body.position), ("velocity", body.velocity)):
+        argument(f"wall {wall}: {key}", (value.x, value.y), point)
+    for key, number in (("angle", body.angle), ("angular_velocity", body.angular_velocity)):
+        argument(f"wall {wall}: {key}", number, finite)
 
 
 def is_sound(move: Moves) -> bool:
@@ -224,8 +226,8 @@ def is_sound(move: Moves) -> bool:
     return sum(map(abs, move)) <= LARGEST
 
 
-def check_wall(shape: Any) -> None:
-    """Refuse what cannot be a wall."""
+def check_wall(shape: Any, space: pymunk.Space) -> None:
+    """Refuse what cannot be a wall of a space."""
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
         raise setting_error("shape", _kind(shape), message)
@@ -234,6 +236,10 @@ def check_wall(shape: Any) -> None:
         raise setting_error("shape", _kind(shape), message)
     if isinstance(shape, pymunk.Segment) and shape.a == shape.b:
         raise setting_error("shape", _kind(shape), "a segment must have two ends")
+    if not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):
+        raise setting_error("shape", _kind(shape), "its place and size must be finite numbers")
+    if shape.body.space not in (None, space):
+        raise setting_error("shape", _kind(shape), "its body is in another space")
     _check_type("shape", shape)
 
 

@@ -9,7 +9,7 @@ import pymunk
 
 from pool_pymunk.model import Patch
 from pool_pymunk.model.outline import misdrawn
-from pool_pymunk.model.plain import argument
+from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.patches import Patches, patches_of
@@ -48,7 +48,8 @@ def read_patch(shape: Any, deceleration: Any, rolling: Any) -> LivePatch:
     corners, center, radius = tuple[Vector, ...](), None, None
     if isinstance(shape, pymunk.Circle):
         x, y = body.local_to_world(shape.offset)
-        center, radius = (x, y), shape.radius
+        center = argument("shape: its place", (x, y), point)
+        radius = argument("shape: its radius", shape.radius, size)
     else:
         places = [body.local_to_world(corner) for corner in shape.get_vertices()]
         corners = tuple([(x, y) for x, y in places])

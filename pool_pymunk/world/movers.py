@@ -80,9 +80,8 @@ class Mover:
         return self.is_there() and self._expected[2:] == ((vx, vy), turns)  # type: ignore[index]
 
     def check(self) -> None:
-        """Refuse a velocity that is not finite, or too large."""
-        body = self.body
-        check_motion(self.number, (body.velocity.x, body.velocity.y), body.angular_velocity)
+        """Refuse numbers of the body that are not finite, or too large."""
+        check_motion(self.number, self.body)
 
     def put_back(self, t: float) -> None:
         """Put the body where it is at a time (s) of its motion, which is cut short."""

@@ -140,6 +140,10 @@ class Walls:
         """Take the walls and pockets down whose shapes somebody took out of the space."""
         space, walls = self.state.space, self.obstacles.items()
         lost = [place for place, each in walls if each.shape.space is not space]
+        lost += [
+            place for place, mover in self.movers.items()
+            if place not in lost and mover.body.space is not space
+        ]  # fmt: skip
         if lost:
             self._take_down(lost)
 
