@@ -238,9 +238,9 @@ def check_wall(shape: Any, space: pymunk.Space) -> None:
         raise setting_error("shape", _kind(shape), "a segment must have two ends")
     if not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):
         raise setting_error("shape", _kind(shape), "its place and size must be finite numbers")
+    _check_type("shape", shape)
     if shape.body.space not in (None, space):
         raise setting_error("shape", _kind(shape), "its body is in another space")
-    _check_type("shape", shape)
 
 
 def _check_type(key: str, shape: pymunk.Shape) -> None:
