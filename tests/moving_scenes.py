@@ -55,21 +55,21 @@ class Scene:
             self.table.add_wall(pymunk.Segment(self.space.static_body, a, b, 0.0), e, mu)
         self.mallets: list[tuple[pymunk.Body, Any, int]] = []
         for _ in range(rnd.randint(1, 3)):
-            shape = self.mallet()
-            self.mallets.append((shape.body, shape, self.table.add_wall(shape, e, mu)))
+            body, shape = self.mallet()  # A shape does not keep its body.
+            self.mallets.append((body, shape, self.table.add_wall(shape, e, mu)))
         self.pucks = [puck for _ in range(rnd.randint(1, 10)) if (puck := self.puck())]
 
-    def mallet(self) -> Any:
+    def mallet(self) -> tuple[pymunk.Body, Any]:
         rnd, body = self.rnd, pymunk.Body(body_type=pymunk.Body.KINEMATIC)
         body.position = rnd.uniform(0.3, WIDTH - 0.3), rnd.uniform(0.3, HEIGHT - 0.3)
         body.angle, kind = rnd.uniform(0, 6), rnd.choice(["disc", "box", "bar"])
         if kind == "disc":
-            return pymunk.Circle(body, rnd.uniform(0.03, 0.08))
+            return body, pymunk.Circle(body, rnd.uniform(0.03, 0.08))
         if kind == "bar":
             ends = (-rnd.uniform(0.05, 0.2), 0), (0.1, 0)
-            return pymunk.Segment(body, *ends, rnd.choice([0.0, 0.005, 0.02]))
+            return body, pymunk.Segment(body, *ends, rnd.choice([0.0, 0.005, 0.02]))
         size = rnd.uniform(0.04, 0.3), rnd.uniform(0.03, 0.1)
-        return pymunk.Poly.create_box(body, size, rnd.choice([0, 0.01]))
+        return body, pymunk.Poly.create_box(body, size, rnd.choice([0, 0.01]))
 
     def puck(self) -> TableBall | None:
         rnd, body = self.rnd, pymunk.Body(0.17, 1e-4)

@@ -20,13 +20,15 @@ from pool_pymunk.world import ContactEvent, TableBall
 
 Point = tuple[float, float]
 OWN = (RoundSide((0.0, 0.0), 0.1),)
+KEPT: list[pymunk.Body] = []
 
 
 def mover(
     x: float = 0.0, y: float = 0.0, velocity: Point = (0.0, 0.0), turns: float = 0.0
 ) -> pymunk.Body:
-    """Return the body of a wall that moves."""
+    """Return the body of a wall that moves; it is kept, because a shape does not keep its body."""
     body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    KEPT.append(body)
     body.position, body.velocity, body.angular_velocity = (x, y), velocity, turns
     return body
 
@@ -502,11 +504,11 @@ def test_a_wall_that_moves_can_be_taken_down() -> None:
 @pytest.mark.parametrize("do", ["scene", "sides", "dynamic", "wild"])
 def test_what_moving_walls_cannot_do_is_refused(do: str) -> None:
     space, table = bare()
-    shape = upright(mover())
+    shape, heavy = upright(mover()), pymunk.Body(1, 1)
     asked: dict[str, tuple[Callable[[], object], str]] = {
         "scene": (table.to_scene, "a scene has no walls that move"),
         "sides": (lambda: table.add_wall(upright(mover()), 1.0, sides=OWN), "leave sides out"),
-        "dynamic": (lambda: table.add_wall(upright(pymunk.Body(1, 1)), 1.0), "or kinematic"),
+        "dynamic": (lambda: table.add_wall(upright(heavy), 1.0), "or kinematic"),
         "wild": (lambda: space.step(1 / 60), "wall 0: velocity"),
     }
     table.add_wall(shape, 1.0)
