@@ -87,8 +87,6 @@ bench: $(VENV)/installed
 
 gallery: $(VENV)/installed
 	$(BIN)/python docs/figures/gallery.py
-	$(BIN)/pool-pymunk render eight-ball --shot 3 --solver event-driven --format gif --size 560x316 --fps 20 \
-		--to 5 --no-pictures --out renders/gallery/eight-ball
 	$(BIN)/pool-pymunk tradeoff report --solvers all --budget 60 --out renders/gallery
 	$(BIN)/pool-pymunk sensitivity report --shot 1 --out renders/gallery
 	$(BIN)/pool-pymunk stability --quick --out renders/gallery

@@ -196,7 +196,7 @@ def test_turned_bodies_have_turned_patches() -> None:
         (square(0.0), (math.nan,), "deceleration = nan: must be a finite number"),
         (square(0.0), (1.0, 0.1), "rolling = 0.1: balls do not roll on a table without rolling"),
         (pymunk.Segment(GROUND, (0, 0), (1, 0), 0.1), (1.0,),
-         "shape = Segment: a patch must be a pymunk.Poly or Circle"),
+         "shape = Segment: a patch must be a Poly or a Circle"),
         (square(0.0, body=LOOSE), (1.0,),
          "shape = Poly: a patch's body must be static, as patches lie still"),
         (pymunk.Poly(GROUND, [(0, 0), (1, 0), (1, 1)], radius=0.1), (1.0,),

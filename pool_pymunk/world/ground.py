@@ -39,7 +39,7 @@ class LivePatch(NamedTuple):
 def read_patch(shape: Any, deceleration: Any, rolling: Any) -> LivePatch:
     """Read the form of a static circle or polygon, and the decelerations (m/s^2) there."""
     if not isinstance(shape, pymunk.Circle | pymunk.Poly):
-        message = "a patch must be a pymunk.Poly or Circle"
+        message = "a patch must be a Poly or a Circle"
         raise setting_error("shape", type(shape).__name__, message)
     body = shape.body
     if body is None or body.body_type != pymunk.Body.STATIC:
