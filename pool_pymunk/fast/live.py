@@ -102,7 +102,10 @@ class Loop:
         if self.state == ON and until != self.until and not self._is_as_before():
             self.leave()
         self.until = until
-        if not self.resume(until):
+        if self.state == OFF and until <= self.given_up:
+            return False  # The engine plays this step to its end.
+        if self.state != ON and not (self._may_play() and self._enter()):
+            self._hand_back(until)
             return False
         hits, stops = self.table.callbacks.hears()
         self.scene["hears"] = HITS * hits + STOPS * stops
@@ -120,15 +123,10 @@ class Loop:
             self._tell()
         return True
 
-    def resume(self, until: float) -> bool:
-        """Let the record have what is due, or the engine play up to a time (s); tell which."""
-        is_given_up = self.state == OFF and until <= self.given_up
-        if not (self.is_on or is_given_up):
-            if self._may_play() and self._enter():
-                self.until = until  # Balls and walls are as they came.
-            else:
-                self._hand_back(until)
-        return self.is_on
+    def resume(self, until: float) -> None:
+        """Play again after the engine has taken over; else let the engine play up to a time (s)."""
+        if self.state == TAKEN and not (self._may_play() and self._enter()):
+            self._hand_back(until)
 
     def _is_as_before(self) -> bool:
         """Tell whether walls and balls are as they were when the record began."""

@@ -286,13 +286,14 @@ class Steps(WatchedState):
     def answer(self, began: float) -> None:
         """Answer the contacts and stops of the step that ``began`` at this time (s)."""
         engine, near = self.engine, self.near
+        if engine.has_loop:
+            engine.now = began
+            engine.loop.resume(self.time)
         if near.pairs or self.sent or engine.upcoming() <= self.time:
             engine.now, near.until = began, self.time
             is_ours = engine.recorder is self.callbacks
             if engine.loop is None and contacts.LOOPS and is_ours:
                 engine.loop = contacts.LOOPS[0](engine, self)
-            if engine.loop is not None:  # It predicts much faster.
-                engine.loop.resume(self.time)
             near.foresee()
             try:
                 self._play_instants()
