@@ -29,7 +29,8 @@ from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
 
 STANDS = 0.0, 0.0  # m/s; the drift of a wall that does not move
-# A ball that a wall would throw out this many times as fast as anything was is jammed.
+# A ball is jammed if a wall would give it so many times the highest speed before. In a corner that
+# closes, the law gives ever higher speeds.
 SQUIRTS = 10.0
 Four = tuple[float, float, float, float]
 
@@ -230,7 +231,7 @@ def read_plastic(w: Any, k: int) -> None:
 
 
 def squeeze(w: Any, k: int) -> bool:
-    """Look whether a wall that moves squeezes the ball of a contact; tell whether it jams."""
+    """Let a contact of a squeezed ball be plastic; tell whether its wall goes through the ball."""
     at = w.instant
     one = at.contact[k]
     if w.squeezed.intersection(one.balls):

@@ -29,6 +29,7 @@ from pool_pymunk.engine.policies import Errors, Variant, begin_errors, nearly_cl
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import NO_FRICTION, Law
+from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.pairs import pair_time
 from pool_pymunk.physics.patches import NO_PATCHES, Patches
 from pool_pymunk.physics.path import (
@@ -353,10 +354,11 @@ class ContactEngine:
             return
         self.tally.answered += 1
         if what.kind == "pair" or what.kind == "wall":
-            if self.movers and what.kind == "wall" and self._meets_too_often(what):
-                return
-            self._find_due(what)
-            instants.answer(self, None)
+            if self.movers and self._meets_too_often(what):
+                self.predict((what.i,))  # It may meet others behind the wall.
+            else:
+                self._find_due(what)
+                instants.answer(self, None)
         elif what.kind == "stop":
             instants.end_path(self, None, what.i)
         elif what.kind == "patch":
@@ -499,7 +501,7 @@ class ContactEngine:
     def _meets_too_often(self, hit: Hit) -> bool:
         """Count that a ball meets a wall that moves, hit or not; tell whether this jams it."""
         key = hit.i, hit.j
-        if hit.j not in self.movers.values():
+        if hit.kind != "wall" or hit.j not in self.movers.values():
             return False
         self.met[key] += 1
         if self.met[key] < decisions.MET:
@@ -526,7 +528,12 @@ class ContactEngine:
         """Tell whether a gap is at most this many ``times`` as wide as rounding explains."""
         x, y, _, _ = motions[hit.i]
         touching = self.radii[hit.i] + (self.radii[hit.j] if hit.kind == "pair" else 0.0)
-        return decisions.is_closed(self.gap(hit, motions) / times, x, y, touching)
+        gap = self.gap(hit, motions)
+        if self.movers and hit.kind == "wall":
+            ux, uy, _, _ = self.walls[hit.j].sweep(x, y)
+            if ux != 0.0 or uy != 0.0:  # The time, by which the wall has moved, is rounded, too.
+                gap -= EPSILON * self.now * (self.speeds[hit.i] + abs(ux) + abs(uy))
+        return decisions.is_closed(gap / times, x, y, touching)
 
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:
         """Return these hits, and all contacts in the cluster around their balls or ``balls``."""

@@ -1,9 +1,9 @@
 """Walls that move: within a step their bodies keep a velocity and an angular velocity.
 
 A wall's sides are given in the frame of its body, in which the ball has its relative
-motion, with centrifugal and Coriolis terms. A wall is convex, so the gap to a ball whose
-acceleration in the frame is at most A has a second derivative of at least -A. A contact is looked
-for in steps in which a gap with this bound cannot close. They cannot pass a contact, and where the
+motion, with centrifugal and Coriolis terms. A wall is convex, so the gap to it is at least as wide
+as the one to a plane along it. A contact is looked for in steps in which that one cannot close: the
+acceleration in the frame, and its change, are bounded. They cannot pass a contact, and where the
 gap closes they converge as Newton's method does.
 """
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from pool_pymunk.physics.motion import EPSILON, Vector
 from pool_pymunk.physics.path import Path, fastest_of, motion_at, pull_of
@@ -21,10 +21,23 @@ from pool_pymunk.physics.sides import GRAZING, Face, RoundSide, Side, Wall, core
 # a wall, of LEAST (s), each further one may be twice as long.
 MOST, LEAST = 200, 1e-9
 HALVINGS = 60
-SPAN = 10.0  # s; walls move for a shorter time, and those that stand need no bound
 
 Flat = Face | RoundSide
 Pull = Vector
+Four = tuple[float, float, float, float]
+
+
+class Bounds(NamedTuple):
+    """These bound the motion of a ball in the frame of a wall.
+
+    They are for its speed (m/s), its acceleration (m/s^2), and the change of this (m/s^3). A gap
+    (m) is ``closed`` that rounding may have opened.
+    """
+
+    quick: float
+    most: float
+    jerk: float
+    closed: float
 
 
 class Clock(Protocol):
@@ -205,29 +218,20 @@ class Moving:
         """Return when (s) a ball touches the wall and closes; it has this ``pull`` (m/s^2)."""
         if end < t:
             return math.inf
-        (ux, uy), w, (x, y, _, _), force = self.velocity, abs(self.turns), motion_at(path, t), 0.0
-        if pull != (0.0, 0.0):
-            force = pull_of(path)
-        fast = fastest_of(path) + math.sqrt(ux * ux + uy * uy)
-        px, py, _, _ = self.frame(t)
-        far = abs(x - px) + abs(y - py) + fast * min(end - t, SPAN)
-        quick = fast + w * far
-        most = force + 2.0 * w * quick + w * w * far  # m/s^2, in the frame
-        size = abs(x) + abs(y) + abs(px) + abs(py) + r + far
-        closed, still = EPSILON * (8.0 * size + abs(t) * quick), GRAZING * quick
-        least, last = LEAST, t
+        b = self._bounds(path, pull, r, t, end)
+        least, last, still = LEAST, t, GRAZING * b.quick
         for _ in range(MOST):
-            gap, opening, rate = self._look(path, pull, r, t)
-            if gap - quick * (end - t) > closed:
+            gap, opening, bend, rate = self._look(path, pull, r, t)
+            if gap - b.quick * (end - t) > b.closed:
                 return math.inf
-            is_touching = gap <= closed
+            is_touching = gap <= b.closed
             if is_touching:
-                if gap < -closed and last < t:
+                if gap < -b.closed and last < t:
                     return self._closing(path, r, last, t)
-                if opening < -still or (opening <= still and rate < -GRAZING * most):
+                if opening < -still or (opening <= still and rate < -GRAZING * b.most):
                     return t
                 gap, opening = 0.0, max(opening, 0.0)
-            h = time_to_close(gap, opening, most)
+            h = time_open(gap, opening, bend, b.most, b.jerk)
             last = math.inf
             if is_touching and h < least:
                 h, last, least = least, t, 2.0 * least
@@ -240,8 +244,25 @@ class Moving:
                 return math.inf
         return math.inf
 
-    def _look(self, path: Path, pull: Pull, r: float, t: float) -> tuple[float, float, float]:
-        """Return the gap (m) at a time (s), and its first and second derivatives."""
+    def _bounds(self, path: Path, pull: Pull, r: float, t: float, end: float) -> Bounds:
+        """Return bounds on the motion of a ball in the frame between two times (s)."""
+        (ux, uy), w, (x, y, _, _) = self.velocity, abs(self.turns), motion_at(path, t)
+        force = pull_of(path) if pull != (0.0, 0.0) else 0.0
+        fast = fastest_of(path) + math.sqrt(ux * ux + uy * uy)
+        px, py, _, _ = self.frame(t)
+        far = abs(x - px) + abs(y - py)
+        if end < math.inf:  # Else the wall stands.
+            far += fast * (end - t)
+        quick, size = fast + w * far, abs(x) + abs(y) + abs(px) + abs(py) + r + far
+        closed = EPSILON * (8.0 * size + abs(t) * quick)
+        most = force + 2.0 * w * quick + w * w * far
+        return Bounds(quick, most, w * (3.0 * force + w * (3.0 * fast + w * far)), closed)
+
+    def _look(self, path: Path, pull: Pull, r: float, t: float) -> Four:
+        """Return the gap (m) at a time (s), its derivative, the acceleration along the normal.
+
+        Last comes the gap's second derivative, in which the normal turns.
+        """
         (px, py, c, s), w, (ux, uy) = self.frame(t), self.turns, self.velocity
         x, y, vx, vy = motion_at(path, t)
         x, y, vx, vy = x - px, y - py, vx - ux, vy - uy
@@ -252,8 +273,9 @@ class Moving:
         side = self._nearest(x, y)
         nx, ny = side.normal(x, y)
         along = vy * nx - vx * ny
-        rate = ax * nx + ay * ny + side.curvature(x, y) * along * along
-        return side.gap(x, y, r), vx * nx + vy * ny, rate
+        bend = ax * nx + ay * ny
+        rate = bend + side.curvature(x, y) * along * along
+        return side.gap(x, y, r), vx * nx + vy * ny, bend, rate
 
     def _closing(self, path: Path, r: float, low: float, high: float) -> float:
         """Return when (s), after ``low``, a ball that touches the wall begins to sink in."""
@@ -279,6 +301,26 @@ def time_to_close(gap: float, opening: float, most: float) -> float:
         return gap / -opening if opening < 0.0 else math.inf
     root = math.sqrt(opening * opening + 2.0 * most * gap)
     return (opening + root) / most if opening > 0.0 else 2.0 * gap / (root - opening + (gap == 0.0))
+
+
+def time_open(gap: float, opening: float, bend: float, most: float, jerk: float) -> float:
+    """Return how long (s) a gap (m) to a convex wall surely stays open.
+
+    It opens at a speed (m/s). A plane along the wall, through the point that is nearest now, has
+    the wall behind it. So the gap is at least as wide as that to the plane, whose second derivative
+    is ``bend`` (m/s^2) now, at least -``most``, and changes by at most ``jerk`` (m/s^3).
+
+    >>> time_open(0.0, 0.0, 2.0, 1000.0, 3.0), time_open(0.0, 1.0, 0.0, 1000.0, 0.0)
+    (2.0, 0.004)
+    """
+    h = time_to_close(gap, opening, most)
+    if opening >= 0.0 and bend > 0.0:
+        h = max(h, 3.0 * bend / jerk if jerk > 0.0 else math.inf)
+    if h == math.inf:
+        return h
+    # In twice the time, the second derivative is hardly lower than now.
+    pull = max(jerk * 2.0 * h / 3.0 - bend, 0.0)
+    return max(h, min(2.0 * h, time_to_close(gap, opening, pull)))
 
 
 class MovingWall(Wall):
