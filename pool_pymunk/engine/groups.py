@@ -199,8 +199,8 @@ def load(w: Any, leader: int) -> None:
 
 def find_state(w: Any, leader: int, t: float) -> None:
     """Put a group into the press; ``end`` and ``total`` become those at a time (s) of its piece."""
-    g, r = w.press, w.groups
     load(w, leader)
+    g, r = w.press, w.groups
     if t >= r.began[leader] + r.span[leader]:
         for m in range(g.balls):
             for p in range(6):

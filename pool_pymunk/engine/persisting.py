@@ -192,10 +192,11 @@ def pressing_of(
 
 def tangent_of(w: Any, i: int) -> Path:
     """Return a path with the exact motion of a ball now; those of groups are mean ones."""
-    r, g = w.groups, w.press
+    r = w.groups
     if r.leader[i] == NONE:
         return path_of(w, i)
     find_state(w, r.leader[i], w.now)
+    g = w.press
     find_forces(g, g.end)
     s, p, d = g.end, 6 * r.local[i], g.rate
     return Path(
