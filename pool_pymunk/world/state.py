@@ -21,7 +21,7 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.surface import NO_ROLL, Surface, is_piece
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
-from pool_pymunk.world.bodies import Bodies
+from pool_pymunk.world.bodies import Bodies, Four
 from pool_pymunk.world.broad_phase import BroadPhase
 from pool_pymunk.world.checks import check_unchanged
 from pool_pymunk.world.ground import LivePatch, ground_of
@@ -51,7 +51,7 @@ class LiveState:
         self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool
     ) -> None:
         self.space, self.engine, self.near = near.space, engine, near
-        self.bodies = Bodies(near.space)
+        self.bodies = Bodies(near.space, self.alone)
         self.surface = engine.surface
         self.patches: tuple[LivePatch, ...] = ()
         self.max_dt = self.dt = max_dt
@@ -388,21 +388,21 @@ class LiveState:
         self.carried[ball] = x, y, *goes
         self.stirred.add(ball)
 
-    def show_instant(self) -> dict[TableBall, tuple[Vector, Vector]]:
+    def show_instant(self) -> dict[TableBall, Four]:
         """Let bodies show how balls move at the present instant, and return what they showed."""
-        now, paths, showed = self.now, self.engine.paths, dict[TableBall, tuple[Vector, Vector]]()
-        for i in dict.fromkeys((*self.moving, *self.near.changed)):
-            body = (ball := self.balls[i]).body
-            showed[ball] = body.position, body.velocity
-            body.position, body.velocity = paths[i].at(now)
+        now, paths = self.now, self.engine.paths
+        its = [self.balls[i] for i in dict.fromkeys((*self.moving, *self.near.changed))]
+        shows = {ball: motion_at(paths[ball.number], now) for ball in its if ball.is_on_table}
+        for ball in shows:
             self.carried.pop(ball, None)
-        return showed
+        return dict(zip(shows, self.bodies.put(shows), strict=True))
 
-    def show_step(self, showed: Mapping[TableBall, tuple[Vector, Vector]]) -> None:
+    def show_step(self, showed: Mapping[TableBall, Four]) -> None:
         """Put bodies back to where the step took them, except those that begin new paths."""
-        for ball, (place, velocity) in showed.items():
-            if ball.is_on_table and ball.number not in self.near.changed:
-                ball.body.position, ball.body.velocity = place, velocity
+        is_changed, its = self.near.changed, showed.items()
+        self.bodies.put(
+            {ball: had for ball, had in its if ball.is_on_table and ball.number not in is_changed}
+        )
 
     def carry_all(self) -> None:
         """Put all moving bodies on their paths."""
