@@ -218,8 +218,8 @@ class SharedSteps(Steps):
             return
         velocity = vx * share + gx, vy * share + gy
         move = Moves(x, y, *velocity)
-        if not is_sound(move):
+        if not is_sound(ball, move, self.end_of_step()):
             self.carry(ball)
-            check_sound(ball, move)
+            check_sound(ball, move, self.end_of_step())
         self.begin_path(ball, (x, y), velocity, roll)
         self.set_out([ball])

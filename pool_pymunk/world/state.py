@@ -169,6 +169,10 @@ class LiveState:
         """Return the balls that are on the table."""
         return list(self.ball_of.values())
 
+    def is_there(self, ball: TableBall) -> bool:
+        """Tell whether a ball is in the space: nobody has taken its body or circle out of it."""
+        return ball.body.space is ball.circle.space is self.space
+
     def drop(self, ball: TableBall) -> None:
         """Take a ball off the table now, unless it is off it already."""
         if ball.is_on_table:
