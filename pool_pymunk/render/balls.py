@@ -33,7 +33,6 @@ BOLD = FontProperties(family="DejaVu Sans", weight="bold")
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
-NARROW = 0.5  # the width of the struck ball's track, in that of the others
 STRAIGHT = 1e-9  # An acceleration bends a track if this share of it is not along the velocity.
 CHORDS = 16  # A parabola is drawn as this number of straight lines.
 # A level stripe crosses a disc of radius 1; these are its corners' angles at the right side.
@@ -241,7 +240,7 @@ def tracks(
     layers: tuple[list[Stroke], ...] = ([], [], [])
     for path, ball in zip(paths, balls, strict=True):
         pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)])
-        core = max(full * ball.radius * (NARROW if ball.label == struck else 1.0), 0.9)
+        core = max(full * ball.radius * (LOOK.narrow if ball.label == struck else 1.0), 0.9)
         halo = (halo_color(ball.color), LOOK.halo, core + max(0.5 * core, 1.0))
         own = (ball.color, 1.0 if solid else PALE, core)
         under, over = (0, 2) if ball.label == struck else (1, 1)
