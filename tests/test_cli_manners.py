@@ -288,7 +288,7 @@ def test_help_fits_eighty_columns_and_has_an_example(
     assert exit_code(command, "-h") == 0
     shown = capsys.readouterr().out
     assert max(map(len, shown.splitlines())) <= 80
-    assert "<bool>" not in shown
+    assert "<bool>" not in shown and "<str>" not in shown and "{" not in shown
     assert "…" not in shown
     words = " ".join(shown.split())
     assert f"Example: pool-pymunk {command} {COMMANDS[command]}" in words
@@ -320,6 +320,8 @@ def test_help_is_short_and_names_every_option(
             assert option in shown
             assert re.search(rf"^ +(-h, )?{option}\b", whole, re.MULTILINE), (command, option)
     assert len(lines) < 400
+    assert exit_code("--help-all") == 0
+    assert capsys.readouterr().out.endswith(whole + "\n")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

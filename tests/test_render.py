@@ -429,6 +429,17 @@ def test_tracks_are_as_new_where_balls_were_last() -> None:
     assert (np.diff(red) > -1e-9).all()
 
 
+def test_the_track_of_the_struck_ball_is_narrow_and_on_top() -> None:
+    """It does not hide that of a ball that it follows, and is not hidden by it."""
+    path = np.array([[20.0, 20.0], [80.0, 20.0]])
+    balls = [DrawnBall(0.0, 0.0, 10.0, color, color, 7.0) for color in ("#ffffff", "#ff0000")]
+    drawn = tracks([path, path], balls, "#000000", solid=True, struck="#ffffff")
+    red, green, _ = np.array(drawn.get_colors())[-1, :3]
+    assert red == green > 0.9
+    halo, other_halo, other, own = np.reshape(drawn.get_linewidth(), (4, -1))[:, 0]
+    assert own == 0.5 * other < halo < other < other_halo
+
+
 def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
     ground, track = there_and_back()
     for t in np.linspace(0.0, 1.0, 40):

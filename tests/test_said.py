@@ -367,7 +367,7 @@ def test_without_numba_a_command_says_so_in_one_plain_line(
     said = [line for line in capfd.readouterr().err.splitlines() if "numba" in line]
     assert said == [
         "Warning: numba is not installed, so many shots take some hundred times longer than with "
-        "the extra fast: pip install '.[fast]' in a clone."
+        "the extra fast: pip install 'pool-pymunk[fast]'."
     ]
 
 

@@ -239,7 +239,7 @@ def write_json(
 ) -> None:
     """Write the file of ``--json``, if there is one: what was played, the version, the results."""
     if path is not None:
-        what = {"scenario": lib.scenario.label(scenario), "title": title} if scenario else {}
+        what = {"scenario": scenario, "title": title} if scenario else {}
         content = {**what, "version": __version__, **results}
         text = json.dumps(content, indent=1, ensure_ascii=False)
         with whole(path) as part:

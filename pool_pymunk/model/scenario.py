@@ -78,7 +78,7 @@ def load(scenario: str | Path) -> Scene:
     if not isinstance(scenario, str | PathLike) or str(scenario) == "":
         message = "must be the path of a file, or the name of a bundled scenario"
         raise SceneError([Problem("scenario", scenario, message)])
-    source = label(scenario)
+    source = str(scenario)
     known = bundled()
     path = known.get(str(scenario), Path(scenario))
     try:
@@ -95,11 +95,6 @@ def load(scenario: str | Path) -> Scene:
     else:
         return loads(content, source)
     raise SceneError([Problem("scenario", source, message)])
-
-
-def label(scenario: str | Path) -> str:
-    """Return the name of a scenario in output: its path as given, or where a bundled one is."""
-    return f"scenarios/{scenario}.toml" if str(scenario) in bundled() else str(scenario)
 
 
 def loads(text: str, source: str = "scenario") -> Scene:

@@ -104,7 +104,9 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
         for i, disc in enumerate(shown):  # Paths end at the rim of a pocket that takes the ball.
             end = [] if disc.label in run.pocketed else [run.end.position[i]]
             paths.append(view.places(np.vstack([track_of(run, i)[:, 1:3], *end])))
-        axes.add_collection(balls.tracks(paths, shown, ground, solid=solid), autolim=False)
+        struck = run.shot.ball if run.shot else None
+        lines = balls.tracks(paths, shown, ground, solid=solid, struck=struck)
+        axes.add_collection(lines, autolim=False)
     if not solid:
         balls.draw_ghosts(axes, there, style)
     elif there:
