@@ -21,7 +21,6 @@ NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
 
 Widths = float | Mapping[str, tuple[float, float]]  # m, of all starts or of each ball's
 
-
 ALL = "all"  # of --solvers
 LONGEST = f"takes longest; --solvers {ALL} plays it, too"
 
@@ -162,9 +161,13 @@ def simulate_and_warn(
     """Simulate as above, and print on stderr what runs warn of, and where they miss their ends."""
     rows = list(simulate_beside(scene, shots, settings))
     for runs in rows:
-        missed = (line for run in runs for line in beside_published(run))
-        for line in (*warnings_of(runs), *missed):
+        for line in warnings_of(runs):
             typer.echo(line, err=True)
+        for run in runs:  # Where it misses published ends, some solver may have them.
+            agreement = lib.listing.Agreement.of(run)
+            if len(agreement.agreeing) < agreement.count:
+                said = f"{agreement.sentence(run)}.{published_by(run)}"
+                typer.echo(f"Warning: {run.name} ({run.solver}): {said}", err=True)
     return rows
 
 
@@ -184,14 +187,6 @@ def warnings_of(runs: Iterable[lib.Run]) -> Iterator[str]:
         first, *others = dict.fromkeys(said[key])
         also = f"; alike: {', '.join(others)}" if others else ""
         yield f"Warning: {key[0]} ({first}{also}): {text}."
-
-
-def beside_published(run: lib.Run) -> Iterator[str]:
-    """Say how far a run misses the published ends of its shot, and which solver may have them."""
-    agreement = lib.listing.Agreement.of(run)
-    if len(agreement.agreeing) == agreement.count:
-        return
-    yield f"Warning: {run.name} ({run.solver}): {agreement.sentence(run)}.{published_by(run)}"
 
 
 def published_by(run: lib.Run) -> str:
