@@ -42,8 +42,7 @@ from pool_pymunk.render import (
     style,
 )
 from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, tracks
-from pool_pymunk.render.canvas import Sprite, pixels
-from pool_pymunk.render.figure import Figure
+from pool_pymunk.render.canvas import Figure, Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import film_layout, picture_layout
 from pool_pymunk.render.stage import TRACK_STRENGTH, Stage

@@ -14,8 +14,8 @@ from matplotlib.path import Path as Outline
 from pool_pymunk.fast import Batch
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import DrawnBall, circle, discs, draw_balls, draw_rings
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.pictures import as_set_up, save_figure
+from pool_pymunk.render.canvas import Figure, save_figure
+from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.sheet import Sheet, draw_caption, draw_sheet, picture_layout
 from pool_pymunk.render.style import LOOK, PRINT, Style, halo_color
 from pool_pymunk.render.view import DOT, Show

@@ -13,9 +13,7 @@ from matplotlib.patheffects import withStroke
 from numpy.linalg import norm
 from numpy.typing import NDArray
 
-from pool_pymunk.render.canvas import dress
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.pictures import save_figure
+from pool_pymunk.render.canvas import Figure, dress, save_figure
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.studies.fit import Fit
 
