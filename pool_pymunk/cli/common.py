@@ -109,7 +109,7 @@ def simulate_beside(
     scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column]
 ) -> Generator[tuple[lib.Run, ...], None, None]:
     """Simulate every shot by each setting: yield a row a shot, with a column a setting."""
-    with lib.terminal.progress("simulating", len(shots) * len(settings)) as bar:
+    with lib.terminal.Bar("simulating", len(shots) * len(settings)) as bar:
         found = [lib.grid.estimate(scene, shots, one) for one in settings]
         share = lib.terminal.Share(bar, [one for row in zip(*found, strict=True) for one in row])
         columns = [one.runs(scene, shots, on_time=share.move) for one in settings]

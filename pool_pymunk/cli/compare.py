@@ -53,7 +53,7 @@ def compare(
             }
             common.write_json(json, results, scenario, scene.title)
     if pictures:
-        with lib.terminal.progress("drawing", len(found)) as bar:
+        with lib.terminal.Bar("drawing", len(found)) as bar:
             for each in found:
                 show, run = lib.render.Show((each.reference, each.run)), each.run
                 lib.render.picture(

@@ -138,7 +138,7 @@ def save_films(
     paths = [folder / f"{common.stem(show.runs[0])}{ending}" for show in shows]
     again = len(shows) > 1 and ending.endswith(".gif")  # a gif of all shots has other colours
     total = sum(lib.render.frame_count(show, settings) for show in shows) * (2 if again else 1)
-    with lib.terminal.progress("filming", total) as bar:
+    with lib.terminal.Bar("filming", total) as bar:
         for show, path in zip(shows, paths, strict=True):
             lib.render.film(show, path, settings, bar.step)
         if again:
@@ -153,7 +153,7 @@ def save_pictures(
 ) -> list[Path]:
     """Draw the start and the end of every shot."""
     paths = []
-    with lib.terminal.progress("drawing", 2 * len(shows)) as bar:
+    with lib.terminal.Bar("drawing", 2 * len(shows)) as bar:
         for show in shows:
             for when in ("start", "end"):
                 paths.append(folder / f"{common.stem(show.runs[0])}-{when}{ending}")

@@ -85,7 +85,7 @@ def run(
     say(lib.listing.opening(scene))
     done: list[PlayedShot] = []
     try:
-        with lib.terminal.progress("simulating", len(shots)) as bar:
+        with lib.terminal.Bar("simulating", len(shots)) as bar:
             for played in _played(scene, shots, setting, limit, bar):
                 done.append(played)
                 say(lib.listing.shot_lines(played[0], others.get(played[0].shot), verbose))

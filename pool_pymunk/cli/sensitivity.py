@@ -67,7 +67,7 @@ def sensitivity(
     runs = len(shots) * samples * (parts if parts > 2 else 1)
     how: Any = {"seed": seed, "aims_anew": aims_anew}
     aimed = (AIMED_ANEW if aims_anew else AIMED_ONCE) * any(one.aim for one in shots if one)
-    with lib.terminal.progress("playing", runs or len(shots)) as bar:
+    with lib.terminal.Bar("playing", runs or len(shots)) as bar:
         for one in shots:
             cloud, line, alone = None, None, NONE_ALONE
             if samples:

@@ -48,7 +48,7 @@ def tradeoff(
     found = lib.grid.begin(scene, shots)
     share = (time.perf_counter() - began) / len(shots)  # s; about what a sample takes
     try:
-        with lib.terminal.progress("measuring", 1.0) as bar:
+        with lib.terminal.Bar("measuring", 1.0) as bar:
             sound = [run.shot for run in found.sound]
             plan = lib.grid.planned(scene, columns, sound, budget)
             bar.plan(share * samples * len(sound) + sum(plan))

@@ -18,13 +18,7 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
-from pool_pymunk.render.table import (
-    plane,
-    pockets_and_posts,
-    seen_patches,
-    seen_posts,
-    woodwork,
-)
+from pool_pymunk.render.table import plane, pockets_and_posts, seen_patches, seen_posts, woodwork
 from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run

@@ -88,7 +88,7 @@ def _ends(run: Run) -> Iterator[str]:
         yield line
     for those, said in ((rests, "did not move"), (off, "off the table")):
         if those:
-            yield f"    {_balls(those)}: {said}"
+            yield f"    Ball{'s' * (len(those) > 1)} {', '.join(those)}: {said}"
 
 
 def _unmoved(run: Run) -> list[str]:
@@ -96,10 +96,6 @@ def _unmoved(run: Run) -> list[str]:
     both = zip(run.scene.balls, run.knots, strict=True)
     return [ball.id for ball, rows in both if not np.ptp(rows[:, 1:5], axis=0).any()
             and not rows[0, 3:5].any()]  # fmt: skip
-
-
-def _balls(ids: Sequence[str]) -> str:
-    return f"Ball{'s' * (len(ids) > 1)} {', '.join(ids)}"
 
 
 def _differences(run: Run, others: Others) -> Iterator[str]:
