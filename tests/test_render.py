@@ -34,8 +34,8 @@ from pool_pymunk.render import (
     FilmSettings,
     RenderError,
     Show,
-    encode,
     film,
+    films,
     frame_count,
     join,
     picture,
@@ -230,10 +230,10 @@ def test_a_film_is_written_while_it_is_drawn(suffix: str, tmp_path: Path) -> Non
 
     path.touch()
     if suffix == ".mp4":
-        encode.write_mp4(path, frames(), 25.0)
+        films.write_mp4(path, frames(), 25.0)
     else:
-        encode.write_gif(
-            path, encode.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
+        films.write_gif(
+            path, films.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
         )
     assert sizes[-1] > 0.5 * path.stat().st_size
 
@@ -884,7 +884,7 @@ def test_no_codec_or_a_full_disk(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(encode, "CODEC", "no-such-codec")
+        patch.setattr(films, "CODEC", "no-such-codec")
         with pytest.raises(RenderError, match=r"a\.mp4: ffmpeg: there is no codec no-such-codec$"):
             film(run, tmp_path / "a.mp4", SMALL)
     for form in ("mp4", "gif"):
