@@ -173,20 +173,17 @@ def simulate_and_warn(
 
 def warnings_of(runs: Iterable[lib.Run]) -> Iterator[str]:
     """Yield the warnings of runs, each once: runs of a shot may differ in numbers alone."""
-    said: dict[tuple[str, str, int], list[str]] = {}
-    texts: dict[tuple[str, str, int], str] = {}
+    said: dict[tuple[str, str, int], tuple[str, list[str]]] = {}
     for run in runs:
         alike = Counter[str]()
         for text in run.warnings:
             form = NUMBER.sub("#", text)
             alike[form] += 1
-            key = (run.name, form, alike[form])
-            texts.setdefault(key, text)
-            said.setdefault(key, []).append(run.solver)
-    for key, text in texts.items():
-        first, *others = dict.fromkeys(said[key])
+            said.setdefault((run.name, form, alike[form]), (text, []))[1].append(run.solver)
+    for (name, _, _), (text, solvers) in said.items():
+        first, *others = dict.fromkeys(solvers)
         also = f"; alike: {', '.join(others)}" if others else ""
-        yield f"Warning: {key[0]} ({first}{also}): {text}."
+        yield f"Warning: {name} ({first}{also}): {text}."
 
 
 def published_by(run: lib.Run) -> str:

@@ -134,7 +134,9 @@ def _ends(found: lib.Sensitivity) -> lib.table.ResultTable:
     scene, units = found.reference.scene, found.reference.scene.units
     columns: dict[lib.TableColumn | str, list[str]] = {
         "ball": [ball.ball for ball in found.balls],
-        _end(units): _pairs(units, found.reference.final.values(), ".2f"),
+        lib.table.TableColumn("end", unit=units.length): _pairs(
+            units, found.reference.final.values(), ".2f"
+        ),
         "holds": [", ".join(ball.digits(scene)) for ball in found.balls],
     }
     for k, axis in enumerate("xy"):
@@ -156,7 +158,8 @@ def _spreads(
     units = run.scene.units
     columns: dict[lib.TableColumn | str, list[str]] = {}
     if found is None:
-        columns[_end(units)] = _pairs(units, run.final.values(), ".4f")
+        end = lib.table.TableColumn("end", unit=units.length)
+        columns[end] = _pairs(units, run.final.values(), ".4f")
     else:
         columns["std of x, y"] = _pairs(units, [ball.std for ball in found.balls])
         for cause, each in alone.items() if len(alone) > 1 else ():
@@ -174,10 +177,6 @@ def _spreads(
         for heading, stds in spreads.items():
             columns[heading] = _pairs(units, stds)
     return lib.table.ResultTable.of({"ball": run.final, **columns})
-
-
-def _end(units: lib.Units) -> lib.TableColumn:
-    return lib.table.TableColumn("end", unit=units.length)
 
 
 def _pairs(
