@@ -133,6 +133,11 @@ def lay_out_all(
                     share = shares[0, 2 * (k * count + i) + axis]
                     layout[i, axis] = share * size[i, axis] + corner[i, axis]
                 k += 1
-                if misplaced(table, layout, is_off, radius, TOUCHING, i, i + 1) > i:
-                    i, k = i + 1, 0  # It touches nothing that was there before it.
+                if fits(table, layout, is_off, radius, i):
+                    i, k = i + 1, 0
     return len(states)
+
+
+def fits(table: Any, layout: Any, is_off: Any, radius: Any, i: int) -> bool:
+    """Tell whether ball ``i`` touches nothing that was there before it."""
+    return misplaced(table, layout, is_off, radius, TOUCHING, i, i + 1) > i
