@@ -34,16 +34,15 @@ from pool_pymunk.render import (
     FilmSettings,
     RenderError,
     Show,
-    encode,
     film,
+    films,
     frame_count,
     join,
     picture,
     style,
 )
 from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, tracks
-from pool_pymunk.render.canvas import Sprite, pixels
-from pool_pymunk.render.figure import Figure
+from pool_pymunk.render.canvas import Figure, Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import film_layout, picture_layout
 from pool_pymunk.render.stage import TRACK_STRENGTH, Stage
@@ -231,10 +230,10 @@ def test_a_film_is_written_while_it_is_drawn(suffix: str, tmp_path: Path) -> Non
 
     path.touch()
     if suffix == ".mp4":
-        encode.write_mp4(path, frames(), 25.0)
+        films.write_mp4(path, frames(), 25.0)
     else:
-        encode.write_gif(
-            path, encode.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
+        films.write_gif(
+            path, films.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
         )
     assert sizes[-1] > 0.5 * path.stat().st_size
 
@@ -896,7 +895,7 @@ def test_no_codec_or_a_full_disk(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(encode, "CODEC", "no-such-codec")
+        patch.setattr(films, "CODEC", "no-such-codec")
         with pytest.raises(RenderError, match=r"a\.mp4: ffmpeg: there is no codec no-such-codec$"):
             film(run, tmp_path / "a.mp4", SMALL)
     for form in ("mp4", "gif"):
