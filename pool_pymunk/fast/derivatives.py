@@ -369,9 +369,7 @@ TWINS: dict[Any, Any] = {
     columns.has_parted: _no, columns.advance: _advance,
     columns.advance_slowing: _advance_slowing,
     columns.squared: _squared, columns.add_sized: _add_sized, columns.add_mixed: _add_mixed,
-    kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
-    kinks.jumps: kinds.jumps, kinks.hit_slopes: kinds.hit_slopes,
-    kinks.bounce_slopes: kinds.cushion_slopes,
+    kinks.hit_slopes: kinds.hit_slopes, kinks.bounce_slopes: kinds.cushion_slopes,
 }  # fmt: skip
 for _function, _twin in TWINS.items():
     _function.compiled = _twin
