@@ -11,34 +11,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pool_pymunk.engine import asked
-from pool_pymunk.engine.groups import (
-    NONE,
-    find_state,
-    free_contacts,
-    load,
-    loosen,
-    put_ball,
-    put_contact,
-    set_leader,
-)
+from pool_pymunk.engine import asked, groups
+from pool_pymunk.engine.groups import NONE
 from pool_pymunk.engine.persisting import stays, wait
+from pool_pymunk.physics import pieces
 from pool_pymunk.physics.complementarity import guess, set_scale
 from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.pieces import (
-    GROWTH,
-    Piece,
-    change,
-    clear_total,
-    close,
-    creeps,
-    halves,
-    hold,
-    is_even,
-    join,
-    moves,
-    settle,
-)
 from pool_pymunk.physics.pressed import (
     LET_GO,
     REST,
@@ -83,7 +61,7 @@ def begin_at(w: Any, sides: Any, i: int) -> None:
         else:
             join_sides(w)
             guess(w.press, w.press.state)
-            close(w.press, w.press.state)
+            pieces.close(w.press, w.press.state)
             for k in range(w.press.contacts):
                 w.press.was_on[k] = 0
             decide_mode(w, 0, w.now, FIRST)
@@ -99,7 +77,7 @@ def end_waits(w: Any) -> None:
             r.ended[m], r.until[m] = r.until[m], -math.inf
             for b in (r.wait[m][0], r.wait[m][1]):
                 if b >= 0:
-                    loosen(r, b)
+                    groups.loosen(r, b)
 
 
 def gather(w: Any, sides: Any) -> None:
@@ -113,19 +91,19 @@ def gather(w: Any, sides: Any) -> None:
     for m in range(g.balls):
         i = g.ball[m]
         (x, y, vx, vy), (wx, wy) = asked.motion(w, i), asked.roll_of(w, i)
-        put_ball(w, m, i, 0, 0)
+        groups.put_ball(w, m, i, 0, 0)
         put_state(g.state, 6 * m, (x, y, vx, vy, wx, wy))
     for k in range(r.hits):
         i, other = r.hit[k][0], r.hit[k][1]
         _, mu = asked.coefficients(w, sides, i, other)
-        put_contact(w, k, i, other)
+        groups.put_contact(w, k, i, other)
         g.mu[k], g.what[k] = mu, asked.read_shape(w, sides, i, other, g.edge[k])
         asked.read_drift(w, sides, other, g.drift[k])
         g.on[k], g.over[k], g.slides[k], g.into[k] = 1, 0, 0, 0
     set_time(g, w.now)
     g.contacts, g.small[2] = r.hits, r.coarser
     find_units(g)
-    clear_total(g)
+    pieces.clear_total(g)
     set_scale(g, g.state)
 
 
@@ -155,9 +133,9 @@ def join_sides(w: Any) -> None:
     for k in range(g.contacts):
         fastest = max(fastest, abs(opening(g, g.state, k)))
     if fastest > noise:
-        join(g, g.state, noise)
+        pieces.join(g, g.state, noise)
         for m in range(g.balls):  # All of them leave their paths.
-            set_leader(r, g.ball[m], g.ball[0])
+            groups.set_leader(r, g.ball[m], g.ball[0])
 
 
 def release(w: Any, i: int, gap: float) -> bool:
@@ -173,7 +151,7 @@ def release(w: Any, i: int, gap: float) -> bool:
         open_gaps(w.press, gap)
     for m in range(w.press.balls):
         let_go(w, m)
-    free_contacts(r, leader)
+    groups.free_contacts(r, leader)
     return True
 
 
@@ -199,11 +177,11 @@ def open_gaps(g: Any, gap: float) -> None:
 def let_go(w: Any, m: int) -> None:
     """Let ball ``m`` of the press go on by itself."""
     s, p, i = w.press.state, 6 * m, w.press.ball[m]
-    set_leader(w.groups, i, NONE)
+    groups.set_leader(w.groups, i, NONE)
     path = asked.path_from(w, i, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
     if asked.moves_on(path):
         asked.lead(w, i, path)
-        loosen(w.groups, i)
+        groups.loosen(w.groups, i)
     else:
         rest(w, m)
     asked.note_let_go(w, i)
@@ -213,7 +191,7 @@ def rest(w: Any, m: int) -> None:
     """Let ball ``m`` of the press rest, if it has moved."""
     s = w.press.state
     if asked.begins_to_rest(w, w.press.ball[m], s[6 * m], s[6 * m + 1]):
-        loosen(w.groups, w.press.ball[m])
+        groups.loosen(w.groups, w.press.ball[m])
 
 
 def wait_all(w: Any) -> None:
@@ -230,7 +208,7 @@ def wait_at(w: Any, k: int) -> None:
 def cut(w: Any, leader: int) -> None:
     """Put a group into the press as it is now, and note its impulses until now."""
     g, began = w.press, w.groups.began[leader]
-    find_state(w, leader, w.now)
+    groups.find_state(w, leader, w.now)
     for p in range(6 * g.balls):
         g.state[p] = g.end[p]
     set_time(g, w.now)
@@ -244,7 +222,7 @@ def note_impulses(w: Any, began: float) -> None:
         much, x, y = g.total[k][0], g.total[k][1], g.total[k][2]
         if g.on[k] or much != 0.0:
             asked.note_impulse(w, g.ball[g.one[k]], g.place[k], began, (x, y))
-    clear_total(g)
+    pieces.clear_total(g)
 
 
 def go_on(w: Any, sides: Any, i: int) -> None:
@@ -254,7 +232,7 @@ def go_on(w: Any, sides: Any, i: int) -> None:
         return
     end = r.began[leader] + r.span[leader]
     if w.now == asked.path_of(w, i).end < end:
-        load(w, leader)
+        groups.load(w, leader)
         load_end(w)
         set_out(w, leader, 1)
     else:
@@ -268,7 +246,7 @@ def go_on(w: Any, sides: Any, i: int) -> None:
             unstick(w.press)
             turn(w, leader, r.after[leader] if goes_on else FIRST)
         elif hold_creeping(w.press):
-            r.held_for[leader] = GROWTH * max(r.held_for[leader], r.span[leader])
+            r.held_for[leader] = pieces.GROWTH * max(r.held_for[leader], r.span[leader])
             turn(w, leader, r.held_for[leader])
         else:
             r.held_for[leader] = 0.0
@@ -309,11 +287,11 @@ def hold_creeping(g: Any) -> bool:
     """
     s, found = g.state, False
     for m in range(g.balls):
-        if g.stuck[m] == LET_GO and g.phase[m] != REST and creeps(g, s, m):
-            hold(g, s, m)
+        if g.stuck[m] == LET_GO and g.phase[m] != REST and pieces.creeps(g, s, m):
+            pieces.hold(g, s, m)
             found = True
     if found:
-        close(g, s)
+        pieces.close(g, s)
     return found
 
 
@@ -348,7 +326,7 @@ def play_pieces(w: Any) -> None:
     while r.todos > 0:
         r.todos -= 1
         leader = r.todo[r.todos]
-        load(w, leader)
+        groups.load(w, leader)
         piece = asked.find_piece(w, r.longest[leader])
         keep_piece(w, leader, piece)
         asked.note_piece(w, leader, piece)
@@ -360,14 +338,14 @@ def play_pieces(w: Any) -> None:
             set_out(w, leader, 0)
 
 
-def keep_piece(w: Any, leader: int, piece: Piece) -> None:
+def keep_piece(w: Any, leader: int, piece: pieces.Piece) -> None:
     """Keep the piece of the group in the press."""
     g, r = w.press, w.groups
     r.span[leader], r.after[leader], r.fell[leader], r.faded[leader] = piece
     r.steps[leader] = g.steps
     for m in range(g.balls):
         i = g.ball[m]
-        if r.stuck[i] == LET_GO and piece.time > 0.0 and not creeps(g, g.end, m):
+        if r.stuck[i] == LET_GO and piece.time > 0.0 and not pieces.creeps(g, g.end, m):
             r.stuck[i] = 0
         for p in range(6):
             r.end[i][p] = g.end[6 * m + p]
@@ -386,7 +364,7 @@ def turn(w: Any, leader: int, longest: float) -> None:
     g, r = w.press, w.groups
     set_time(g, w.now)
     if r.faded[leader]:
-        settle(g, g.state)
+        pieces.settle(g, g.state)
         for m in range(g.balls):
             if g.phase[m] == ROLL != r.phase[g.ball[m]]:
                 asked.begins_to_roll(w, g.ball[m], w.now)
@@ -394,11 +372,11 @@ def turn(w: Any, leader: int, longest: float) -> None:
         g.was_on[k] = g.on[k]
     fell = r.fell[leader]
     if fell >= 0:
-        change(g, g.state, fell)
+        pieces.change(g, g.state, fell)
         if r.span[leader] == 0.0 and fell < 4 * g.contacts and fell % 4 == 0:
             wait_at(w, fell // 4)
     changes = r.changes[leader]
-    free_contacts(r, leader)
+    groups.free_contacts(r, leader)
     decide_mode(w, changes, w.now, longest)
 
 
@@ -414,7 +392,7 @@ def decide_mode(w: Any, changes: int, began: float, longest: float) -> None:
                 wait_at(w, k)
         split(w, OPENED if lost > 0 else longest, changes)
         return
-    join(g, g.state, 0.0)
+    pieces.join(g, g.state, 0.0)
     note_impulses(w, began)
     wait_all(w)
     for m in range(g.balls):
@@ -451,7 +429,7 @@ def find_parts(w: Any) -> None:
     for _ in range(g.balls):
         for k in range(g.contacts):
             i, j = g.one[k], g.other[k] if g.other[k] >= 0 else g.one[k]
-            if g.on[k] and (moves(g, k) or STUCK in (g.stuck[i], g.stuck[j])):
+            if g.on[k] and (pieces.moves(g, k) or STUCK in (g.stuck[i], g.stuck[j])):
                 r.first[i] = r.first[j] = min(r.first[i], r.first[j])
                 r.joined[i] = r.joined[j] = 1
     for m in range(g.balls):
@@ -469,7 +447,7 @@ def store(w: Any, root: int) -> None:
         if r.first[m] != root:
             continue
         i = g.ball[m]
-        set_leader(r, i, leader)
+        groups.set_leader(r, i, leader)
         r.phase[i], r.stuck[i], r.next[i] = g.phase[m], g.stuck[m], NONE
         for p in range(6):
             r.state[i][p] = g.state[6 * m + p]
@@ -512,7 +490,7 @@ def set_out(w: Any, leader: int, is_second: int) -> None:
         if g.phase[m] != REST:
             i = g.ball[m]
             asked.lead(w, i, half_of(g, m, (began, span), is_second))
-            loosen(r, i)
+            groups.loosen(r, i)
             first = i if first == NONE else first
     asked.count_unlisted(w)
     asked.push_piece(w, first, asked.path_of(w, first).end)
@@ -526,10 +504,10 @@ def half_of(g: Any, m: int, when: tuple[float, float], is_second: int) -> Path:
     (began, h), s, end, p = when, g.state, g.end, 6 * m
     middle = h / 2.0
     x, y, vx, vy, wx, wy = s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5]
-    if is_even(g, h):
+    if pieces.is_even(g, h):
         ax, ay = (end[p + 2] - vx) / h, (end[p + 3] - vy) / h
         return Path(began, x, y, vx, vy, ax, ay, began + h, False, wx, wy)
-    (ax, ay), (bx, by) = halves(g, h, m)
+    (ax, ay), (bx, by) = pieces.halves(g, h, m)
     if not is_second:
         return Path(began, x, y, vx, vy, ax, ay, began + middle, False, wx, wy)
     x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)
