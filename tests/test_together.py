@@ -344,7 +344,7 @@ CONTACT = np.dtype(
     [("a", int), ("b", int), ("normal", float, 2), ("gap", float),
      ("pair", [("m_a", float), ("m_b", float), ("restitution", float), ("friction", float)])]
 )  # fmt: skip
-ARRAYS = namedtuple("ARRAYS", [*together.ROOM, "shares"])
+Arrays = namedtuple("Arrays", "response factor wanted unit pushes rest pushing chosen shares")
 
 
 @pytest.mark.slow
@@ -358,9 +358,10 @@ def test_compiled_impulses_have_the_same_bits() -> None:
         rows = [(c.a, c.b, c.normal, c.gap, c.pair) for c in closing]
         velocity, own = np.array(list(cluster.velocity.values())), room(count)
         arrays = [np.array(getattr(own, name)) for name in together.ROOM]
+        arrays.append(np.zeros(len(after) + 1, int))
         if count:
             records = np.array(rows, CONTACT).view(np.recarray)
-            within = ARRAYS(*arrays, np.zeros(len(after) + 1, int))
+            within = Arrays(*arrays)
             assert push(records, count, velocity, within) == (impulses is not None)
             normal, tangential = impulses or ([], [])
             assert impulses is None or within.pushes.tolist() == normal

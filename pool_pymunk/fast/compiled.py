@@ -172,7 +172,7 @@ def can_link() -> bool:
     """
     try:
         trial = import_module(LINKED).trial
-        linked: Any = _compiled(trial, links=True, **UNCOUNTED)
+        linked: Any = _compiled(trial, lambda: None, True, **UNCOUNTED)
         with linked._cache.turn():
             return bool(linked(2.0) == trial(2.0))
     except Exception:  # Another numba may raise anything.
@@ -183,6 +183,7 @@ def _compiled(
     function: Any,
     compiles: Callable[[], object] = lambda: None,
     links: bool | None = None,
+    /,
     **options: bool,
 ) -> Callable[..., int]:
     """Return a function that numba compiles, or takes from its cache, when it is called.

@@ -17,30 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.physics import pieces
-from pool_pymunk.physics.forces import (
-    ALONG,
-    NORMAL,
-    fill_system,
-    find_forces,
-    number_unknowns,
-    take_forces,
-)
+from pool_pymunk.physics import forces, pieces, pressed
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.pressed import (
-    FORM,
-    REST,
-    ROLL,
-    SLIP,
-    Press,
-    gap_of,
-    lengths,
-    look,
-    opening,
-    roll_into,
-    room,
-    rows_of,
-)
 from pool_pymunk.physics.surface import SHARE
 
 TINY_STEP = 1e-30  # the imaginary part of what is differentiated
@@ -94,11 +72,11 @@ def in_columns(g: Any, changes: Numbers, plain: int = 0) -> Any:
         column[plain:] += 1j * TINY_STEP * change
         return column
 
-    found: Any = Press()
+    found: Any = pressed.Press()
     vars(found).update(vars(g))
     for name in WRITTEN:
-        kind, shape = FORM[name]
-        setattr(found, name, rows_of(kind, lengths(shape, *g.room)))
+        kind, shape = pressed.FORM[name]
+        setattr(found, name, pressed.rows_of(kind, pressed.lengths(shape, *g.room)))
     found.mass = [varied(*both) for both in zip(g.mass, changes.mass, strict=False)]
     found.mu = [varied(*both) for both in zip(g.mu, changes.mu, strict=False)]
     found.pull = [varied(*both) for both in zip(g.pull, changes.pull, strict=False)]
@@ -130,7 +108,7 @@ def solve_columns(found: Any, s: Any, count: int) -> Any:
     if count:
         for row, force in zip(found.matrix, solved(found, count, s.shape[1]), strict=False):
             row[count] = force
-    take_forces(found, s, count)
+    forces.take_forces(found, s, count)
     return np.array([rate + np.zeros(s.shape[1]) for rate in found.rate[: len(s)]])
 
 
@@ -142,7 +120,7 @@ def unchanged(g: Any, count: int) -> Numbers:
 
 def rate_of(g: Any, s: Any) -> Array:
     """Return the rate (6 N) of a state."""
-    find_forces(g, s)
+    forces.find_forces(g, s)
     return np.array(g.rate[: len(s)], float)
 
 
@@ -152,7 +130,7 @@ def slopes(found: Any, s: Any, count: int) -> tuple[Array, Array]:
     The press is in columns, the first of which are for the state, and has so many unknown forces.
     """
     size, state = len(s), as_columns(s, np.eye(len(s), len(found.pull[0])))
-    fill_system(found, state, count)
+    forces.fill_system(found, state, count)
     rates = solve_columns(found, state, count).imag / TINY_STEP
     return rates[:, :size], rates[:, size:]
 
@@ -188,7 +166,7 @@ class Course:
         g, s, time = self.g, self.states[k], t - self.starts[k]
         if time <= 0.0:
             return list(s)
-        find_forces(g, s)
+        forces.find_forces(g, s)
         end = [0.0] * len(s)
         pieces.step(g, s, time, end)
         return end
@@ -222,7 +200,7 @@ class Course:
 
 def implicit_step(course: Course, z: Array, spell: Spell, changes: Numbers) -> Array:
     """Return changes after one step of the implicit method."""
-    (since, until), size, count = spell, len(z), number_unknowns(course.g)
+    (since, until), size, count = spell, len(z), forces.number_unknowns(course.g)
     h, press = until - since, in_columns(course.g, changes, len(z))
     found = [slopes(press, course.at(since + h * node), count) for node in NODES]
     matrix, given = np.eye(3 * size), np.concatenate([z] * 3)
@@ -241,9 +219,9 @@ def settled(phases: Any, z: Array) -> Array:
     """Return changes where balls roll or rest from now on: what slips a little is gone at once."""
     found = z.copy().reshape(len(phases), 6, -1)
     for own, phase in zip(found, phases, strict=True):
-        if phase == ROLL:
+        if phase == pressed.ROLL:
             own[2:4] = own[4:] = (1.0 - SHARE) * own[2:4] + SHARE * own[4:]
-        elif phase == REST:
+        elif phase == pressed.REST:
             own[2:] = 0.0
     return found.reshape(z.shape)
 
@@ -252,7 +230,7 @@ def gaps(g: Any, s: Any, z: Array, of_radius: Array) -> Array:
     """Return the changes (M, P) of the gaps, where radii (N, P) change."""
     state, found = as_columns(s, z), np.zeros((g.contacts, z.shape[1]))
     for k, wide in enumerate(found):
-        wide[:] = gap_of(g, state, k).imag / TINY_STEP
+        wide[:] = pressed.gap_of(g, state, k).imag / TINY_STEP
         for i in (g.one[k], g.other[k]):
             wide -= of_radius[i] if i >= 0 else 0.0
     return found
@@ -263,12 +241,12 @@ def joined(g: Any, s: Any, z: Array) -> Array:
 
     Small hits do this, or somewhat more or less pressing: impulses of the same kinds as the forces.
     """
-    count, state = number_unknowns(g), as_columns(s, z)
+    count, state = forces.number_unknowns(g), as_columns(s, z)
     if not count:
         return z
     found = in_columns(g, unchanged(g, z.shape[1]))
     found.pull = found.drag = [0.0] * g.balls
-    fill_system(found, state, count)
+    forces.fill_system(found, state, count)
     for row, (k, kind) in zip(found.matrix, g.unknown[:count], strict=False):
         row[count] = -part_of(found, state, k, kind).imag / TINY_STEP
         row[:count] = [part.real for part in row[:count]]
@@ -279,17 +257,17 @@ def joined(g: Any, s: Any, z: Array) -> Array:
 
 def part_of(g: Any, s: Any, k: int, kind: int) -> Any:
     """Return the speed (m/s) in a contact that a kind of force brings to 0."""
-    if kind == NORMAL:
-        return opening(g, s, k)
-    if kind == ALONG:
+    if kind == forces.NORMAL:
+        return pressed.opening(g, s, k)
+    if kind == forces.ALONG:
         return g.slip[k]
-    return roll_into(g, s, k) if g.phase[g.one[k]] != ROLL else 0.0 * g.slip[k]
+    return pressed.roll_into(g, s, k) if g.phase[g.one[k]] != pressed.ROLL else 0.0 * g.slip[k]
 
 
 def slip_of(g: Any, s: Any, i: int) -> Array:
     """Return the slip (m/s) of ball i, or its velocity if it rolls; or the changes of it."""
     one, p = np.asarray(s), 6 * i
-    is_slip = g.phase[i] == SLIP
+    is_slip = g.phase[i] == pressed.SLIP
     return one[p + 2 : p + 4] - one[p + 4 : p + 6] if is_slip else one[p + 2 : p + 4]
 
 
@@ -312,8 +290,8 @@ def falls_later(g: Any, s: Any, rate: Array, z: Array, fell: int) -> Array | Non
         slope = end_slope(g, s, k) @ both
     else:
         state, found = as_columns(s, both), in_columns(g, unchanged(g, 0))
-        look(found, state)
-        slope = (found.slip[k] if kind == 1 else roll_into(found, state, k)).imag
+        pressed.look(found, state)
+        slope = (found.slip[k] if kind == 1 else pressed.roll_into(found, state, k)).imag
     return np.asarray(-slope[1:] / slope[0])
 
 
@@ -321,6 +299,7 @@ def end_slope(g: Any, s: Any, k: int) -> Array:
     """Return how fast the distance to the end of a side grows with the state (6 N)."""
     found, i, h = np.zeros(len(s)), 6 * g.one[k], BESIDE * g.radius[g.one[k]]
     for p, dx, dy in ((i, h, 0.0), (i + 1, 0.0, h)):
-        there, back = (room(g, k, s[i] + sign * dx, s[i + 1] + sign * dy) for sign in (1.0, -1.0))
+        there = pressed.room(g, k, s[i] + dx, s[i + 1] + dy)
+        back = pressed.room(g, k, s[i] - dx, s[i + 1] - dy)
         found[p] = (there - back) / (2.0 * h)  # It is linear in the place.
     return found
