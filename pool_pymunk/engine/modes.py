@@ -89,10 +89,10 @@ def gather(w: Any, sides: Any) -> None:
             if b >= 0:
                 insert(g, b)
     for m in range(g.balls):
-        i = g.ball[m]
-        (x, y, vx, vy), (wx, wy) = asked.motion(w, i), asked.roll_of(w, i)
+        i, s, p = g.ball[m], g.state, 6 * m
         groups.put_ball(w, m, i, 0, 0)
-        put_state(g.state, 6 * m, (x, y, vx, vy, wx, wy))
+        s[p], s[p + 1], s[p + 2], s[p + 3] = asked.motion(w, i)
+        s[p + 4], s[p + 5] = asked.roll_of(w, i)
     for k in range(r.hits):
         i, other = r.hit[k][0], r.hit[k][1]
         _, mu = asked.coefficients(w, sides, i, other)
@@ -118,11 +118,6 @@ def insert(g: Any, i: int) -> None:
         m -= 1
     g.ball[m] = i
     g.balls += 1
-
-
-def put_state(s: Any, p: int, values: tuple[float, float, float, float, float, float]) -> None:
-    """Put a ball's six numbers into a state."""
-    s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5] = values
 
 
 def join_sides(w: Any) -> None:

@@ -271,7 +271,10 @@ def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
     for name in sources(root):
         digest.update(source_of(name).encode())
     try:
-        folder = Path(os.environ.get(CACHE) or _user_cache()) / digest.hexdigest()[:16]
+        of_user = os.environ.get(CACHE)
+        if not of_user:  # platformdirs comes with the extra of numba.
+            of_user = import_module("platformdirs").user_cache_path("pool_pymunk") / "compiled"
+        folder = Path(of_user) / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ".writable").touch()
     except OSError:
@@ -283,11 +286,6 @@ def source_of(name: str) -> str:
     """Return the source of a module, which may not be imported yet."""
     loader: Any = getattr(find_spec(name), "loader", None)
     return str(loader.get_source(name))
-
-
-def _user_cache() -> Path:
-    """Return the folder of the user's cache; platformdirs comes with the extra of numba."""
-    return Path(import_module("platformdirs").user_cache_path("pool_pymunk")) / "compiled"
 
 
 class SealedCache:

@@ -32,7 +32,7 @@ from pool_pymunk.physics.contact import (
     Vector,
     Velocities,
     closing_speed,
-    drift_of,
+    slip_of,
 )
 from pool_pymunk.physics.pressed import lengths, rows_of
 
@@ -402,16 +402,11 @@ def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> fl
     most = contact.pair.friction * impulse
     if most <= 0.0:
         return 0.0
-    nx, ny, v = contact.normal[0], contact.normal[1], velocity[contact.a]
-    slip, lightness, among = v[1] * nx - v[0] * ny, 1.0 / contact.pair.m_a, shares[contact.a]
-    if contact.b == NO_BALL:
-        ux, uy = drift_of(contact)
-        slip -= uy * nx - ux * ny
-    else:
-        v = velocity[contact.b]
-        slip = (v[1] * nx - v[0] * ny) - slip
+    lightness, among = 1.0 / contact.pair.m_a, shares[contact.a]
+    if contact.b != NO_BALL:
         lightness += 1.0 / contact.pair.m_b
         among = max(among, shares[contact.b])
+    slip = slip_of(contact, velocity)
     return math.copysign(min(most, abs(slip) / (among * lightness)), -slip)
 
 
