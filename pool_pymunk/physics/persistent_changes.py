@@ -17,8 +17,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.physics import forces, pieces, pressed
+from pool_pymunk.physics import forces, pieces
 from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.pressed import (
+    FORM,
+    REST,
+    ROLL,
+    SLIP,
+    Press,
+    gap_of,
+    lengths,
+    look,
+    opening,
+    roll_into,
+    room,
+    rows_of,
+)
 from pool_pymunk.physics.surface import SHARE
 
 TINY_STEP = 1e-30  # the imaginary part of what is differentiated
@@ -72,11 +86,11 @@ def in_columns(g: Any, changes: Numbers, plain: int = 0) -> Any:
         column[plain:] += 1j * TINY_STEP * change
         return column
 
-    found: Any = pressed.Press()
+    found: Any = Press()
     vars(found).update(vars(g))
     for name in WRITTEN:
-        kind, shape = pressed.FORM[name]
-        setattr(found, name, pressed.rows_of(kind, pressed.lengths(shape, *g.room)))
+        kind, shape = FORM[name]
+        setattr(found, name, rows_of(kind, lengths(shape, *g.room)))
     found.mass = [varied(*both) for both in zip(g.mass, changes.mass, strict=False)]
     found.mu = [varied(*both) for both in zip(g.mu, changes.mu, strict=False)]
     found.pull = [varied(*both) for both in zip(g.pull, changes.pull, strict=False)]
@@ -219,9 +233,9 @@ def settled(phases: Any, z: Array) -> Array:
     """Return changes where balls roll or rest from now on: what slips a little is gone at once."""
     found = z.copy().reshape(len(phases), 6, -1)
     for own, phase in zip(found, phases, strict=True):
-        if phase == pressed.ROLL:
+        if phase == ROLL:
             own[2:4] = own[4:] = (1.0 - SHARE) * own[2:4] + SHARE * own[4:]
-        elif phase == pressed.REST:
+        elif phase == REST:
             own[2:] = 0.0
     return found.reshape(z.shape)
 
@@ -230,7 +244,7 @@ def gaps(g: Any, s: Any, z: Array, of_radius: Array) -> Array:
     """Return the changes (M, P) of the gaps, where radii (N, P) change."""
     state, found = as_columns(s, z), np.zeros((g.contacts, z.shape[1]))
     for k, wide in enumerate(found):
-        wide[:] = pressed.gap_of(g, state, k).imag / TINY_STEP
+        wide[:] = gap_of(g, state, k).imag / TINY_STEP
         for i in (g.one[k], g.other[k]):
             wide -= of_radius[i] if i >= 0 else 0.0
     return found
@@ -258,16 +272,16 @@ def joined(g: Any, s: Any, z: Array) -> Array:
 def part_of(g: Any, s: Any, k: int, kind: int) -> Any:
     """Return the speed (m/s) in a contact that a kind of force brings to 0."""
     if kind == forces.NORMAL:
-        return pressed.opening(g, s, k)
+        return opening(g, s, k)
     if kind == forces.ALONG:
         return g.slip[k]
-    return pressed.roll_into(g, s, k) if g.phase[g.one[k]] != pressed.ROLL else 0.0 * g.slip[k]
+    return roll_into(g, s, k) if g.phase[g.one[k]] != ROLL else 0.0 * g.slip[k]
 
 
 def slip_of(g: Any, s: Any, i: int) -> Array:
     """Return the slip (m/s) of ball i, or its velocity if it rolls; or the changes of it."""
     one, p = np.asarray(s), 6 * i
-    is_slip = g.phase[i] == pressed.SLIP
+    is_slip = g.phase[i] == SLIP
     return one[p + 2 : p + 4] - one[p + 4 : p + 6] if is_slip else one[p + 2 : p + 4]
 
 
@@ -290,8 +304,8 @@ def falls_later(g: Any, s: Any, rate: Array, z: Array, fell: int) -> Array | Non
         slope = end_slope(g, s, k) @ both
     else:
         state, found = as_columns(s, both), in_columns(g, unchanged(g, 0))
-        pressed.look(found, state)
-        slope = (found.slip[k] if kind == 1 else pressed.roll_into(found, state, k)).imag
+        look(found, state)
+        slope = (found.slip[k] if kind == 1 else roll_into(found, state, k)).imag
     return np.asarray(-slope[1:] / slope[0])
 
 
@@ -299,7 +313,6 @@ def end_slope(g: Any, s: Any, k: int) -> Array:
     """Return how fast the distance to the end of a side grows with the state (6 N)."""
     found, i, h = np.zeros(len(s)), 6 * g.one[k], BESIDE * g.radius[g.one[k]]
     for p, dx, dy in ((i, h, 0.0), (i + 1, 0.0, h)):
-        there = pressed.room(g, k, s[i] + dx, s[i + 1] + dy)
-        back = pressed.room(g, k, s[i] - dx, s[i + 1] - dy)
+        there, back = (room(g, k, s[i] + sign * dx, s[i + 1] + sign * dy) for sign in (1.0, -1.0))
         found[p] = (there - back) / (2.0 * h)  # It is linear in the place.
     return found
