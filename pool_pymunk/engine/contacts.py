@@ -232,7 +232,8 @@ class ContactEngine:
                 if end == math.inf > path.end and leader[i] < 0:
                     push(path.end, What("stop", i))
             else:
-                self.meet_movers(i)
+                for wall in self.movers.values():
+                    self.meet_wall(i, wall)
             self.path_ends[i] = end
         self._look_ahead(balls)
 
@@ -281,11 +282,6 @@ class ContactEngine:
                 if j not in done:
                     meet(i, j)
             done.add(i)
-
-    def meet_movers(self, i: int) -> None:
-        """Predict when walls that move meet a ball."""
-        for wall in self.movers.values():
-            self.meet_wall(i, wall)
 
     def meet(self, i: int, j: int) -> None:
         """Predict when two balls meet."""

@@ -33,7 +33,7 @@ from pool_pymunk.fast.records import (
     Sides,
     Work,
 )
-from pool_pymunk.fast.shared import room_of, share_out
+from pool_pymunk.fast.shared import share_out
 from pool_pymunk.fast.tables import AS_LISTED, AT_ONCE
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
 from pool_pymunk.fast.walls import nearest
@@ -185,7 +185,7 @@ def read_contact(w: Work, sides: Sides, k: int, i: int, other: int) -> Any:
 def answer_group(w: Work, count: int) -> None:
     """Answer a group of contacts by the law: at once, in the listing's order, or by a mean."""
     at = w.instant
-    if w.scene.together == AT_ONCE and push_at_once(at.group, count, at.velocity, room_of(at)):
+    if w.scene.together == AT_ONCE and push_at_once(at.group, count, at.velocity, at):
         for m in range(count):
             at.impulse[at.member[m]] = (at.pushes[m], at.rest[m], -at.rest[m])
     elif w.scene.together == AS_LISTED:
@@ -239,7 +239,7 @@ def read_plastic(w: Work, k: int) -> None:
 
 def settle_group(w: Work, count: int) -> None:
     at = w.instant
-    w.is_hard |= not push_at_once(at.group, count, at.velocity, room_of(at))
+    w.is_hard |= not push_at_once(at.group, count, at.velocity, at)
     if may_roll(w.ball[0]) and not w.is_hard:  # Cushions slow a roll by their impulses.
         share_out(w, count)
 

@@ -115,6 +115,17 @@ def closing_speed(contact: Contact, velocity: Mapping[int, Vector]) -> float:
     return approach(velocity[contact.a], velocity[contact.b], contact.normal)
 
 
+def slip_of(contact: Contact, velocity: Any) -> float:
+    """Return the slip (m/s) of a contact: how fast its far side moves along the tangent."""
+    nx, ny, v = contact.normal[0], contact.normal[1], velocity[contact.a]
+    slip = v[1] * nx - v[0] * ny
+    if contact.b == NO_BALL:
+        ux, uy = drift_of(contact)
+        return float(slip - (uy * nx - ux * ny))
+    v = velocity[contact.b]
+    return float((v[1] * nx - v[0] * ny) - slip)
+
+
 def fastest(velocity: Mapping[int, Vector]) -> float:
     """Return the speed (m/s) of the fastest ball."""
     return math.sqrt(max(vx * vx + vy * vy for vx, vy in velocity.values()))

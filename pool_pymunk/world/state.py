@@ -23,10 +23,9 @@ from pool_pymunk.physics.surface import NO_ROLL, Surface, is_piece
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import Bodies, Four
 from pool_pymunk.world.broad_phase import BroadPhase
-from pool_pymunk.world.checks import check_unchanged
+from pool_pymunk.world.checks import BALL, SENSOR, check_unchanged
 from pool_pymunk.world.ground import LivePatch, ground_of
 
-BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
 NOTHING = (0.0, 0.0)
 EVERYTHING = pymunk.ShapeFilter()  # It leaves out what collides with nothing.
 

@@ -88,11 +88,6 @@ class Callbacks(Recorder):
         if self.of(name) is not None:
             self.pending.append((name, said, {ball: ball.path for ball in balls}))
 
-    def end_persistent(self) -> None:
-        """Tell of the persistent contacts that are over, as they are at their ends."""
-        for hit in self.note_ends():
-            self.state.engine.tell(hit)
-
     def note_ends(self) -> list[Hit]:
         """Return the persistent contacts that are over; one that ends now has its place of now."""
         engine, persisted = self.state.engine, self.state.engine.groups.persisted
@@ -341,7 +336,8 @@ class Steps(WatchedState):
                 if self.near.gone:
                     self.take_out_gone()
                 if engine.groups.persisted and engine.upcoming() > engine.now:
-                    callbacks.end_persistent()
+                    for hit in callbacks.note_ends():
+                        engine.tell(hit)
                 if callbacks.pending:
                     callbacks.tell_all()
         finally:
