@@ -779,6 +779,22 @@ def test_a_callback_that_makes_contact_after_contact_is_refused() -> None:
     assert one.body.velocity.x < 0.0
 
 
+def test_a_callback_that_takes_a_ball_out_and_fails_is_heard_of() -> None:
+    space, table = world(1.0, alone=True)
+    one, other = ball(table, 0.0), ball(table, 31.0, velocity=(-300.0, 0.0))
+
+    def fail(event: ContactEvent) -> None:
+        space.remove(one.circle, one.body)
+        raise RuntimeError("mine")
+
+    table.on_contact = fail
+    with pytest.raises(RuntimeError, match="mine"):
+        table.step()
+    table.on_contact = None
+    table.step()
+    assert table.on_table() == [other]
+
+
 @pytest.mark.parametrize("how", ["strike", "by hand", "a new ball"])
 def test_a_ball_that_is_too_fast_for_the_clock_is_refused(how: str) -> None:
     space, table = world(1.0)

@@ -395,7 +395,7 @@ class LiveState:
         """Let bodies show how balls move at the present instant, and return what they showed."""
         now, paths = self.now, self.engine.paths
         its = [self.balls[i] for i in dict.fromkeys((*self.moving, *self.near.changed))]
-        shows = {ball: motion_at(paths[ball.number], now) for ball in its if ball.is_on_table}
+        shows = {ball: motion_at(paths[ball.number], now) for ball in its if self.is_there(ball)}
         for ball in shows:
             self.carried.pop(ball, None)
         return dict(zip(shows, self.bodies.put(shows), strict=True))
@@ -404,7 +404,11 @@ class LiveState:
         """Put bodies back to where the step took them, except those that begin new paths."""
         is_changed, its = self.near.changed, showed.items()
         self.bodies.put(
-            {ball: had for ball, had in its if ball.is_on_table and ball.number not in is_changed}
+            {
+                ball: had
+                for ball, had in its
+                if self.is_there(ball) and ball.number not in is_changed
+            }
         )
 
     def carry_all(self) -> None:

@@ -132,8 +132,10 @@ class Callbacks(Recorder):
                 ball.before = path
             state.phase, self._before = Phase.TELLING, state.bodies.read()
             try:
-                callback(*said)
-                self.follow()
+                try:
+                    callback(*said)
+                finally:
+                    self.follow()
             except Exception as error:
                 state.note(error)
             finally:
