@@ -105,6 +105,8 @@ class ContactEngine:
         self.met: Counter[Key] = Counter()  # the same, with what is no hit
         self.squeezed: set[int] = set()
         self.jams: set[Key] = set()
+        # when (s) walls have last kicked balls, by a ball and the number of a wall
+        self.kicked: dict[tuple[int, int | None], float] = {}
         self.loop: Any = None  # It may have the groups, and what is due.
 
     # -- setting up ----------------------------------------------------------------------------
@@ -189,6 +191,7 @@ class ContactEngine:
             groups.forget_ball(self.groups, i)
         groups.forget_all(self.groups)
         self.groups.persisted.clear()
+        self.kicked.clear()
         self.now, self.instant = t, Instant()
         self.queue.clear()
         self.queue.presses.clear()
@@ -473,17 +476,29 @@ class ContactEngine:
             wall = self.walls[-1 - other]
             side = wall.nearest(x, y, r)
             nx, ny = normal = side.normal(x, y)
-            e = 0.0 if is_squeezed else wall.restitution
+            e, kick = (0.0, 0.0) if is_squeezed else (wall.restitution, wall.kick)
             pair = Pair(self.masses[i], math.inf, e, wall.friction)
             point, bends = (x - r * nx, y - r * ny), side.curvature(x, y)
             drift = wall.drift(x, y, r)
-            return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends, drift)
+            return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends, drift, kick)
         bx, by = place[other]
         nx, ny = normal = unit(bx - x, by - y)
         pair = self.pair(i, other)
         if is_squeezed:
             pair = pair._replace(restitution=0.0)
         return Contact(i, other, normal, pair, None, (x + r * nx, y + r * ny))
+
+    def kick_at(self, one: Contact) -> float:
+        """Return by how much (m/s) a wall kicks the ball that has hit it: once in an instant."""
+        if one.kick == 0.0:
+            return 0.0
+        i, key = one.a, (one.a, one.cushion)
+        x, y, _, _ = self.motion(i)
+        length = decisions.instant(self.now, x, y, self.radii[i], self.speeds[i])
+        if abs(self.now - self.kicked.get(key, -math.inf)) <= length:
+            return 0.0
+        self.kicked[key] = self.now
+        return one.kick
 
     def count_hit(self, i: int, wall: int) -> None:
         """Count a hit of a ball on a wall that moves.
