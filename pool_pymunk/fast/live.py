@@ -142,7 +142,6 @@ class Loop:
         return (
             engine.compiled and self.form in self.loaded and not is_bounded
             and type(engine.surface) in (Sliding, Rolling) and knows(engine.walls)
-            and not any(wall.kick for wall in engine.walls)
             and len(engine.paths) <= CROWD and engine.is_finite
             and self._has_room(engine.groups)
             and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
