@@ -105,8 +105,9 @@ class ContactEngine:
         self.met: Counter[Key] = Counter()  # the same, with what is no hit
         self.squeezed: set[int] = set()
         self.jams: set[Key] = set()
-        # when (s) walls have last kicked balls, by a ball and the number of a wall
+        # when (s) walls have last kicked balls, and were last jammed, by a ball and a wall's number
         self.kicked: dict[tuple[int, int | None], float] = {}
+        self.jammed: dict[tuple[int, int | None], float] = {}
         self.loop: Any = None  # It may have the groups, and what is due.
 
     # -- setting up ----------------------------------------------------------------------------
@@ -192,6 +193,7 @@ class ContactEngine:
         groups.forget_all(self.groups)
         self.groups.persisted.clear()
         self.kicked.clear()
+        self.jammed.clear()
         self.now, self.instant = t, Instant()
         self.queue.clear()
         self.queue.presses.clear()
@@ -492,13 +494,16 @@ class ContactEngine:
         """Return by how much (m/s) a wall kicks the ball that has hit it: once in an instant."""
         if one.kick == 0.0:
             return 0.0
-        i, key = one.a, (one.a, one.cushion)
-        x, y, _, _ = self.motion(i)
+        return 0.0 if self._is_again(self.kicked, (one.a, one.cushion)) else one.kick
+
+    def _is_again(self, seen: dict[tuple[int, int | None], float], key: tuple[int, Any]) -> bool:
+        """Tell whether a ball and a wall were seen at this instant; note when (s) they are not."""
+        x, y, _, _ = self.motion(i := key[0])
         length = decisions.instant(self.now, x, y, self.radii[i], self.speeds[i])
-        if abs(self.now - self.kicked.get(key, -math.inf)) <= length:
-            return 0.0
-        self.kicked[key] = self.now
-        return one.kick
+        if abs(self.now - seen.get(key, -math.inf)) <= length:
+            return True
+        seen[key] = self.now
+        return False
 
     def count_hit(self, i: int, wall: int) -> None:
         """Count a hit of a ball on a wall that moves.
@@ -528,7 +533,9 @@ class ContactEngine:
         """Let a wall go through a ball."""
         if key not in self.jams:
             self.jams.add(key)
-            self.recorder.jammed(key[0], self.walls[key[1]].number, self.now)
+            wall = self.walls[key[1]].number
+            if not self._is_again(self.jammed, (key[0], wall)):
+                self.recorder.jammed(key[0], wall, self.now)
 
     def gap(self, hit: Hit, motions: Motions) -> float:
         """Return the distance (m) between two surfaces; it is negative where they overlap."""

@@ -48,7 +48,7 @@ from pool_pymunk.engine.groups import (
     put_contact,
     set_leader,
 )
-from pool_pymunk.engine.persisting import stays, wait
+from pool_pymunk.engine.persisting import persists_now, stays, wait
 from pool_pymunk.physics.complementarity import guess, set_scale
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.pieces import (
@@ -114,7 +114,20 @@ def begin_at(w: Any, sides: Any, i: int) -> None:
                 w.press.was_on[k] = 0
             decide_mode(w, 0, w.now, FIRST)
             play_pieces(w)
+            wait_for_others(w, sides, kept)
     predict_loose(w, sides)
+
+
+def wait_for_others(w: Any, sides: Any, kept: int) -> None:
+    """Look again in a moment at balls that have no force, though their walls press them on.
+
+    Such a ball moves on beyond the end of a side, and then touches the next side of the same wall.
+    """
+    r = w.groups
+    for k in range(kept):
+        i, other = r.hit[k][0], r.hit[k][1]
+        if other < 0 and r.leader[i] == NONE and persists_now(w, sides, i, other):
+            wait(w, i, other)
 
 
 def end_waits(w: Any) -> None:

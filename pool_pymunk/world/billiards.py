@@ -184,6 +184,7 @@ class Billiards:
     def time(self, t: float) -> None:
         self.state.set_clock(t, self.state.dt)
         self.engine.kicked.clear()
+        self.engine.jammed.clear()
 
     @property
     def steps(self) -> int:
