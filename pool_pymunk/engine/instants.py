@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from pool_pymunk.engine import asked, decisions, modes, persisting
-from pool_pymunk.engine.answers import HIT, play_out, press_together, resolve, squared
+from pool_pymunk.engine.answers import HIT, kicked, play_out, press_together, resolve, squared
 from pool_pymunk.engine.policies import gap_at_hit, place_met
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import (
@@ -211,6 +211,7 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     note_many(w, 1)
     at.impulse[0] = pushes_of(one, ((vx, vy), (vx, vy)), (after, after))
     at.turns, at.turn[0], at.kind[0] = 1, 0, HIT
+    after = kicked(w, 0, after)
     asked.note_contact(w, 0)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), noise)
     asked.begin(w, i, (x, y), after, asked.roll_after(w, i), noise)

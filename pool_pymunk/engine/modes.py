@@ -13,7 +13,7 @@ from typing import Any
 
 from pool_pymunk.engine import asked, groups
 from pool_pymunk.engine.groups import NONE
-from pool_pymunk.engine.persisting import stays, wait
+from pool_pymunk.engine.persisting import persists_now, stays, wait
 from pool_pymunk.physics import pieces
 from pool_pymunk.physics.complementarity import guess, set_scale
 from pool_pymunk.physics.path import Path
@@ -66,7 +66,20 @@ def begin_at(w: Any, sides: Any, i: int) -> None:
                 w.press.was_on[k] = 0
             decide_mode(w, 0, w.now, FIRST)
             play_pieces(w)
+            wait_for_others(w, sides, kept)
     asked.predict_loose(w, sides)
+
+
+def wait_for_others(w: Any, sides: Any, kept: int) -> None:
+    """Look again in a moment at balls that have no force, though their walls press them on.
+
+    Such a ball moves on beyond the end of a side, and then touches the next side of the same wall.
+    """
+    r = w.groups
+    for k in range(kept):
+        i, other = r.hit[k][0], r.hit[k][1]
+        if other < 0 and r.leader[i] == NONE and persists_now(w, sides, i, other):
+            wait(w, i, other)
 
 
 def end_waits(w: Any) -> None:

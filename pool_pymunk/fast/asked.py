@@ -149,6 +149,10 @@ def drift_of(one: Any) -> Vector:
     return 0.0, 0.0
 
 
+def kick_of(w: Work, k: int) -> float:
+    return 0.0  # Tables with walls that kick are played in Python.
+
+
 def sweep(w: Work, sides: Sides, i: int, other: int) -> tuple[float, float, float, float]:
     return 0.0, 0.0, 0.0, 0.0
 

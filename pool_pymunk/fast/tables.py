@@ -108,8 +108,9 @@ def arrays_of(
 
 
 def knows(walls: Sequence[Wall]) -> bool:
-    """Tell whether the compiled loop knows all kinds of sides of these walls."""
-    return {type(side) for wall in walls for side in wall.sides} <= set(KINDS)
+    """Tell whether the compiled loop knows all kinds of sides of these walls, and none kicks."""
+    kinds = {type(side) for wall in walls for side in wall.sides}
+    return kinds <= set(KINDS) and not any(wall.kick for wall in walls)
 
 
 def own_of(walls: Sequence[Wall]) -> tuple[float, float] | None:

@@ -36,7 +36,8 @@ class Contact(NamedTuple):
     ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
     cushion is reported. ``gap`` (m) is the distance between the two; 0 where rounding hides it.
     ``curvature`` (1/m) is that of a :class:`~pool_pymunk.physics.sides.Side`. ``drift`` (m/s) is
-    the velocity of a cushion that moves, at the point.
+    the velocity of a cushion that moves, at the point. ``kick`` (m/s) is what a cushion that kicks
+    adds to the ball's velocity along the normal.
     """
 
     a: int
@@ -48,6 +49,7 @@ class Contact(NamedTuple):
     gap: float = 0.0
     curvature: float = 0.0
     drift: Vector = (0.0, 0.0)
+    kick: float = 0.0
 
     @property
     def balls(self) -> tuple[int, ...]:

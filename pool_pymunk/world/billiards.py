@@ -185,6 +185,8 @@ class Billiards:
     @time.setter
     def time(self, t: float) -> None:
         self.state.set_clock(t, self.state.dt)
+        self.engine.kicked.clear()
+        self.engine.jammed.clear()
 
     @property
     def max_dt(self) -> float:
@@ -329,11 +331,16 @@ class Billiards:
         restitution: float,
         friction: float = 0.0,
         sides: tuple[Side, ...] | None = None,
+        *,
+        kick: float = 0.0,
     ) -> int:
         """Make a segment, circle or polygon a wall that balls bounce off (Eq. 9).
 
         If its body is static, the wall stands. If it is kinematic, the wall moves as the body does:
         in each step with the velocity and the angular velocity that you gave it.
+
+        A bumper has a ``kick`` (m/s). After the law's answer to a hit, this is added to the ball's
+        velocity along the normal, so energy may grow.
 
         Balls meet all sides of the shape, or only the ``sides`` that you give
         (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc. The shape then only says
@@ -345,21 +352,22 @@ class Billiards:
         checks.check_wall(shape, self.space)
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)
+        kick = argument("kick", kick, FROM_ZERO)
         for side in sides or ():
             if not hasattr(side, "time_of_contact"):
                 text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
         assert shape.body is not None
         number = self._walls.count
-        wall = Wall(sides or (), restitution, friction, number)
+        wall = Wall(sides or (), restitution, friction, number, kick)
         if shape.body.body_type == pymunk.Body.KINEMATIC:
             if sides is not None:
                 message = "a wall that moves has the sides of its shape: leave sides out"
                 raise setting_error("sides", len(sides), message)
             moving = Moving(sides_of(shape), self.engine)
-            wall = MovingWall(moving, restitution, friction, number)
+            wall = MovingWall(moving, restitution, friction, number, kick)
         elif not sides:
-            wall = Wall(sides_of(shape), restitution, friction, number)
+            wall = Wall(sides_of(shape), restitution, friction, number, kick)
         return self._walls.put_if_free(checks.Obstacle(shape, wall, is_drawn=not sides))
 
     def put_wall(self, shape: pymunk.Shape, wall: Wall) -> int:

@@ -248,7 +248,10 @@ def check_wall(shape: Any, space: pymunk.Space) -> None:
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
         raise setting_error("shape", _kind(shape), message)
-    if shape.body is None or shape.body.body_type == pymunk.Body.DYNAMIC:
+    if shape.body is None:
+        message = "its body is gone, because a shape does not keep its body: keep the body yourself"
+        raise setting_error("shape", _kind(shape), message)
+    if shape.body.body_type == pymunk.Body.DYNAMIC:
         message = "a wall's body must be static, or kinematic for a wall that moves"
         raise setting_error("shape", _kind(shape), message)
     if isinstance(shape, pymunk.Segment) and shape.a == shape.b:

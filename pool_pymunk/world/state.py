@@ -466,7 +466,7 @@ class LiveState:
     def _damp(self, body: pymunk.Body, _: object, __: float, dt: float) -> None:
         """Give a body its path's mean velocity over the coming step, and keep earlier pushes.
 
-        A function of the user's own then changes it; gravity and damping act later, as a kick.
+        A function of the user's own then changes it; gravity and damping act later, as a push.
         """
         try:
             ball = self.ball_of[body.id]
