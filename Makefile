@@ -130,26 +130,39 @@ $(VENV)/installed: $(VENV)/program-installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
-# a wheel and a source distribution; with each of these Pythons, in an environment of its own, each of
-# them runs README's commands and its lines of Python, and then the wheel passes the quick tests that
-# the source distribution has
+# a wheel and a source distribution; with each of these Pythons, in an environment of its own in an
+# empty folder, each of them runs README's commands and its lines of Python, and then the wheel passes
+# the quick tests that the source distribution has
 PYTHONS ?= $(PYTHON)
-TRIED := build/.venv/$(notdir $(BIN))
+TRIED := env/$(notdir $(BIN))
+define TRY
+	pool-pymunk run report --solver time-slice >run.log
+	test -s renders/report/shot-4-end.png
+	test -s "$$(pool-pymunk check report | sed -n 's/^  file: //p')"
+	pool-pymunk render eight-ball --no-films
+	test -s renders/eight-ball/shot-1-end.png
+	pool-pymunk page report --overlay pymunk-builtin --out page.html
+	test -s page.html
+	sed -n '/^```python/,/^```/p' "$(CURDIR)/README.md" | grep -v '^```' | python -
+	test -s follow.png
+endef
+export TRY
+dist: export PIP_QUIET := 1
+dist: export PIP_DISABLE_PIP_VERSION_CHECK := 1
 dist: $(VENV)/installed
 	rm -rf dist build
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check build
+	$(BIN)/python -m pip install build
 	$(BIN)/python -m build --outdir dist .
 	mkdir -p build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
-	sed -n '/^```python/,/^```/p' README.md | grep -v '^```' >build/readme.py
-	set -e; for python in $(PYTHONS); do for file in $$PWD/dist/*; do \
-		echo "$$($$python --version): $$file"; rm -rf build/.venv; $$python -m venv build/.venv; \
-		$(TRIED)/python -m pip install --quiet --disable-pip-version-check "$$file"; \
-		(cd build && .venv/$(notdir $(BIN))/pool-pymunk run report --out report >report.log && \
-		.venv/$(notdir $(BIN))/pool-pymunk render eight-ball --no-films --out eight-ball && \
-		.venv/$(notdir $(BIN))/python readme.py && test -s follow.png); done; done
-	wheel=$$(echo dist/*.whl) && $(TRIED)/python -m pip install --quiet \
-		--disable-pip-version-check "$$wheel[test]"
-	cd build/source && ../.venv/$(notdir $(BIN))/pytest -q -n auto tests -m "$(QUICK)"
+	set -e; empty=$$(mktemp -d); trap 'rm -rf "$$empty"' EXIT; cd "$$empty"; \
+	for python in $(PYTHONS); do for file in "$(CURDIR)"/dist/*.tar.gz "$(CURDIR)"/dist/*.whl; do \
+		echo "$$($$python --version): $$file"; rm -rf *; $$python -m venv env; \
+		$(TRIED)/python -m pip install "$$file"; PATH="$$PWD/$(TRIED):$$PATH" sh -ec "$$TRY"; \
+	done; done; \
+	$(TRIED)/python -m pip install "$$file[$(EXTRAS)]"; \
+	echo "$(CURDIR)/build/source" >"$$($(TRIED)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/source.pth"; \
+	python="$$PWD/$(TRIED)/python"; cd "$(CURDIR)/build/source"; \
+	"$$(dirname "$$python")/pytest" -q -n auto tests -m "$(QUICK)"
 
 clean:
 	rm -rf $(VENV) .venv-plain $(OLDEST) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \

@@ -53,6 +53,7 @@ HARDEST = 2000.0  # px/s; the tutorial's cue gives an impulse of 10,000 at most
 BREAK = (-HARDEST, 30.0)
 SECONDS = 3.0  # By then all balls rest.
 DIRECTIONS = 36  # of hard shots, all around
+OFFSETS = (0.0, 0.25, 0.5, 0.75, 0.9)  # of hard hits, as shares of two radii
 COLORS = {30: "#d55e00", 60: "#e69f00", 120: "#56b4e9", 240: "#0072b2"}  # by the frame rate
 INK, DISC = "#22262a", 16.0  # the colour of the exact ends, and a ball's size (points)
 
@@ -153,6 +154,19 @@ def lost(play: Play, rate: int) -> int:
     return count
 
 
+def hit(play: Play, rate: int, offset: float, x: float) -> float | None:
+    """Hit a resting ball hard, from ``x``, at a share of two radii beside its middle.
+
+    Returns by how much its direction is off (degrees), or None if the balls pass each other.
+    """
+    at_rest = np.array([500.0, WIDTH / 2])
+    start = np.array([(x, WIDTH / 2 - offset * 2.0 * RADIUS), at_rest])
+    dx, dy = play(start, (HARDEST, 0.0), rate, 0.3)[-1, 1] - at_rest
+    if dx == 0.0:
+        return None
+    return abs(math.degrees(math.atan2(dy, dx) - math.asin(offset)))
+
+
 class Row(NamedTuple):
     """A row has the errors of one player at a frame rate."""
 
@@ -160,6 +174,20 @@ class Row(NamedTuple):
     off: float  # px; how far the farthest ball ends from its exact end
     deepest: float  # px; how deep two balls were in each other at most
     lost: int  # the hard shots that left the table
+    turned: float  # degrees; by how much a half-full hit sends a ball off at most
+    passed: int  # the balls of 100 that a hard shot passes through
+
+
+def measure(play: Play, rate: int, frames: Array, ends: Array) -> Row:
+    """Measure a break whose film is there, hard shots of a lone ball, and hits of two."""
+    hits = {
+        offset: [hit(play, rate, offset, 200.0 - 4.0 * k) for k in range(20)] for offset in OFFSETS
+    }
+    return Row(
+        rate, farthest(frames[-1], ends), deepest(frames), lost(play, rate),
+        turned=max(off for off in hits[0.5] if off is not None),
+        passed=sum(each.count(None) for each in hits.values()),
+    )  # fmt: skip
 
 
 def draw(axes: Axes, title: str, films: dict[int, Array], ends: Array) -> None:
@@ -184,15 +212,14 @@ def main(argv: Sequence[str] | None = None) -> dict[str, list[Row]]:
     figure = Figure((14.0, 4.3), layout="constrained")
     for axes, (name, play) in zip(figure.subplots(1, 2), players.items(), strict=True):
         films = {rate: play(rack(), BREAK, rate, SECONDS) for rate in COLORS}
-        rows[name] = [
-            Row(rate, farthest(frames[-1], ends), deepest(frames), lost(play, rate))
-            for rate, frames in films.items()
-        ]
+        rows[name] = [measure(play, rate, frames, ends) for rate, frames in films.items()]
         draw(axes, name, films, ends)
-        print(f"{name}: frames/s, farthest end off, deepest overlap, hard shots lost")
+        print(f"{name}: frames/s, farthest end off, deepest overlap, hard shots lost,")
+        print("  direction of a half-full hit off, balls passed through")
         for row in rows[name]:
             lengths = f"{row.off:11.3g} px {row.deepest:11.3g} px"
-            print(f"{row.rate:6} {lengths} {row.lost:6} of {DIRECTIONS}")
+            hits = f"{row.turned:8.3g} deg {row.passed:4} of 100"
+            print(f"{row.rate:6} {lengths} {row.lost:6} of {DIRECTIONS} {hits}")
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, markerscale=0.7)
     figure.savefig(out / "tutorial_beside_ours.png", dpi=120)

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.variation import Between, Grid, Normal, Uniform, Variation
     from pool_pymunk.world import Billiards, same_balls
 
-__version__ = "0.2.0"
+__version__ = "1.0.0rc1"
 
 __all__ = [
     "NT",

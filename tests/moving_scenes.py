@@ -37,9 +37,9 @@ class Played(NamedTuple):
 
 
 class Scene:
-    """A scene has a table with random mallets and pucks."""
+    """A scene has a table with random mallets and pucks; walls and mallets may be bumpers."""
 
-    def __init__(self, seed: int, turns: bool) -> None:
+    def __init__(self, seed: int, turns: bool, kicks: bool = False) -> None:
         self.rnd = rnd = random.Random(seed)
         self.turns, self.dt, self.space = turns, 1.0 / rnd.choice(RATES), pymunk.Space()
         e, mu, pull = (rnd.choice(each) for each in ((1.0, 0.9, 0.5, 0.0), (0, 0.1), (0, 0.1, 1)))
@@ -50,13 +50,15 @@ class Scene:
             "alone": rnd.random() < 0.5,
         }
         self.table = Billiards(self.space, self.dt, pair=same_balls(e, mu), **how)
+        kick = rnd.choice((0.1, 0.5, 2.0)) if kicks else 0.0
         corners = [(0, 0), (WIDTH, 0), (WIDTH, HEIGHT), (0, HEIGHT)]
         for a, b in pairwise([*corners, corners[0]]):
-            self.table.add_wall(pymunk.Segment(self.space.static_body, a, b, 0.0), e, mu)
+            edge = pymunk.Segment(self.space.static_body, a, b, 0.0)
+            self.table.add_wall(edge, e, mu, kick=kick * (kicks and rnd.random() < 0.5))
         self.mallets: list[tuple[pymunk.Body, Any, int]] = []
         for _ in range(rnd.randint(1, 3)):
             body, shape = self.mallet()  # A shape does not keep its body.
-            self.mallets.append((body, shape, self.table.add_wall(shape, e, mu)))
+            self.mallets.append((body, shape, self.table.add_wall(shape, e, mu, kick=kick)))
         self.pucks = [puck for _ in range(rnd.randint(1, 10)) if (puck := self.puck())]
 
     def mallet(self) -> tuple[pymunk.Body, Any]:

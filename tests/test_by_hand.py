@@ -762,3 +762,78 @@ def test_subclasses_may_have_callbacks_as_methods() -> None:
     assert table.hits == 1
     with pytest.raises(AttributeError, match='did you mean "on_contact"'):
         type("Other", (Billiards,), {"on_contcat": None})
+
+
+# -- what cannot go on -----------------------------------------------------------------------------
+
+
+def test_a_callback_that_makes_contact_after_contact_is_refused() -> None:
+    space, table = world(0.5)
+    wall_at(table, 20.0, 0.5)
+    one = ball(table, 0.0, velocity=(300.0, 0.0))
+    table.on_contact = lambda event: table.strike(one, (300.0, 0.0))
+    with pytest.raises(ValueError, match=r"^on_contact = .*called 1000 times at 0\.003"):
+        space.step(DT)
+    table.on_contact = None
+    space.step(DT)
+    assert one.body.velocity.x < 0.0
+
+
+def test_a_callback_that_takes_a_ball_out_and_fails_is_heard_of() -> None:
+    space, table = world(1.0, alone=True)
+    one, other = ball(table, 0.0), ball(table, 31.0, velocity=(-300.0, 0.0))
+
+    def fail(event: ContactEvent) -> None:
+        space.remove(one.circle, one.body)
+        raise RuntimeError("mine")
+
+    table.on_contact = fail
+    with pytest.raises(RuntimeError, match="mine"):
+        table.step()
+    table.on_contact = None
+    table.step()
+    assert table.on_table() == [other]
+
+
+@pytest.mark.parametrize("how", ["strike", "by hand", "a new ball"])
+def test_a_ball_that_is_too_fast_for_the_clock_is_refused(how: str) -> None:
+    space, table = world(1.0)
+    one = ball(table, 0.0)
+    table.time = 1e4
+    with pytest.raises(ValueError, match=r"velocity = .*so fast that the clock"):
+        if how == "strike":
+            table.strike(one, (1e12, 0.0))
+        elif how == "by hand":
+            one.body.velocity = 1e12, 0.0
+            space.step(DT)
+        else:
+            ball(table, 100.0, velocity=(1e12, 0.0))
+    one.body.velocity = 0.0, 0.0
+    space.step(DT)
+    assert table.on_table() == [one] and one.body.position == (0.0, 0.0)
+
+
+def test_a_ball_that_is_taken_out_is_on_no_list_at_once() -> None:
+    space, table = world(1.0)
+    one, other = ball(table, 0.0), ball(table, 100.0)
+    space.remove(one.circle, one.body)
+    assert table.on_table() == [other] and table.count == 1
+    assert table.ball_of(one.circle) is None and table.ball_of(other.circle) is other
+
+
+def test_settings_of_a_table_are_not_misspelled_nor_of_another_kind() -> None:
+    _, table = world(1.0)
+    with pytest.raises(ValueError, match=r"^on_contact = 5: must be a function, or None$"):
+        table.on_contact = 5  # type: ignore[assignment]
+    with pytest.raises(AttributeError, match='did you mean "deceleration"'):
+        table.decelaration = 5.0  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match="max_dt"):
+        table.max_dt = 0.5  # type: ignore[misc]
+
+
+def test_a_wall_may_have_a_static_body_of_its_own() -> None:
+    space, table = world(1.0)
+    post = pymunk.Circle(pymunk.Body(body_type=pymunk.Body.STATIC), 5.0)
+    body = post.body
+    table.add_wall(post, 0.5)
+    assert body is not None and body.space is space

@@ -83,7 +83,7 @@ def test_the_log_has_the_form_of_listing_1(report_run: tuple[str, Path]) -> None
 
 def test_the_json_has_everything(report_run: tuple[str, Path]) -> None:
     content = json.loads((report_run[1] / "all.json").read_text())
-    assert content["scenario"] == "scenarios/report.toml"
+    assert content["scenario"] == "report"
     assert content["solver"] == {"name": "pymunk", "dt": 1 / 240}
     first = content["shots"][0]
     assert first["name"] == "Simulation 1"
@@ -320,6 +320,7 @@ def test_a_run_cut_off_by_max_time_is_a_result(tmp_path: Path) -> None:
 
 def test_check_says_what_is_modelled() -> None:
     full = typed("check", "report").stdout
+    assert Path(full.partition("file: ")[2].splitlines()[0]).samefile(bundled()["report"])
     assert "law published" in full
     assert "4 cushions" in full
     bare = typed("check", "two-balls").stdout

@@ -42,7 +42,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.cli import COMMANDS, app, read, terminal
 from pool_pymunk.cli import opt as choices
-from pool_pymunk.cli.terminal import Share, progress
+from pool_pymunk.cli.terminal import Bar, Share
 from pool_pymunk.model import UNITS, Units
 from pool_pymunk.model.quantities import quantity
 from pool_pymunk.physics.laws import LAWS
@@ -288,7 +288,7 @@ def test_help_fits_eighty_columns_and_has_an_example(
     assert exit_code(command, "-h") == 0
     shown = capsys.readouterr().out
     assert max(map(len, shown.splitlines())) <= 80
-    assert "<bool>" not in shown
+    assert "<bool>" not in shown and "<str>" not in shown and "{" not in shown
     assert "…" not in shown
     words = " ".join(shown.split())
     assert f"Example: pool-pymunk {command} {COMMANDS[command]}" in words
@@ -320,6 +320,8 @@ def test_help_is_short_and_names_every_option(
             assert option in shown
             assert re.search(rf"^ +(-h, )?{option}\b", whole, re.MULTILINE), (command, option)
     assert len(lines) < 400
+    assert exit_code("--help-all") == 0
+    assert capsys.readouterr().out.endswith(whole + "\n")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -445,7 +447,7 @@ def test_a_long_run_is_announced_and_ends_at_once(long_run: subprocess.Popen[str
 
 def test_the_bar_moves_inside_a_shot(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.modules[Share.__module__], "PACE", 0.0)
-    with progress("simulating", 2) as bar:
+    with Bar("simulating", 2) as bar:
         share = Share(bar, [Estimate(90.0, 2.0, 1e9), Estimate(90.0, 4.0, 1e9)])
         seen = []
         for come_to in (1.0, 3.0, None, 1.0, None):  # s; None is the end of a shot

@@ -46,7 +46,7 @@ from pool_pymunk import (
 from pool_pymunk.engine.policies import Variant
 from pool_pymunk.model.inputs import input_value, with_inputs
 from pool_pymunk.physics.dual import Dual
-from pool_pymunk.studies.rounding import rounding
+from pool_pymunk.studies.changes import rounding
 
 STEP = 2.0**-40  # The central differences of forty digits err by its square.
 Steps = Mapping[str, float]

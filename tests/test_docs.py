@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib.metadata
 import importlib.util
 import re
 import shlex
@@ -45,12 +46,30 @@ def text_of(page: Path) -> str:
     return page.read_text(encoding="utf-8")
 
 
-def test_nothing_asks_for_a_release_that_is_not_there() -> None:
-    """There is no release: all is installed from a clone."""
-    known = [*PAGES, CONTRIBUTING, *(HOME / "pool_pymunk").rglob("*.py")]
+def test_a_release_is_installed_by_one_line_of_the_readme() -> None:
+    """All else says how to install from a clone, or names an extra of what is installed."""
+    asks = r"(?:install|add|uvx|pipx run|--from)\s+['\"`]*pool[-_]pymunk\b(?!\[)"
+    assert len(re.findall(asks, text_of(README))) == 1
+    known = [*PAGES[1:], CONTRIBUTING, *(HOME / "pool_pymunk").rglob("*.py")]
     for path in [*known, *(HOME / "examples").glob("*.py"), *(HOME / "torture").rglob("*.py")]:
-        asks = r"(?:install|add|uvx|pipx run|--from)\s+['\"`]*pool[-_]pymunk"
         assert not re.search(asks, text_of(path)), path
+
+
+def test_one_version_is_everywhere() -> None:
+    """The newest section of the changelog and the citation have the version and day of release."""
+    newest = re.search(r"^## (\S+) - (\S+)$", text_of(HOME / "CHANGELOG.md"), re.MULTILINE)
+    cited = text_of(HOME / "CITATION.cff")
+    assert newest and newest[1] == pool_pymunk.__version__
+    assert f"\nversion: {newest[1]}\ndate-released: {newest[2]}\n" in cited
+    assert importlib.metadata.version("pool-pymunk") == pool_pymunk.__version__
+
+
+def test_readme_and_docs_are_short() -> None:
+    """The glossary and the reference of names are looked up, not read."""
+    looked_up = {"glossary.md", *(page.name for page in DOCS.glob("api-*.md"))}
+    read = [page for page in PAGES[1:] if page.name not in looked_up]
+    assert len(text_of(README).split()) < 900
+    assert sum(len(text_of(page).split()) for page in read) < 22_500
 
 
 def python_blocks(page: Path) -> list[str]:

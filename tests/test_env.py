@@ -209,7 +209,7 @@ def test_without_gymnasium_one_sentence_says_what_to_do() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=False
     )
     last = result.stderr.splitlines()[-1]
-    assert last == ("ImportError: pool_pymunk.env needs Gymnasium: pip install '.[env]' in a clone")
+    assert last == ("ImportError: pool_pymunk.env needs Gymnasium: pip install 'pool-pymunk[env]'")
 
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])

@@ -35,12 +35,15 @@ def test_ours_is_exact_at_all_frame_rates_and_the_tutorial_at_none(
     for row in rows["Billiards"]:
         assert row.off < 1e-9
         assert row.deepest < 1e-9
-        assert row.lost == 0
+        assert row.turned < 1e-9
+        assert row.lost == row.passed == 0
     for row in rows["the tutorial"]:
         assert row.off > tutorial.RADIUS
         assert row.deepest > 1.0
+        assert row.turned > 5.0
+    assert [row.passed for row in rows["the tutorial"]] == [21, 1, 0, 0]
     assert rows["the tutorial"][0].lost > 0
-    assert len(capsys.readouterr().out.splitlines()) == 10
+    assert len(capsys.readouterr().out.splitlines()) == 12
 
 
 def test_the_tutorials_ends_differ_with_the_frame_rate_and_ours_do_not() -> None:

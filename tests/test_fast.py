@@ -362,7 +362,7 @@ def test_without_numba_the_bits_are_the_same(
     scene, position, velocity = simulation_1(3, rolls)
     usual = simulate_many(scene, position, velocity)
     monkeypatch.setattr(compiled, "is_there", lambda: False)
-    with pytest.warns(UserWarning, match=r"pip install '.\[fast\]' in a clone"):
+    with pytest.warns(UserWarning, match=r"pip install 'pool-pymunk\[fast\]'"):
         slow = simulate_many(scene, position, velocity)
     assert slow.by_reference == 3
     np.testing.assert_array_equal(usual.final, slow.final)

@@ -298,6 +298,11 @@ def test_the_tutorial_shows_what_its_commands_print(
         assert line in out
 
 
+def figures(line: str) -> list[float]:
+    """Return the numbers of a line."""
+    return [float(figure) for figure in re.findall(r"\d[\d.]*(?:e-\d+)?", line)]
+
+
 def answer(number: int) -> str:
     """Return an answer of the worksheet."""
     lines = (HOME / "docs" / "worksheet-answers.md").read_text(encoding="utf-8")
@@ -319,13 +324,25 @@ def test_a_light_ball_comes_back_from_a_heavy_one() -> None:
     assert collide(light, heavy, material=Material(0.5)).velocity_a[0] == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("number", [5, 7, 8])
+@pytest.mark.parametrize("number", [7, 8])
 def test_the_worksheets_lines_print_its_answers(number: int) -> None:
     _, out = played("docs/worksheet.md")
-    figures = re.findall(r"\d+\.\d\d+", answer(number))
-    assert len(figures) >= 2
-    for figure in figures:
+    shown = re.findall(r"\d+\.\d\d+", answer(number))
+    assert len(shown) >= 2
+    for figure in shown:
         assert figure in out
+
+
+def test_how_far_friction_throws_a_ball() -> None:
+    _, out = played("docs/worksheet.md")
+    thrown = ["2.862", "5.711", "16.699", "2.877"]
+    for angle in thrown:
+        assert angle in answer(5)
+        assert f"thrown by -{angle} degrees" in out
+    for mu, angle in zip((0.05, 0.1, 0.3), thrown, strict=False):
+        assert math.degrees(math.atan(mu)) == pytest.approx(float(angle), abs=5e-4)
+    limits = [math.sin(math.atan(2.0 * mu)) for mu in (0.05, 0.1, 0.3)]
+    assert "the offsets {:.3f}, {:.3f} and {:.3f} of".format(*limits) in answer(5)
 
 
 def test_the_best_ball_in_the_middle() -> None:
@@ -339,7 +356,8 @@ def test_how_long_a_break_can_be_foretold() -> None:
     assert f"Ball {worst.ball} spreads most" in answer(10)
     assert f"standard deviation of {worst.deviation / INCH:.1f} in" in answer(10)
     assert f"{worst.amplification:.0f} times that of the starts" in answer(10)
-    assert f"1e-4 s has an error of {error('pymunk-discrete', 1e-4, 1):.1f} in there" in answer(10)
+    # The errors of this shot are largest elsewhere at 1/240 s, and in ball 8 at 1e-4 s.
+    assert f"At 1e-4 s it is {error('pymunk-discrete', 1e-4, 1):.1f} in" in answer(10)
 
 
 # -- many shots ------------------------------------------------------------------------------------
@@ -381,13 +399,14 @@ def test_an_atlas_is_of_so_many_shots(page: str) -> None:
 def test_the_pygame_tutorial_beside_ours(tmp_path: Path) -> None:
     command = [sys.executable, str(HOME / "examples" / "tutorial_beside_ours.py")]
     out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
-    rows = [re.findall(r"[\d.e-]+", line) for line in out.splitlines() if line.startswith(" ")]
+    rows = [figures(line) for line in out.splitlines() if re.match(r" +\d", line)]
     page = (HOME / "docs" / "from-pygame.md").read_text(encoding="utf-8")
-    shown = re.findall(r"^\| *\d.*$", page, flags=re.MULTILINE)
+    shown = [figures(line) for line in re.findall(r"^\| *\d.*$", page, flags=re.MULTILINE)]
     assert len(shown) == 4
-    for line, theirs, ours in zip(shown, rows[:4], rows[4:], strict=True):
-        figures = [float(figure) for figure in re.findall(r"[\d.e-]+", line)]
-        assert figures == pytest.approx([float(x) for x in (*theirs, *ours[1:])], abs=1e-9)
+    assert shown == rows[:4]
+    for rate, end, overlap, lost, _, angle, passed, _ in rows[4:]:
+        assert (end, overlap, lost, passed) == (0.0, 0.0, 0.0, 0.0), rate
+        assert angle == pytest.approx(0.0, abs=1e-12)
 
 
 # -- what a class hands in -------------------------------------------------------------------------

@@ -637,7 +637,7 @@ def test_without_scipy_one_sentence_says_so(
     code = exit_code("fit", "report", "--measured", "published", "--free", "speed.1")
     assert code == 2
     assert capsys.readouterr().err.splitlines() == [
-        "error: fit needs SciPy: pip install '.[fit]' in a clone"
+        "error: fit needs SciPy: pip install 'pool-pymunk[fit]'"
     ]
 
 

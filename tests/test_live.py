@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pymunk
 import pytest
 from press_scenes import AT_A_CUSHION
 from scenes import seeds, takes_long
@@ -110,6 +111,26 @@ def hit_now_and_then(table: Billiards, step: int) -> None:
     if step % 40 == 13:
         ball = rnd.choice(balls)
         ball.body.velocity = (0.3, 0.1)
+
+
+def test_a_table_with_a_bumper_is_left_to_python(played: Counter[bool]) -> None:
+    """As long as a wall kicks, the loop plays no step."""
+    began = list[int]()
+
+    def put_up(table: Billiards, step: int) -> None:
+        if step % 20 == 7:
+            table.strike(table.on_table()[0], (1.0, -1.0))
+        if step == 20:
+            edge = pymunk.Segment(table.space.static_body, (0.0, 0.05), (9.0, 0.05), 0.0)
+            table.add_wall(edge, 0.5, 0.1, kick=0.7)
+            began.append(played[True])
+
+    scene = some_scene("rectangle", 7)
+    ahead.compile(scene)
+    story(scene, 80, put_up, hears=True)
+    assert began == [played[True]]
+    assert began[0] > 0
+    assert played[False] > 0
 
 
 @pytest.mark.parametrize("hears", [True, False])

@@ -32,7 +32,7 @@ from pool_pymunk.fast.derivatives import follow_run
 from pool_pymunk.fast.tables import can_compile
 from pool_pymunk.physics import changes
 from pool_pymunk.results.run import Run
-from pool_pymunk.studies.rounding import rounding
+from pool_pymunk.studies.changes import rounding
 
 
 def compare(kind: str, seed: int, count: int) -> int:

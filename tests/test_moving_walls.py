@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import random
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from worlds import A, M, ball, fence, plane
 
 from pool_pymunk import Billiards, same_balls
 from pool_pymunk.physics.sides import RoundSide
-from pool_pymunk.world import ContactEvent, TableBall
+from pool_pymunk.world import ContactEvent, TableBall, TableState
 
 Point = tuple[float, float]
 OWN = (RoundSide((0.0, 0.0), 0.1),)
@@ -582,6 +583,10 @@ def test_a_wall_whose_body_is_no_place_is_refused() -> None:
     with pytest.raises(ValueError, match=f"wall {wall}: position = .* must be two finite numbers"):
         table.space.step(1 / 60)
     body.position = (0.0, 0.0)
+    body.angle = math.inf
+    with pytest.raises(ValueError, match=rf"^wall {wall}: (angle|position) = .* must be"):
+        table.space.step(1 / 60)
+    body.angle, body.position = 0.0, (0.0, 0.0)
     elsewhere = pymunk.Space()
     elsewhere.add(other)
     with pytest.raises(ValueError, match="its body is in another space"):
@@ -589,3 +594,29 @@ def test_a_wall_whose_body_is_no_place_is_refused() -> None:
     table.space.remove(body)
     table.space.step(1 / 60)
     assert not table.walls
+
+
+def test_a_shape_whose_body_is_gone_is_refused() -> None:
+    _, table = bare()
+    shape = pymunk.Segment(pymunk.Body(body_type=pymunk.Body.KINEMATIC), (0.0, 0.0), (1.0, 0.0), 0)
+    gc.collect()
+    with pytest.raises(ValueError, match="a shape does not keep its body: keep the body yourself"):
+        table.add_wall(shape, 1.0)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5])
+@pytest.mark.parametrize("vx", [0.02, 0.05, 0.1, 0.2])
+@pytest.mark.parametrize("radius", [0.0, 0.01])
+def test_a_ball_that_is_pressed_on_goes_round_the_end_of_a_wall(
+    e: float, vx: float, radius: float
+) -> None:
+    """Its roll leads it round the end of a segment; it sank in by 1 cm, because nobody looked."""
+    space, table = bare(1 / 120, deceleration=1.0, rolling=0.01, alone=True)
+    wall = pymunk.Segment(space.static_body, (-1.0, 0.0), (0.0, 0.0), radius)
+    table.add_wall(wall, e)
+    one = ball(table, -0.01, R + radius)
+    moves = {0: (-0.01, R + radius, vx, 0.0)}
+    table.restore_state(TableState(0.0, moves, {0: (vx, -1.0)}))
+    for _ in range(120):
+        table.step()
+        assert wall.point_query(one.body.position).distance > R - 1e-8

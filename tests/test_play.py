@@ -751,7 +751,7 @@ def test_without_the_extra_it_says_how_to_get_it(
     command = importlib.import_module("pool_pymunk.cli.play")
     monkeypatch.setattr(command, "NEEDED", ("json", "no_such_library"))
     line = refusal(capsys, "play", "report", "--no-browser")
-    assert line == "error: play: needs a server: pip install '.[play]' in a clone"
+    assert line == "error: play: needs a server: pip install 'pool-pymunk[play]'"
 
 
 def test_it_opens_the_page_where_it_is_wanted(

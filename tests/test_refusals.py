@@ -40,7 +40,8 @@ BY_PYTHON, BY_COMMAND = ">>> ", "$ "
 HOMES = (
     "pool_pymunk", "texts", "worlds", "pymunk", "pool_pymunk.physics.laws",
     "pool_pymunk.report.collide", "pool_pymunk.render", "pool_pymunk.solvers",
-    "pool_pymunk.studies", "pool_pymunk.page", "dataclasses", "math", "numpy", "pool_pymunk.env",
+    "pool_pymunk.studies", "pool_pymunk.page", "dataclasses", "math", "numpy", "builtins",
+    "pool_pymunk.env",
 )  # fmt: skip
 
 

@@ -34,16 +34,15 @@ from pool_pymunk.render import (
     FilmSettings,
     RenderError,
     Show,
-    encode,
     film,
+    films,
     frame_count,
     join,
     picture,
     style,
 )
 from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, tracks
-from pool_pymunk.render.canvas import Sprite, pixels
-from pool_pymunk.render.figure import Figure
+from pool_pymunk.render.canvas import Figure, Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import film_layout, picture_layout
 from pool_pymunk.render.stage import TRACK_STRENGTH, Stage
@@ -231,10 +230,10 @@ def test_a_film_is_written_while_it_is_drawn(suffix: str, tmp_path: Path) -> Non
 
     path.touch()
     if suffix == ".mp4":
-        encode.write_mp4(path, frames(), 25.0)
+        films.write_mp4(path, frames(), 25.0)
     else:
-        encode.write_gif(
-            path, encode.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
+        films.write_gif(
+            path, films.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
         )
     assert sizes[-1] > 0.5 * path.stat().st_size
 
@@ -427,6 +426,17 @@ def test_tracks_are_as_new_where_balls_were_last() -> None:
     assert red[0] == pytest.approx(LOOK.oldest, abs=0.02)
     assert red[-1] == pytest.approx(1.0, abs=0.02)
     assert (np.diff(red) > -1e-9).all()
+
+
+def test_the_track_of_the_struck_ball_is_narrow_and_on_top() -> None:
+    """It does not hide that of a ball that it follows, and is not hidden by it."""
+    path = np.array([[20.0, 20.0], [80.0, 20.0]])
+    balls = [DrawnBall(0.0, 0.0, 10.0, color, color, 7.0) for color in ("#ffffff", "#ff0000")]
+    drawn = tracks([path, path], balls, "#000000", solid=True, struck="#ffffff")
+    red, green, _ = np.array(drawn.get_colors())[-1, :3]
+    assert red == green > 0.9
+    halo, other_halo, other, own = np.reshape(drawn.get_linewidth(), (4, -1))[:, 0]
+    assert own == 0.5 * other < halo < other < other_halo
 
 
 def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
@@ -885,7 +895,7 @@ def test_no_codec_or_a_full_disk(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(encode, "CODEC", "no-such-codec")
+        patch.setattr(films, "CODEC", "no-such-codec")
         with pytest.raises(RenderError, match=r"a\.mp4: ffmpeg: there is no codec no-such-codec$"):
             film(run, tmp_path / "a.mp4", SMALL)
     for form in ("mp4", "gif"):

@@ -20,7 +20,7 @@ from oracle import reference
 from scenes import BASE_SEED, DATA, share_of
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
-from pool_pymunk.studies.rounding import rounding
+from pool_pymunk.studies.changes import rounding
 
 SCENES = 40
 MOST_TOO_LARGE = 30.0  # in the median

@@ -19,7 +19,7 @@ from scenes import columns_of, takes_long
 
 from pool_pymunk import load, simulate_many
 from pool_pymunk.cli import common, terminal
-from pool_pymunk.cli.terminal import Share, in_words, progress
+from pool_pymunk.cli.terminal import Bar, Share, in_words
 from pool_pymunk.fast import compiled
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.studies import grid
@@ -216,7 +216,7 @@ def test_a_bar_estimates_from_what_is_done_and_from_a_guess(
 ) -> None:
     now = 0.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
-    bar = progress("playing", 100)
+    bar = Bar("playing", 100)
     now = 3.0
     assert bar.left() is None
     assert bar.outlook() == "no estimate yet, 3 s so far"
@@ -225,7 +225,7 @@ def test_a_bar_estimates_from_what_is_done_and_from_a_guess(
     bar.step(10)
     assert bar.left() == pytest.approx(18.0)
     assert bar.outlook() == "about 18 s left"
-    bar = progress("measuring", 1.0)
+    bar = Bar("measuring", 1.0)
     bar.plan(100.0)
     assert bar.left() == 100.0
     now += 20.0  # It takes twice the time that was guessed.
@@ -245,7 +245,7 @@ def test_a_pipe_is_soon_told_how_long_a_job_takes(
     monkeypatch.setattr(terminal, "FIRST", 0.05)
     monkeypatch.setattr(terminal, "SECOND", 0.1)
     monkeypatch.setattr(terminal, "PACE", 0.01)
-    with progress("playing", 1_000) as bar:
+    with Bar("playing", 1_000) as bar:
         if parts is not None:
             bar.step(parts)
         time.sleep(0.2)
@@ -257,7 +257,7 @@ def test_a_pipe_is_soon_told_how_long_a_job_takes(
 def test_a_pipe_is_not_told_of_short_jobs(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.setattr(terminal, "FIRST", 0.01)
     monkeypatch.setattr(terminal, "PACE", 0.01)
-    with progress("playing", 100) as bar:
+    with Bar("playing", 100) as bar:
         for _ in range(100):
             bar.step()
             time.sleep(1e-3)
@@ -265,7 +265,7 @@ def test_a_pipe_is_not_told_of_short_jobs(monkeypatch: pytest.MonkeyPatch, capsy
 
 
 def test_runs_count_by_their_cost() -> None:
-    with progress("simulating", 2) as bar:
+    with Bar("simulating", 2) as bar:
         share = Share(bar, [NO_ESTIMATE, Estimate(99.999, 2.0, 1e9)])
         assert bar.guess == pytest.approx(100.0, abs=0.01)
         share.finish()
@@ -367,7 +367,7 @@ def test_without_numba_a_command_says_so_in_one_plain_line(
     said = [line for line in capfd.readouterr().err.splitlines() if "numba" in line]
     assert said == [
         "Warning: numba is not installed, so many shots take some hundred times longer than with "
-        "the extra fast: pip install '.[fast]' in a clone."
+        "the extra fast: pip install 'pool-pymunk[fast]'."
     ]
 
 

@@ -37,7 +37,7 @@ from pool_pymunk.render.balls import DrawnBall
 from pool_pymunk.render.canvas import canvas
 from pool_pymunk.render.clouds import _cloud
 from pool_pymunk.studies.sensitivity import by_causes, digits_that_hold, linear, table
-from pool_pymunk.studies.uncertainty import StartSampler, uncertainty_of
+from pool_pymunk.studies.uncertainty import StartSampler
 
 INCH = 0.0254
 RESTITUTION, BRAKE, RADIUS, SPEED = 0.8, 0.2 * 9.80665, 0.03, 2.0
@@ -225,9 +225,11 @@ def test_a_digit_holds_if_it_is_twice_the_deviation(value: float, std: float, ke
     [("66.00", 0.005), ("66.0", 0.05), ("66", 0.5), ("0.0", 0.05), ("6.6e1", 0.5), ("1_0.5", 0.05),
      ("-3.25e-2", 0.00005)],
 )  # fmt: skip
-def test_the_last_written_digit(written: str, half: float) -> None:
+def test_the_last_written_digit(written: str, half: float, tmp_path: Path) -> None:
     text = f'[units]\nlength = "in"\n[[balls]]\nid = "1"\nposition = [{written}, 1.000]\n'
-    position = uncertainty_of(text).position
+    path = tmp_path / "one.toml"
+    path.write_text(text, encoding="utf-8")
+    position = written_uncertainty(path).position
     assert isinstance(position, dict)
     assert position["1"] == pytest.approx((half * INCH, 0.0005 * INCH))
 

@@ -6,6 +6,7 @@ import inspect
 import math
 import random
 import re
+from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -263,7 +264,7 @@ def solved(response: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[f
     own = room(len(wanted))
     own.wanted[:] = wanted.tolist()
     own.response[:] = response.tolist()
-    return own.impulse if find_impulses(own, len(wanted)) else None
+    return own.pushes if find_impulses(own, len(wanted)) else None
 
 
 def test_impulses_are_hardly_ever_given_up() -> None:
@@ -343,6 +344,7 @@ CONTACT = np.dtype(
     [("a", int), ("b", int), ("normal", float, 2), ("gap", float),
      ("pair", [("m_a", float), ("m_b", float), ("restitution", float), ("friction", float)])]
 )  # fmt: skip
+Arrays = namedtuple("Arrays", "response factor wanted unit pushes rest pushing chosen shares")
 
 
 @pytest.mark.slow
@@ -355,12 +357,14 @@ def test_compiled_impulses_have_the_same_bits() -> None:
         impulses, count = at_once(closing, after), len(closing)
         rows = [(c.a, c.b, c.normal, c.gap, c.pair) for c in closing]
         velocity, own = np.array(list(cluster.velocity.values())), room(count)
-        arrays = [*map(np.array, own[:8]), np.zeros(len(after) + 1, int)]
+        arrays = [np.array(getattr(own, name)) for name in together.ROOM]
+        arrays.append(np.zeros(len(after) + 1, int))
         if count:
-            records, within = np.array(rows, CONTACT).view(np.recarray), together.Room(*arrays)
+            records = np.array(rows, CONTACT).view(np.recarray)
+            within = Arrays(*arrays)
             assert push(records, count, velocity, within) == (impulses is not None)
             normal, tangential = impulses or ([], [])
-            assert impulses is None or within.impulse.tolist() == normal
+            assert impulses is None or within.pushes.tolist() == normal
             assert impulses is None or within.rest.tolist() == tangential
             assert list(map(tuple, velocity.tolist())) == list(after.values())
 

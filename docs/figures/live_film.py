@@ -14,7 +14,7 @@ from matplotlib.image import imread
 from pool_pymunk import load
 from pool_pymunk.page.live.server import LiveServer
 from pool_pymunk.render.canvas import Pixels
-from pool_pymunk.render.encode import write_gif
+from pool_pymunk.render.films import write_gif
 
 WINDOW, SCALE = (1000, 650), 0.8  # the page's size, and pixels of the film for one of it
 FPS = 10

@@ -78,6 +78,11 @@ class _Command(_WithoutTypes, TyperCommand):
             lines = fill(names, formatter.width - 2, break_on_hyphens=False)
             formatter.write(f"\n{indent(lines, '  ')}\n")
 
+    def get_help(self, ctx: Any) -> str:
+        """Return the help, without the braces and types that some versions of typer add."""
+        whole: str = super().get_help(ctx)
+        return whole.replace("{SCENARIO}", "SCENARIO").replace(" <str>", "")
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         for option in self.params:
@@ -135,9 +140,16 @@ UsageError = cast(type[Exception], typer.BadParameter.__mro__[1])
 def _top(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    help_all: Annotated[
+        bool, typer.Option("--help-all", help="Explain all commands with all their options.")
+    ] = False,
 ) -> None:
     if version:
         typer.echo(__version__)
+    elif help_all:
+        for name in COMMANDS:
+            app([name, "--help-all"], prog_name="pool-pymunk", standalone_mode=False)
+            typer.echo()
     elif context.invoked_subcommand is None:
         typer.echo(context.get_help())
 

@@ -46,7 +46,7 @@ def atlas(
     read.ending("--out", path, read.PICTURES, ".png, .svg or .pdf")
     began = time.perf_counter()
     count = pixels[0] * pixels[1]
-    with lib.terminal.progress("playing", count) as bar:
+    with lib.terminal.Bar("playing", count) as bar:
         found = lib.atlas.atlas(
             scene, chosen, angle=read.interval("--angle", angle, units, "angle"), size=pixels,
             speed=None if speed is None else read.interval("--speed", speed, units, "speed"),

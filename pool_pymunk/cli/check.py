@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pool_pymunk.cli import lib, opt
 from pool_pymunk.cli.common import say
+from pool_pymunk.safety.files import bundled
 
 
 def check(scenario: opt.Scenario) -> int:
     """Validate a scenario, and say what will be modelled, what will not, and its sizes."""
     scene = lib.scenario.load(scenario)
-    say([f"{lib.scenario.label(scenario)}: sound"])
+    say([f"{scenario}: sound"])
+    if scenario in bundled():
+        say([f"  file: {bundled()[scenario]}"])
     say(f"  {line}" for line in (*lib.listing.modelled(scene), *lib.listing.magnitudes(scene)))
     say(f"Warning: {x}; is a unit or a digit wrong?" for x in lib.listing.implausible(scene))
     return 0

@@ -21,7 +21,6 @@ NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
 
 Widths = float | Mapping[str, tuple[float, float]]  # m, of all starts or of each ball's
 
-
 ALL = "all"  # of --solvers
 LONGEST = f"takes longest; --solvers {ALL} plays it, too"
 
@@ -110,7 +109,7 @@ def simulate_beside(
     scene: lib.Scene, shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column]
 ) -> Generator[tuple[lib.Run, ...], None, None]:
     """Simulate every shot by each setting: yield a row a shot, with a column a setting."""
-    with lib.terminal.progress("simulating", len(shots) * len(settings)) as bar:
+    with lib.terminal.Bar("simulating", len(shots) * len(settings)) as bar:
         found = [lib.grid.estimate(scene, shots, one) for one in settings]
         share = lib.terminal.Share(bar, [one for row in zip(*found, strict=True) for one in row])
         columns = [one.runs(scene, shots, on_time=share.move) for one in settings]
@@ -162,36 +161,29 @@ def simulate_and_warn(
     """Simulate as above, and print on stderr what runs warn of, and where they miss their ends."""
     rows = list(simulate_beside(scene, shots, settings))
     for runs in rows:
-        missed = (line for run in runs for line in beside_published(run))
-        for line in (*warnings_of(runs), *missed):
+        for line in warnings_of(runs):
             typer.echo(line, err=True)
+        for run in runs:  # Where it misses published ends, some solver may have them.
+            agreement = lib.listing.Agreement.of(run)
+            if len(agreement.agreeing) < agreement.count:
+                said = f"{agreement.sentence(run)}.{published_by(run)}"
+                typer.echo(f"Warning: {run.name} ({run.solver}): {said}", err=True)
     return rows
 
 
 def warnings_of(runs: Iterable[lib.Run]) -> Iterator[str]:
     """Yield the warnings of runs, each once: runs of a shot may differ in numbers alone."""
-    said: dict[tuple[str, str, int], list[str]] = {}
-    texts: dict[tuple[str, str, int], str] = {}
+    said: dict[tuple[str, str, int], tuple[str, list[str]]] = {}
     for run in runs:
         alike = Counter[str]()
         for text in run.warnings:
             form = NUMBER.sub("#", text)
             alike[form] += 1
-            key = (run.name, form, alike[form])
-            texts.setdefault(key, text)
-            said.setdefault(key, []).append(run.solver)
-    for key, text in texts.items():
-        first, *others = dict.fromkeys(said[key])
+            said.setdefault((run.name, form, alike[form]), (text, []))[1].append(run.solver)
+    for (name, _, _), (text, solvers) in said.items():
+        first, *others = dict.fromkeys(solvers)
         also = f"; alike: {', '.join(others)}" if others else ""
-        yield f"Warning: {key[0]} ({first}{also}): {text}."
-
-
-def beside_published(run: lib.Run) -> Iterator[str]:
-    """Say how far a run misses the published ends of its shot, and which solver may have them."""
-    agreement = lib.listing.Agreement.of(run)
-    if len(agreement.agreeing) == agreement.count:
-        return
-    yield f"Warning: {run.name} ({run.solver}): {agreement.sentence(run)}.{published_by(run)}"
+        yield f"Warning: {name} ({first}{also}): {text}."
 
 
 def published_by(run: lib.Run) -> str:
@@ -239,7 +231,7 @@ def write_json(
 ) -> None:
     """Write the file of ``--json``, if there is one: what was played, the version, the results."""
     if path is not None:
-        what = {"scenario": lib.scenario.label(scenario), "title": title} if scenario else {}
+        what = {"scenario": scenario, "title": title} if scenario else {}
         content = {**what, "version": __version__, **results}
         text = json.dumps(content, indent=1, ensure_ascii=False)
         with whole(path) as part:

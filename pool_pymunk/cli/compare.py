@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import closing
 from functools import partial
 from typing import Annotated, Any
 
 import typer
 
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import (
-    How,
-    left_out_sentences,
-    place,
-    published_by,
-    say,
-    simulate_beside,
-    stem,
-    warnings_of,
-    write_json,
-)
+from pool_pymunk.cli import common, lib, opt, read
 from pool_pymunk.safety.files import whole
 
 ENDS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
@@ -40,29 +29,36 @@ def compare(
     pictures: Annotated[bool, opt.option("Draw each run over the exact one.")] = True,
 ) -> int:
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
-    how = How(law, friction, max_time)
+    how = common.How(law, friction, max_time)
     scene = how.scene(scenario)
     columns, left_out = how.columns(scene, solvers, read.seconds("--dt", dt))
     columns.insert(0, lib.grid.Column(lib.solvers.reference_solver().name))
-    folder = place(out, scenario, "compare")
+    folder = common.place(out, scenario, "compare")
     found: list[lib.compare.Comparison] = []
     try:
-        with closing(simulate_beside(scene, read.shots(scene, shot), columns)) as rows:
+        with closing(common.simulate_beside(scene, read.shots(scene, shot), columns)) as rows:
             for reference, *runs in rows:
                 comparisons = [lib.compare.Comparison(reference, run) for run in runs]
                 _print(reference, comparisons)
                 found += comparisons
-        say(left_out_sentences(left_out))
+        common.say(common.left_out_sentences(left_out))
     finally:
         if found:
             with whole(folder / "ends.csv") as part:
                 lib.table.ResultTable(ENDS, _ends(found)).csv(part)
-            write_json(json, _results(found, left_out), scenario, scene.title)
+            results = {
+                "reference": found[0].reference.solver,
+                "comparisons": [_record(one) for one in found],
+                "left_out": left_out,
+            }
+            common.write_json(json, results, scenario, scene.title)
     if pictures:
-        with lib.terminal.progress("drawing", len(found)) as bar:
+        with lib.terminal.Bar("drawing", len(found)) as bar:
             for each in found:
                 show, run = lib.render.Show((each.reference, each.run)), each.run
-                lib.render.picture(show, folder / f"{stem(run)}-{run.solver}.png", when="end")
+                lib.render.picture(
+                    show, folder / f"{common.stem(run)}-{run.solver}.png", when="end"
+                )
                 bar.step()
     typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
     return 0
@@ -74,7 +70,7 @@ def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
     solver, status = (column(each, left=True) for each in ("solver", "status"))
     costs = (column("wall time", unit="ms"), column("energy left", unit="%"))
     columns = (solver, "contacts", "steps", *costs, status)
-    said = [*sentences(reference, found), *warnings_of(runs)]
+    said = [*sentences(reference, found), *common.warnings_of(runs)]
     unit = reference.scene.units.length
     lib.terminal.show(
         f"\n[bold]{reference.name}[/bold]",
@@ -115,7 +111,8 @@ def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterat
     """Say in words how the runs of one shot differ from the reference."""
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
     for one in found:
-        largest, parted = _small(unit.from_si(one.largest, "length")), one.divergence
+        parted, off = one.divergence, unit.from_si(one.largest, "length")
+        largest = f"{off:.3f}" if off >= 0.001 else f"{off:.2g}"
         text = f"{_name(one.run)}: ends within {largest} {unit.length} of the exact ones"
         same = ", with the same contacts"
         yield text + (f"; they part at {parted.t:.4f} s: {parted.text}." if parted else f"{same}.")
@@ -132,27 +129,17 @@ def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterat
         )
         if lib.trace.ZERO_SLIP in reference.policies and lib.listing.is_of_the_report(reference):
             text += "; a slip of exactly zero got its sign from rounding there, see the warning"
-        yield f"{text}.{published_by(reference)}"
+        yield f"{text}.{common.published_by(reference)}"
 
 
 def _name(run: lib.Run) -> str:
     return run.solver if run.dt is None else f"{run.solver} {lib.words.step_text(run.dt)}"
 
 
-def _small(value: float) -> str:
-    return "0" if value == 0.0 else f"{value:.2g}" if value < 0.001 else f"{value:.3f}"
-
-
 def _ends(found: list[lib.compare.Comparison]) -> Iterator[tuple[object, ...]]:
     for one in found:
         for id_, end in one.run.final.items():
             yield one.run.name, one.run.solver, one.run.dt, id_, *end, one.distances[id_]
-
-
-def _results(found: list[lib.compare.Comparison], left_out: Mapping[str, str]) -> dict[str, object]:
-    """Return the comparisons as they stand in the JSON."""
-    solver, records = found[0].reference.solver, [_record(one) for one in found]
-    return {"reference": solver, "comparisons": records, "left_out": dict(left_out)}
 
 
 def _record(one: lib.compare.Comparison) -> dict[str, object]:

@@ -52,7 +52,7 @@ def fit(
     if error is not None:
         sigma = lib.quantities.positive("--error", error, "length", scene.units)
     try:
-        with lib.terminal.progress("fitting", 1) as bar:
+        with lib.terminal.Bar("fitting", 1) as bar:
             found = lib.fit.fit(
                 scene, measured, names, error=sigma, starts=starts, seed=seed, aims_anew=aims_anew,
                 on_done=bar.come_to,

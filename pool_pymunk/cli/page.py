@@ -7,16 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import (
-    How,
-    is_scenario,
-    other_scene,
-    place,
-    read_setting,
-    same_shots,
-    simulate_and_warn,
-)
+from pool_pymunk.cli import common, lib, opt, read
 
 
 def page(
@@ -48,19 +39,19 @@ def page(
     same table, and balls of the same ids and sizes; the page names it by its title. With --predict
     a class says where balls will go before the page shows it.
     """
-    how = How(law, friction, max_time)
+    how = common.How(law, friction, max_time)
     scene = how.scene(scenario)
     chosen = read.shots(scene, shot)
-    files = [text for text in overlay or () if is_scenario(text)]
-    others = [other_scene(how, scene, scenario, text) for text in files]
-    ghosts = [read_setting(text) for text in overlay or () if text not in files]
+    files = [text for text in overlay or () if common.is_scenario(text)]
+    others = [common.other_scene(how, scene, scenario, text) for text in files]
+    ghosts = [common.read_setting(text) for text in overlay or () if text not in files]
     settings = [how.setting(scene, solver, dt), *ghosts]
-    path = out or place(None, scenario) / "page.html"
+    path = out or common.place(None, scenario) / "page.html"
     read.ending("--out", path, (".html", ".htm"), ".html")
-    columns = [simulate_and_warn(scene, chosen, settings)]
+    columns = [common.simulate_and_warn(scene, chosen, settings)]
     for other in others:
-        its = same_shots(scene, other, chosen)
-        columns.append(simulate_and_warn(other, its, settings[:1]))
+        its = common.same_shots(scene, other, chosen)
+        columns.append(common.simulate_and_warn(other, its, settings[:1]))
     shown = [sum(runs, ()) for runs in zip(*columns, strict=True)]
     lib.page.write_page(shown, path, predict)
     typer.echo(path)

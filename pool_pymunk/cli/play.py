@@ -26,7 +26,7 @@ def play(
     The table listens on this machine only, at the address that is printed. Ctrl-C ends it.
     """
     if any(find_spec(name) is None for name in NEEDED):
-        raise read.InputError("play: needs a server: pip install '.[play]' in a clone")
+        raise read.InputError("play: needs a server: pip install 'pool-pymunk[play]'")
     if not 0 <= port <= MOST_PORT:
         raise read.InputError(f"--port = {port}: must be from 0 to {MOST_PORT}")
     scene = lib.scenario.load(scenario)

@@ -8,18 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import (
-    How,
-    is_scenario,
-    other_scene,
-    place,
-    read_setting,
-    same_shots,
-    say,
-    simulate_and_warn,
-    stem,
-)
+from pool_pymunk.cli import common, lib, opt, read
 
 NOTHING = "name a second scenario, or say with --overlay what to show on the second table"
 FILM_FORMATS = ("mp4", "gif")
@@ -80,7 +69,7 @@ def render(
     A scenario to compare with must have the same table, and balls of the same ids and sizes; words
     say what differs (render soft.toml --side-by-side hard.toml).
     """
-    how = How(law, friction, max_time)
+    how = common.How(law, friction, max_time)
     scene = how.scene(scenario)
     setting, shots = how.setting(scene, solver, dt), read.shots(scene, shot)
     read.one_of("--format", form, FILM_FORMATS)
@@ -91,19 +80,19 @@ def render(
     ghosts, beside = _compared(how, scene, scenario, overlay, other)
     if side_by_side and not ghosts and beside is None:
         raise read.InputError(f"--side-by-side: {NOTHING}")
-    folder = place(out, scenario)
+    folder = common.place(out, scenario)
     rows = _rows(scene, beside, shots, [setting, *ghosts])
     shows = [lib.render.Show(each, side_by_side) for each in rows]
     suffix = "" if len(shows[0].runs) < 2 else "-side-by-side" if side_by_side else "-overlay"
     written = save_films(shows, folder, f"{suffix}.{form}", settings) if films else []
     if pictures:
         written += save_pictures(shows, folder, f"{suffix}.{picture_format}", dpi)
-    say(map(str, written))
+    common.say(map(str, written))
     return 0
 
 
 def _compared(
-    how: How, scene: lib.Scene, scenario: str, overlay: str | None, other: str | None
+    how: common.How, scene: lib.Scene, scenario: str, overlay: str | None, other: str | None
 ) -> tuple[list[lib.grid.Column], lib.Scene | None]:
     """Return what is compared with: a solver's setting, or a scene."""
     if other is not None and overlay is not None:
@@ -111,10 +100,10 @@ def _compared(
     text = overlay if other is None else other
     if text is None:
         return [], None
-    if other is not None or is_scenario(text):
+    if other is not None or common.is_scenario(text):
         key = "--overlay" if other is None else "OTHER"
-        return [], other_scene(how, scene, scenario, text, key)
-    return [read_setting(text)], None
+        return [], common.other_scene(how, scene, scenario, text, key)
+    return [common.read_setting(text)], None
 
 
 def _rows(
@@ -122,10 +111,10 @@ def _rows(
     shots: Sequence[lib.Shot | None], settings: Sequence[lib.grid.Column],
 ) -> list[tuple[lib.Run, ...]]:  # fmt: skip
     """Play every shot, and that of the same number of a scene beside this one."""
-    rows = simulate_and_warn(scene, shots, settings)
+    rows = common.simulate_and_warn(scene, shots, settings)
     if beside is None:
         return rows
-    more = simulate_and_warn(beside, same_shots(scene, beside, shots), settings)
+    more = common.simulate_and_warn(beside, common.same_shots(scene, beside, shots), settings)
     return [both + its for both, its in zip(rows, more, strict=True)]
 
 
@@ -146,10 +135,10 @@ def save_films(
         if 0.0 < start >= show.duration:
             ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
             raise read.InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
-    paths = [folder / f"{stem(show.runs[0])}{ending}" for show in shows]
+    paths = [folder / f"{common.stem(show.runs[0])}{ending}" for show in shows]
     again = len(shows) > 1 and ending.endswith(".gif")  # a gif of all shots has other colours
     total = sum(lib.render.frame_count(show, settings) for show in shows) * (2 if again else 1)
-    with lib.terminal.progress("filming", total) as bar:
+    with lib.terminal.Bar("filming", total) as bar:
         for show, path in zip(shows, paths, strict=True):
             lib.render.film(show, path, settings, bar.step)
         if again:
@@ -164,10 +153,10 @@ def save_pictures(
 ) -> list[Path]:
     """Draw the start and the end of every shot."""
     paths = []
-    with lib.terminal.progress("drawing", 2 * len(shows)) as bar:
+    with lib.terminal.Bar("drawing", 2 * len(shows)) as bar:
         for show in shows:
             for when in ("start", "end"):
-                paths.append(folder / f"{stem(show.runs[0])}-{when}{ending}")
+                paths.append(folder / f"{common.stem(show.runs[0])}-{when}{ending}")
                 lib.render.picture(show, paths[-1], when=when, dpi=dpi)
                 bar.step()
     return paths

@@ -85,13 +85,11 @@ def run(
     say(lib.listing.opening(scene))
     done: list[PlayedShot] = []
     try:
-        with lib.terminal.progress("simulating", len(shots)) as bar:
+        with lib.terminal.Bar("simulating", len(shots)) as bar:
             for played in _played(scene, shots, setting, limit, bar):
                 done.append(played)
                 say(lib.listing.shot_lines(played[0], others.get(played[0].shot), verbose))
-                _report(played, folder, drawn, written)
-                if contacts:
-                    _tell_contacts(played[0], folder, written)
+                _report(played, folder, drawn, written, contacts)
     finally:
         if done:
             write_json(json, _results(done), scenario, scene.title)
@@ -170,8 +168,10 @@ def announcement(estimates: Sequence[lib.grid.Estimate], solver: str) -> str | N
     )
 
 
-def _report(shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Units) -> None:
-    """Print how the step of a shot was chosen, if it was, and write data and pictures."""
+def _report(
+    shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Units, contacts: bool
+) -> None:
+    """Print how the step of a shot was chosen, if it was, and write data, pictures and contacts."""
     run, choice = shot
     if choice is not None:
         say([*(f"    {line}" for line in choice.lines(run.scene.units)), ""])
@@ -180,14 +180,11 @@ def _report(shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Un
             write(run, part, **({"units": units} if ending == ".csv" else {}))
     for what in drawn:
         run.plot(what, folder / f"{stem(run)}-{what}.png")
-
-
-def _tell_contacts(run: lib.Run, folder: Path, units: lib.Units) -> None:
-    """Print the tables of a shot's contacts, and write them as CSV."""
-    for heading, table in lib.contacts.printed_tables(run):
-        lib.terminal.show(f"    {heading}\n", table)
-    with whole(folder / f"{stem(run)}-contacts.csv") as part:
-        run.write_contacts_csv(part, units)
+    if contacts:
+        for heading, table in lib.contacts.printed_tables(run):
+            lib.terminal.show(f"    {heading}\n", table)
+        with whole(folder / f"{stem(run)}-contacts.csv") as part:
+            run.write_contacts_csv(part, units)
 
 
 def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:

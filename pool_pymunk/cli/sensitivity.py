@@ -65,18 +65,19 @@ def sensitivity(
     records: list[dict[str, object]] = []
     parts = 1 + len(uncertainty.causes(scene))  # all causes together, and each alone
     runs = len(shots) * samples * (parts if parts > 2 else 1)
-    how = {"samples": samples, "seed": seed, "threads": threads, "aims_anew": aims_anew}
+    how: Any = {"seed": seed, "aims_anew": aims_anew}
     aimed = (AIMED_ANEW if aims_anew else AIMED_ONCE) * any(one.aim for one in shots if one)
-    with lib.terminal.progress("playing", runs or len(shots)) as bar:
+    with lib.terminal.Bar("playing", runs or len(shots)) as bar:
         for one in shots:
             cloud, line, alone = None, None, NONE_ALONE
             if samples:
-                cloud, alone = _played(scene, one, uncertainty, how, bar)
+                cloud = lib.sensitivity.sensitivity(
+                    scene, one, uncertainty, samples, threads=threads, on_done=bar.step, **how
+                )
+                alone = lib.sensitivity.by_causes(cloud, threads, on_done=bar.step)
                 found.append(cloud)
             if by_derivatives:
-                line = lib.sensitivity.linear(
-                    scene, one, uncertainty, seed=seed, aims_anew=aims_anew
-                )
+                line = lib.sensitivity.linear(scene, one, uncertainty, **how)
                 bar.step(0 if samples else 1)
             if not records:
                 what = uncertainty.described(scene)
@@ -100,15 +101,6 @@ def _uncertainty(
     faster = quantity("--speed-error", speed, "speed", units, 0.0)
     turned = math.radians(quantity("--angle-error", angle, "angle", units, 0.0))
     return lib.uncertainty.Uncertainty(position, faster, turned)
-
-
-def _played(
-    scene: lib.Scene, shot: lib.Shot | None, uncertainty: lib.uncertainty.Uncertainty,
-    how: dict[str, Any], bar: lib.terminal.Bar,
-) -> tuple[lib.Sensitivity, Alone]:  # fmt: skip
-    """Play a shot's samples (``how``: their number, seed, ...), and each cause alone."""
-    cloud = lib.sensitivity.sensitivity(scene, shot, uncertainty, **how, on_done=bar.step)
-    return cloud, lib.sensitivity.by_causes(cloud, how["threads"], on_done=bar.step)
 
 
 def _print(
@@ -142,7 +134,9 @@ def _ends(found: lib.Sensitivity) -> lib.table.ResultTable:
     scene, units = found.reference.scene, found.reference.scene.units
     columns: dict[lib.TableColumn | str, list[str]] = {
         "ball": [ball.ball for ball in found.balls],
-        _end(units): _pairs(units, found.reference.final.values(), ".2f"),
+        lib.table.TableColumn("end", unit=units.length): _pairs(
+            units, found.reference.final.values(), ".2f"
+        ),
         "holds": [", ".join(ball.digits(scene)) for ball in found.balls],
     }
     for k, axis in enumerate("xy"):
@@ -164,7 +158,8 @@ def _spreads(
     units = run.scene.units
     columns: dict[lib.TableColumn | str, list[str]] = {}
     if found is None:
-        columns[_end(units)] = _pairs(units, run.final.values(), ".4f")
+        end = lib.table.TableColumn("end", unit=units.length)
+        columns[end] = _pairs(units, run.final.values(), ".4f")
     else:
         columns["std of x, y"] = _pairs(units, [ball.std for ball in found.balls])
         for cause, each in alone.items() if len(alone) > 1 else ():
@@ -182,10 +177,6 @@ def _spreads(
         for heading, stds in spreads.items():
             columns[heading] = _pairs(units, stds)
     return lib.table.ResultTable.of({"ball": run.final, **columns})
-
-
-def _end(units: lib.Units) -> lib.TableColumn:
-    return lib.table.TableColumn("end", unit=units.length)
 
 
 def _pairs(
@@ -245,7 +236,10 @@ def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
     """Say which ball spreads most, how far by each cause alone, and what ``amplified`` means."""
     worst, units = found.worst, found.reference.scene.units
     x0, y0, x1, y1 = (units.from_si(v, "length") for v in (*worst.low, *worst.high))
-    ratio = f", {_times(worst.amplification)} that of the starts" if worst.amplification else ""
+    ratio = ""
+    if times := worst.amplification:
+        form = ".1f" if times < 9.95 else ".0f"
+        ratio = f", {times:{form}} x that of the starts"
     yield (
         f"Ball {worst.ball} spreads most: its end has a standard deviation of "
         f"{_length(units, worst.deviation)}{ratio}; 95 % of its ends lie between {x0:.2f} and "
@@ -259,10 +253,6 @@ def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
     if "starts" in alone:
         starts = _length(units, found.deviation_of_starts)
         yield f"Amplified: deviation by the starts alone, divided by that of the starts ({starts})."
-
-
-def _times(factor: float | None) -> str:
-    return "" if factor is None else f"{factor:.0f} x" if factor >= 9.95 else f"{factor:.1f} x"
 
 
 def _save(

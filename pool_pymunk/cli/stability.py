@@ -30,7 +30,7 @@ def stability(
         raise read.InputError(f"--processes = {processes}: must be 1 or more")
     folder, cells = place(out, "stability"), list[lib.suite.Cell]()
     try:
-        with lib.terminal.progress("measuring", len(extremes) * len(chosen)) as bar:
+        with lib.terminal.Bar("measuring", len(extremes) * len(chosen)) as bar:
             for cell in lib.suite.check_all(extremes, chosen, quick, processes):
                 cells.append(cell)
                 bar.step()

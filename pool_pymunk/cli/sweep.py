@@ -102,7 +102,7 @@ def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | N
     elif cluster is None:
         yield None
     elif find_spec("distributed") is None:
-        raise read.InputError("--cluster: needs Dask: pip install '.[cluster]' in a clone")
+        raise read.InputError("--cluster: needs Dask: pip install 'pool-pymunk[cluster]'")
     else:
         try:
             client: Any = import_module("distributed").Client(cluster, timeout=10)

@@ -83,16 +83,16 @@ class Bar(bars.Progress):
     ``guess`` (s) is what the whole job may take, if that is known before.
     """
 
-    def __init__(
-        self, label: str, total: float | None, *columns: bars.ProgressColumn,
-        guess: float | None = None,
-    ) -> None:  # fmt: skip
+    guess: float | None = None
+
+    def __init__(self, label: str, total: float | None, *columns: bars.ProgressColumn) -> None:
         self.quiet = not sys.stderr.isatty()
+        columns = columns or (bars.TextColumn("{task.description}"), bars.BarColumn())
         super().__init__(
             *columns, Left(self), console=Console(stderr=True), transient=True,
             disable=self.quiet, redirect_stdout=sys.stdout.isatty(),
         )  # fmt: skip
-        self.task, self.guess = self.add_task(label, total=total), guess
+        self.task = self.add_task(label, total=total)
         self.label, self.began, self.over = label, time.monotonic(), threading.Event()
 
     def __enter__(self) -> Self:
@@ -166,11 +166,6 @@ def in_words(seconds: float) -> str:
     if seconds < 2.0 * 60.0:
         return f"{max(seconds, 1.0):.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 2 * 3600.0 else f"{seconds / 3600.0:,.0f} h"
-
-
-def progress(label: str, total: float, guess: float | None = None) -> Bar:
-    """Return a bar; ``guess`` (s) is what the whole may take, if that is known."""
-    return Bar(label, total, bars.TextColumn("{task.description}"), bars.BarColumn(), guess=guess)
 
 
 class Share:

@@ -10,16 +10,7 @@ from typing import Annotated
 
 import typer
 
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import (
-    How,
-    left_out_sentences,
-    place,
-    position_errors,
-    say,
-    warnings_of,
-    write_json,
-)
+from pool_pymunk.cli import common, lib, opt, read
 from pool_pymunk.safety.files import whole
 
 
@@ -48,16 +39,16 @@ def tradeoff(
     for key, value, least in (("budget", budget, 0), ("samples", samples, 2), ("seed", seed, 0)):
         if not value >= least:
             raise read.InputError(f"--{key} = {value}: must be {least} or more")
-    how = How(law, friction, max_time)
+    how = common.How(law, friction, max_time)
     scene = how.scene(scenario)
     columns, left_out = how.columns(scene, solvers, every=True)
-    shots, folder = read.shots(scene, shot), place(out, scenario)
-    widths, known_by = position_errors(scenario, scene, position_error)
+    shots, folder = read.shots(scene, shot), common.place(out, scenario)
+    widths, known_by = common.position_errors(scenario, scene, position_error)
     errors, began = lib.uncertainty.Uncertainty(widths), time.perf_counter()
     found = lib.grid.begin(scene, shots)
     share = (time.perf_counter() - began) / len(shots)  # s; about what a sample takes
     try:
-        with lib.terminal.progress("measuring", 1.0) as bar:
+        with lib.terminal.Bar("measuring", 1.0) as bar:
             sound = [run.shot for run in found.sound]
             plan = lib.grid.planned(scene, columns, sound, budget)
             bar.plan(share * samples * len(sound) + sum(plan))
@@ -75,7 +66,7 @@ def tradeoff(
     finally:
         if found.settings:
             _report(found, left_out, seed, folder)
-            write_json(json, _results(found, left_out, seed), scenario, scene.title)
+            common.write_json(json, _results(found, left_out, seed), scenario, scene.title)
     return 0
 
 
@@ -84,8 +75,8 @@ def _report(
 ) -> None:
     """Print the table and what it says, and write the files."""
     lib.terminal.show("Errors at the end and time for all shots\n", _printed(result))
-    say(lib.grid.sentences(result))
-    say([*left_out_sentences(left_out), *warnings_of(result.warned)])
+    common.say(lib.grid.sentences(result))
+    common.say([*common.left_out_sentences(left_out), *common.warnings_of(result.warned)])
     same = {"spread": result.spread, "seed": seed, **lib.grid.machine()}
     with whole(folder / "tradeoff.csv") as part:
         result.table(same).csv(part)
@@ -124,6 +115,6 @@ def _results(
         "known_by": result.known_by,
         "seed": seed,
         "left_out": {"shots": list(result.left_out), "solvers": dict(left_out)},
-        "warnings": list(warnings_of(result.warned)),
+        "warnings": list(common.warnings_of(result.warned)),
         "machine": lib.grid.machine(),
     }

@@ -21,6 +21,7 @@ from pool_pymunk.engine.asked import (
     begin,
     can_leap,
     count_unlisted,
+    kick_of,
     law_of,
     noise_of,
     note_collapse,
@@ -35,7 +36,15 @@ from pool_pymunk.engine.asked import (
 )
 from pool_pymunk.engine.policies import left_out
 from pool_pymunk.physics import collapse
-from pool_pymunk.physics.contact import NO_BALL, closing_speed, drift_of, first_of, join, relative
+from pool_pymunk.physics.contact import (
+    NO_BALL,
+    Vector,
+    closing_speed,
+    drift_of,
+    first_of,
+    join,
+    relative,
+)
 from pool_pymunk.physics.impulses import pushes_of
 from pool_pymunk.physics.laws import respond
 
@@ -78,6 +87,7 @@ class Instant:
         self.began, self.most = -math.inf, math.inf
         self.rounds = self.mets = self.dues = self.contacts = self.misses = self.turns = 0
         self.balls = self.is_asked = self.is_played_out = 0
+        self.kick: dict[int, float] = {}  # m/s, of a wall's contact that is a hit
         self.contact: dict[int, Any] = {}
         self.hitting: dict[int, Any] = {}
         self.group: dict[int, Any] = {}
@@ -112,6 +122,7 @@ def resolve(w: Any) -> int:
         answer_lone(w, at.which[0])
     elif hits > 0:
         answer_hits(w, hits)
+    kick_all(w, hits)
     leave_out(w)
     report(w, hits > 0)
     carry_out(w)
@@ -184,6 +195,28 @@ def keep_impulse(w: Any, k: int, before: Any) -> None:
     j = one.b if one.b != NO_BALL else one.a
     after = (v[one.a][0], v[one.a][1]), (v[j][0], v[j][1])
     at.impulse[k] = pushes_of(one, before, after)
+
+
+def kick_all(w: Any, hits: int) -> None:
+    """Let the walls of a round kick the balls that have hit them, after the law's answer."""
+    at = w.instant
+    for n in range(hits):
+        k = at.which[n]
+        one = at.contact[k]
+        if one.b == NO_BALL:
+            at.velocity[one.a] = kicked(w, k, (at.velocity[one.a][0], at.velocity[one.a][1]))
+
+
+def kicked(w: Any, k: int, v: Vector) -> Vector:
+    """Return a ball's velocity (m/s) after the kick of a wall, if it kicks.
+
+    The kick is an impulse along the normal, without friction, which slows no roll.
+    """
+    nx, ny = w.instant.contact[k].normal
+    kick = kick_of(w, k)
+    if kick == 0.0:
+        return v
+    return v[0] + kick * nx, v[1] + kick * ny
 
 
 def leave_out(w: Any) -> None:

@@ -152,6 +152,13 @@ def slip_of(w: Any) -> Slip:
     return slip
 
 
+def kick_of(w: Any, k: int) -> float:
+    """Return by how much (m/s) a wall kicks the ball that has hit it."""
+    at = w.instant
+    at.kick[k] = kick = w.kick_at(at.contact[k])
+    return float(kick)
+
+
 def read_contact(w: Any, sides: Any, k: int, i: int, other: int) -> Contact:
     """Read a contact of balls whose places are known, and return it."""
     at = w.instant
@@ -444,8 +451,10 @@ def note_contact(w: Any, k: int) -> None:
     """Take note of a hit of this instant."""
     contact, (n, t, first) = w.instant.contact[k], w.instant.impulse[k]
     w.tally.listed += 1
-    if contact.b == NO_BALL and contact.cushion in w.movers:
-        w.count_hit(contact.a, w.movers[contact.cushion])
+    if contact.b == NO_BALL:
+        n += contact.pair.m_a * w.instant.kick[k]
+        if contact.cushion in w.movers:
+            w.count_hit(contact.a, w.movers[contact.cushion])
     impulse = Impulse(n, t, None if contact.b == NO_BALL else first)
     w.recorder.contact(contact, impulse, w.now)
 

@@ -10,19 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pool_pymunk.engine import modes, persisting
-from pool_pymunk.engine.asked import (
-    begins_to_rest,
-    crossing_of,
-    enter,
-    lead,
-    motion,
-    moves_on,
-    path_from,
-    predict,
-    predict_loose,
-    roll_of,
-)
+from pool_pymunk.engine import asked, modes, persisting
 from pool_pymunk.engine.groups import NONE
 
 # A ball crosses at most so many times at one instant. More would come only where each of two
@@ -32,7 +20,7 @@ MOST = 4
 
 def next_crossing(w: Any, i: int) -> float:
     """Return when (s) a ball crosses into another patch, or infinity."""
-    r, (t, _) = w.groups, crossing_of(w, i)
+    r, (t, _) = w.groups, asked.crossing_of(w, i)
     if t == math.inf:
         return t
     is_stuck = t <= w.now == r.crossed[i] and r.crossings[i] >= MOST
@@ -42,21 +30,21 @@ def next_crossing(w: Any, i: int) -> float:
 
 def cross(w: Any, sides: Any, i: int) -> None:
     """Let a ball go on in the patch into which its path leads now."""
-    r, (t, patch) = w.groups, crossing_of(w, i)
+    r, (t, patch) = w.groups, asked.crossing_of(w, i)
     if t > w.now:
-        predict(w, sides, (i,))
+        asked.predict(w, sides, (i,))
         return
     r.crossings[i] = r.crossings[i] + 1 if r.crossed[i] == w.now else 1
     r.crossed[i] = w.now
     if r.leader[i] != NONE:
         modes.cross(w, i, patch)
-        predict_loose(w, sides)
+        asked.predict_loose(w, sides)
         return
-    (x, y, vx, vy), roll = motion(w, i), roll_of(w, i)
-    enter(w, i, patch)
-    path = path_from(w, i, (x, y), (vx, vy), roll)
-    if moves_on(path):
-        lead(w, i, path)
+    (x, y, vx, vy), roll = asked.motion(w, i), asked.roll_of(w, i)
+    asked.enter(w, i, patch)
+    path = asked.path_from(w, i, (x, y), (vx, vy), roll)
+    if asked.moves_on(path):
+        asked.lead(w, i, path)
     else:
-        begins_to_rest(w, i, x, y)
-    predict(w, sides, (i,))
+        asked.begins_to_rest(w, i, x, y)
+    asked.predict(w, sides, (i,))

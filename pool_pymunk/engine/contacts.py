@@ -104,6 +104,9 @@ class ContactEngine:
         self.met: Counter[Key] = Counter()  # the same, with what is no hit
         self.squeezed: set[int] = set()
         self.jams: set[Key] = set()
+        # when (s) walls have last kicked balls, and were last jammed, by a ball and a wall's number
+        self.kicked: dict[tuple[int, int | None], float] = {}
+        self.jammed: dict[tuple[int, int | None], float] = {}
         self.loop: Any = None  # It may have the groups, and what is due.
 
     # -- setting up ----------------------------------------------------------------------------
@@ -188,6 +191,8 @@ class ContactEngine:
             groups.forget_ball(self.groups, i)
         groups.forget_all(self.groups)
         self.groups.persisted.clear()
+        self.kicked.clear()
+        self.jammed.clear()
         self.now, self.instant = t, Instant()
         self.queue.clear()
         self.queue.presses.clear()
@@ -231,7 +236,8 @@ class ContactEngine:
                 if end == math.inf > path.end and leader[i] < 0:
                     push(path.end, What("stop", i))
             else:
-                self.meet_movers(i)
+                for wall in self.movers.values():
+                    self.meet_wall(i, wall)
             self.path_ends[i] = end
         self._look_ahead(balls)
 
@@ -284,11 +290,6 @@ class ContactEngine:
                 if j not in done:
                     meet(i, j)
             done.add(i)
-
-    def meet_movers(self, i: int) -> None:
-        """Predict when walls that move meet a ball."""
-        for wall in self.movers.values():
-            self.meet_wall(i, wall)
 
     def meet(self, i: int, j: int) -> None:
         """Predict when two balls meet."""
@@ -476,17 +477,32 @@ class ContactEngine:
             wall = self.walls[-1 - other]
             side = wall.nearest(x, y, r)
             nx, ny = normal = side.normal(x, y)
-            e = 0.0 if is_squeezed else wall.restitution
+            e, kick = (0.0, 0.0) if is_squeezed else (wall.restitution, wall.kick)
             pair = Pair(self.masses[i], math.inf, e, wall.friction)
             point, bends = (x - r * nx, y - r * ny), side.curvature(x, y)
             drift = wall.drift(x, y, r)
-            return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends, drift)
+            return Contact(i, NO_BALL, normal, pair, wall.number, point, 0.0, bends, drift, kick)
         bx, by = place[other]
         nx, ny = normal = unit(bx - x, by - y)
         pair = self.pair(i, other)
         if is_squeezed:
             pair = pair._replace(restitution=0.0)
         return Contact(i, other, normal, pair, None, (x + r * nx, y + r * ny))
+
+    def kick_at(self, one: Contact) -> float:
+        """Return by how much (m/s) a wall kicks the ball that has hit it: once in an instant."""
+        if one.kick == 0.0:
+            return 0.0
+        return 0.0 if self._is_again(self.kicked, (one.a, one.cushion)) else one.kick
+
+    def _is_again(self, seen: dict[tuple[int, int | None], float], key: tuple[int, Any]) -> bool:
+        """Tell whether a ball and a wall were seen at this instant; note when (s) they are not."""
+        x, y, _, _ = self.motion(i := key[0])
+        length = decisions.instant(self.now, x, y, self.radii[i], self.speeds[i])
+        if abs(self.now - seen.get(key, -math.inf)) <= length:
+            return True
+        seen[key] = self.now
+        return False
 
     def count_hit(self, i: int, wall: int) -> None:
         """Count a hit of a ball on a wall that moves.
@@ -516,7 +532,9 @@ class ContactEngine:
         """Let a wall go through a ball."""
         if key not in self.jams:
             self.jams.add(key)
-            self.recorder.jammed(key[0], self.walls[key[1]].number, self.now)
+            wall = self.walls[key[1]].number
+            if not self._is_again(self.jammed, (key[0], wall)):
+                self.recorder.jammed(key[0], wall, self.now)
 
     def gap(self, hit: Hit, motions: Motions) -> float:
         """Return the distance (m) between two surfaces; it is negative where they overlap."""

@@ -16,44 +16,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pool_pymunk.engine import decisions, modes, persisting
-from pool_pymunk.engine.answers import HIT, play_out, press_together, resolve, squared
-from pool_pymunk.engine.asked import (
-    begin,
-    begins_to_roll,
-    find_cluster,
-    follower,
-    gap_between,
-    give_up,
-    is_at_its_end,
-    is_pocket,
-    law_of,
-    lead,
-    may_answer,
-    may_go_on,
-    meet,
-    motion,
-    moves_on,
-    noise_of,
-    note_contact,
-    note_order,
-    path_of,
-    predict,
-    predict_changed,
-    predict_loose,
-    pull_of,
-    put_to_rest,
-    radius_of,
-    read_contact,
-    roll_after,
-    roll_of,
-    speed_of,
-    squeeze,
-    squeezes,
-    take_in,
-    use_up,
-    velocity_of,
-)
+from pool_pymunk.engine import asked, decisions, modes, persisting
+from pool_pymunk.engine.answers import HIT, kicked, play_out, press_together, resolve, squared
 from pool_pymunk.engine.policies import gap_at_hit, place_met
 from pool_pymunk.physics.collapse import go_on
 from pool_pymunk.physics.contact import (
@@ -81,7 +45,7 @@ def answer(w: Any, sides: Any) -> None:
     take_all_in(w, sides)
     at.is_asked = w.groups.members
     if at.dues == 0:
-        predict_loose(w, sides)
+        asked.predict_loose(w, sides)
         return
     if at.dues > 1 or at.is_asked:
         if absorb(w, sides):
@@ -98,17 +62,17 @@ def answer(w: Any, sides: Any) -> None:
 
 def end_path(w: Any, sides: Any, i: int) -> None:
     """Let a ball rest at the end of its path, or go on as the surface says."""
-    path = path_of(w, i)
-    if is_at_its_end(w, path):
-        put_to_rest(w, i, path.end)
+    path = asked.path_of(w, i)
+    if asked.is_at_its_end(w, path):
+        asked.put_to_rest(w, i, path.end)
         return
-    then = follower(w, i, path)
-    if moves_on(then):
-        begins_to_roll(w, i, then.t)
-        lead(w, i, then)
+    then = asked.follower(w, i, path)
+    if asked.moves_on(then):
+        asked.begins_to_roll(w, i, then.t)
+        asked.lead(w, i, then)
     else:
-        put_to_rest(w, i, path.end)
-    predict(w, sides, (i,))
+        asked.put_to_rest(w, i, path.end)
+    asked.predict(w, sides, (i,))
 
 
 # -- what needs no answer --------------------------------------------------------------------------
@@ -118,7 +82,7 @@ def take_all_in(w: Any, sides: Any) -> None:
     """Let pockets take balls in; contacts of these balls are not answered."""
     at, found = w.instant, False
     for k in range(at.dues):
-        found |= is_pocket(w, sides, at.due[k][1])
+        found |= asked.is_pocket(w, sides, at.due[k][1])
     if not found:
         return
     for k in range(at.dues):
@@ -127,9 +91,9 @@ def take_all_in(w: Any, sides: Any) -> None:
         at.gone[at.met[k][0]] = at.gone[max(at.met[k][1], 0)] = 0
     for k in range(at.dues):
         i, other = at.due[k][0], at.due[k][1]
-        if is_pocket(w, sides, other) and not at.gone[i]:
+        if asked.is_pocket(w, sides, other) and not at.gone[i]:
             at.gone[i] = 1
-            take_in(w, sides, i, other)
+            asked.take_in(w, sides, i, other)
     at.dues, at.mets = without_gone(at, at.due, at.dues), without_gone(at, at.met, at.mets)
 
 
@@ -154,7 +118,7 @@ def absorb(w: Any, sides: Any) -> bool:
         if not persisting.is_faint(w, sides, at.due[k][0], at.due[k][1]):
             return False
     for k in range(at.dues):  # What is predicted from here on is another hit.
-        use_up(w, sides, at.due[k][0], at.due[k][1])
+        asked.use_up(w, sides, at.due[k][0], at.due[k][1])
     modes.begin_at(w, sides, at.due[0][0])
     for k in range(at.dues):
         is_over &= persisting.is_absorbed(w, sides, at.due[k][0], at.due[k][1])
@@ -182,7 +146,7 @@ def take_apart(w: Any) -> None:
         if at.due[k][1] >= 0:
             found |= modes.release(w, at.due[k][1], gap)
     if found:
-        note_order(w)
+        asked.note_order(w)
 
 
 # -- one contact -----------------------------------------------------------------------------------
@@ -190,50 +154,50 @@ def take_apart(w: Any) -> None:
 
 def answer_hit(w: Any, sides: Any, i: int, j: int) -> None:
     """Answer a hit of two balls that comes alone."""
-    at, r, pull = w.instant, radius_of(w, i), pull_of(w)
+    at, r, pull = w.instant, asked.radius_of(w, i), asked.pull_of(w)
     x, y, ax, ay = read_motion(w, i)
     u, v, bx, by = read_motion(w, j)
-    one = read_contact(w, sides, 0, i, j)
+    one = asked.read_contact(w, sides, 0, i, j)
     nx, ny = one.normal
-    along, noise = (nx, ny), max(noise_of(w, i), noise_of(w, j))
+    along, noise = (nx, ny), max(asked.noise_of(w, i), asked.noise_of(w, j))
     closing = approach((ax, ay), (bx, by), along)
     if persisting.is_slow(closing, pull, r) and absorb_alone(w, sides, i, j):
         return
-    has_many = has_many_rounds(w, j if speed_of(w, j) > speed_of(w, i) else i)
+    has_many = has_many_rounds(w, j if asked.speed_of(w, j) > asked.speed_of(w, i) else i)
     note_met(w, i, j)
     before_a, before_b, pair = split((ax, ay), along), split((bx, by), along), pair_of(one)
     is_ordinary = not has_many and closing > noise
-    if not is_ordinary or jumps_at(law_of(w), before_a, before_b, pair):
+    if not is_ordinary or jumps_at(asked.law_of(w), before_a, before_b, pair):
         answer_round(w, sides, has_many)
         return
-    parts_a, parts_b = balls_after(law_of(w), before_a, before_b, pair)
+    parts_a, parts_b = balls_after(asked.law_of(w), before_a, before_b, pair)
     after_a = changed((ax, ay), before_a, parts_a, along)
     after_b = changed((bx, by), before_b, parts_b, along)
     note_many(w, 1)
     at.impulse[0] = pushes_of(one, ((ax, ay), (bx, by)), (after_a, after_b))
-    note_contact(w, 0)
+    asked.note_contact(w, 0)
     fastest = max(squared((ax, ay)), squared((bx, by)), squared(after_a), squared(after_b))
     noise = decisions.noise_after(fastest, noise)
-    begin(w, i, (x, y), after_a, roll_of(w, i), noise)
-    begin(w, j, (u, v), after_b, roll_of(w, j), noise)
-    predict(w, sides, (i, j))
+    asked.begin(w, i, (x, y), after_a, asked.roll_of(w, i), noise)
+    asked.begin(w, j, (u, v), after_b, asked.roll_of(w, j), noise)
+    asked.predict(w, sides, (i, j))
     persisting.note_hit(w, i)
     persisting.note_hit(w, j)
-    closing = approach(velocity_of(w, i), velocity_of(w, j), along)
+    closing = approach(asked.velocity_of(w, i), asked.velocity_of(w, j), along)
     if closing >= 0.0 or persisting.is_slow(closing, pull, r):
         persisting.look_again(w, sides, i, j)
 
 
 def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
     """Answer a hit on a cushion that comes alone."""
-    at, r, noise = w.instant, radius_of(w, i), noise_of(w, i)
+    at, r, noise = w.instant, asked.radius_of(w, i), asked.noise_of(w, i)
     x, y, vx, vy = read_motion(w, i)
-    one = read_contact(w, sides, 0, i, other)
+    one = asked.read_contact(w, sides, 0, i, other)
     nx, ny = one.normal
     across, drift = (nx, ny), drift_of(one)
     toward = relative((vx, vy), drift)
     closing = wall_approach(toward, across)
-    strongest = pull_of(w) + abs(one.curvature) * squared(toward)
+    strongest = asked.pull_of(w) + abs(one.curvature) * squared(toward)
     if persisting.is_slow(closing, strongest, r) and absorb_alone(w, sides, i, other):
         return
     has_many = has_many_rounds(w, i)
@@ -242,17 +206,18 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
         answer_round(w, sides, has_many)
         return
     before = split(toward, across)
-    parts = cushion_after(law_of(w), before, one.pair.restitution, one.pair.friction)
+    parts = cushion_after(asked.law_of(w), before, one.pair.restitution, one.pair.friction)
     after = changed((vx, vy), before, parts, across)
     note_many(w, 1)
     at.impulse[0] = pushes_of(one, ((vx, vy), (vx, vy)), (after, after))
     at.turns, at.turn[0], at.kind[0] = 1, 0, HIT
-    note_contact(w, 0)
+    after = kicked(w, 0, after)
+    asked.note_contact(w, 0)
     noise = decisions.noise_after(max(squared((vx, vy)), squared(after)), noise)
-    begin(w, i, (x, y), after, roll_after(w, i), noise)
-    predict(w, sides, (i,))
+    asked.begin(w, i, (x, y), after, asked.roll_after(w, i), noise)
+    asked.predict(w, sides, (i,))
     persisting.note_hit(w, i)
-    closing = wall_approach(relative(velocity_of(w, i), drift), across)
+    closing = wall_approach(relative(asked.velocity_of(w, i), drift), across)
     if closing >= 0.0 or persisting.is_slow(closing, strongest, r):
         persisting.look_again(w, sides, i, other)
 
@@ -262,8 +227,8 @@ def answer_cushion(w: Any, sides: Any, i: int, other: int) -> None:
 
 def has_many_rounds(w: Any, i: int) -> bool:
     """Count a round of this instant, whose fastest ball is given; tell if there were many."""
-    at, path = w.instant, path_of(w, i)
-    length = decisions.instant(w.now, path.x, path.y, radius_of(w, i), speed_of(w, i))
+    at, path = w.instant, asked.path_of(w, i)
+    length = decisions.instant(w.now, path.x, path.y, asked.radius_of(w, i), asked.speed_of(w, i))
     if w.now - at.began > length:
         at.began, at.rounds, at.mets = w.now, 0, 0
     at.rounds += 1
@@ -276,7 +241,7 @@ def note_met(w: Any, i: int, other: int) -> None:
     if has_met(at, i, other):
         return
     if at.mets == at.most:
-        give_up(w)
+        asked.give_up(w)
         return
     at.met[at.mets] = (i, other)
     at.mets += 1
@@ -293,7 +258,7 @@ def has_met(at: Any, i: int, other: int) -> bool:
 def note_many(w: Any, contacts: int) -> None:
     """Note that the order of this many contacts is unknown; two alone may take turns."""
     if contacts > 1 or w.instant.mets > 2:
-        note_order(w)
+        asked.note_order(w)
 
 
 def answer_several(w: Any, sides: Any) -> None:
@@ -302,7 +267,7 @@ def answer_several(w: Any, sides: Any) -> None:
     fastest = at.due[0][0]
     for k in range(at.dues):
         for i in (at.due[k][0], at.due[k][1]):
-            if i >= 0 and speed_of(w, i) > speed_of(w, fastest):
+            if i >= 0 and asked.speed_of(w, i) > asked.speed_of(w, fastest):
                 fastest = i
     has_many = has_many_rounds(w, fastest)
     for k in range(at.dues):
@@ -313,7 +278,7 @@ def answer_several(w: Any, sides: Any) -> None:
 def answer_round(w: Any, sides: Any, has_many: bool) -> None:
     """Answer a round of contacts, or after many rounds all that touches."""
     at = w.instant
-    if not may_answer(w):
+    if not asked.may_answer(w):
         return
     for n in range(at.balls):
         at.is_in[at.ball[n]] = at.changed[at.ball[n]] = 0
@@ -321,7 +286,7 @@ def answer_round(w: Any, sides: Any, has_many: bool) -> None:
     read_contacts(w, sides)
     note_many(w, at.contacts)
     for k in range(at.dues):  # These predictions have come true, whatever follows from them.
-        use_up(w, sides, at.due[k][0], at.due[k][1])
+        asked.use_up(w, sides, at.due[k][0], at.due[k][1])
     if has_many:
         answer_cluster(w, sides)
     else:
@@ -329,12 +294,13 @@ def answer_round(w: Any, sides: Any, has_many: bool) -> None:
         for k in range(at.contacts):
             at.turn[k] = k
         resolve(w)
-    predict_changed(w, sides)
+    asked.predict_changed(w, sides)
     for m in range(at.misses):
         one = at.contact[at.missed[m]]
         is_moved = has_many and (at.changed[one.a] or at.changed[one.b])
-        if path_of(w, one.a).end > w.now and path_of(w, one.b).end > w.now and not is_moved:
-            meet(w, sides, one.a, one.b)
+        soonest = min(asked.path_of(w, one.a).end, asked.path_of(w, one.b).end)
+        if soonest > w.now and not is_moved:
+            asked.meet(w, sides, one.a, one.b)
     for k in range(at.dues):
         persisting.look_after(w, sides, at.due[k][0], at.due[k][1])
 
@@ -347,7 +313,7 @@ def answer_cluster(w: Any, sides: Any) -> None:
     at, count, hits = w.instant, w.instant.contacts, 0
     for k in range(count):
         at.group[k] = at.contact[k]
-    find_cluster(w, sides)
+    asked.find_cluster(w, sides)
     take_apart(w)
     read_contacts(w, sides)
     for k in range(at.contacts):
@@ -355,11 +321,11 @@ def answer_cluster(w: Any, sides: Any) -> None:
         for m in range(count):
             at.hits[k] |= is_same(at.group[m], at.contact[k])
     at.turns = take_turn(at)
-    while at.turns > 0 and may_go_on(w):
+    while at.turns > 0 and asked.may_go_on(w):
         if hits > decisions.LISTED and loses_speed(w):  # The hits may have no end.
             play_out(w)
             break
-        if squeezes(w):
+        if asked.squeezes(w):
             press_together(w)
             break
         hits += resolve(w)
@@ -382,12 +348,12 @@ def next_round(w: Any) -> int:
     at, noise, moves = w.instant, 0.0, False
     for n in range(at.balls):
         moves |= at.moved[at.ball[n]] != 0
-        noise = max(noise, noise_of(w, at.ball[n]))
+        noise = max(noise, asked.noise_of(w, at.ball[n]))
     if not moves:
         return 0
     for k in range(at.contacts):
         at.closing[k] = closing_speed(at.contact[k], at.velocity)
-        if squeeze(w, k):
+        if asked.squeeze(w, k):
             at.closing[k] = 0.0
     found = go_on(at.gap, at.closing, at.contacts, noise, at.hits)
     return take_turn(at) if found else 0
@@ -398,7 +364,7 @@ def loses_speed(w: Any) -> bool:
 
     None does while a wall moves into a ball: its hits end when the ball is jammed.
     """
-    at, law, found, drives = w.instant, law_of(w), False, False
+    at, law, found, drives = w.instant, asked.law_of(w), False, False
     for k in range(at.contacts):
         one = at.contact[k]
         a, b, pair = NT(0.0, 0.0), NT(-1.0, 0.0), pair_of(one)
@@ -423,7 +389,7 @@ def read_contacts(w: Any, sides: Any) -> None:
         add_ball(w, i)
         if other >= 0:
             add_ball(w, other)
-        one, at.other[count] = read_contact(w, sides, count, i, other), other
+        one, at.other[count] = asked.read_contact(w, sides, count, i, other), other
         is_new = True
         for m in range(count if other < 0 else 0):
             is_new &= not is_same(at.contact[m], one)
@@ -435,7 +401,8 @@ def gap_of_contact(w: Any, sides: Any, k: int) -> float:
     """Return the gap (m) of a contact, or 0 where rounding hides it."""
     at, i = w.instant, w.instant.contact[k].a
     x, y = at.place[i][0], at.place[i][1]
-    return decisions.known_gap(gap_between(w, sides, i, at.other[k]), x, y, radius_of(w, i))
+    gap = asked.gap_between(w, sides, i, at.other[k])
+    return decisions.known_gap(gap, x, y, asked.radius_of(w, i))
 
 
 def is_same(one: Any, other: Any) -> bool:
@@ -463,6 +430,6 @@ def add_ball(w: Any, i: int) -> None:
 def read_motion(w: Any, i: int) -> Any:
     """Note where ball ``i`` is now, and how fast, and return it."""
     at = w.instant
-    x, y, vx, vy = place_met(w.errors, motion(w, i), w.now)
+    x, y, vx, vy = place_met(w.errors, asked.motion(w, i), w.now)
     at.place[i], at.velocity[i] = (x, y), (vx, vy)
     return x, y, vx, vy

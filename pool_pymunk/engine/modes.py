@@ -11,60 +11,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pool_pymunk.engine.asked import (
-    begins_to_rest,
-    begins_to_roll,
-    coefficients,
-    count_unlisted,
-    enter,
-    find_piece,
-    find_touching,
-    finds_forces,
-    has_room,
-    lead,
-    motion,
-    moves_on,
-    next_place,
-    noise_of,
-    note_impulse,
-    note_let_go,
-    note_piece,
-    path_from,
-    path_of,
-    predict_loose,
-    pull_and_drag,
-    push_piece,
-    read_drift,
-    read_shape,
-    roll_of,
-)
-from pool_pymunk.engine.groups import (
-    NONE,
-    find_state,
-    free_contacts,
-    load,
-    loosen,
-    put_ball,
-    put_contact,
-    set_leader,
-)
-from pool_pymunk.engine.persisting import stays, wait
+from pool_pymunk.engine import asked, groups
+from pool_pymunk.engine.groups import NONE
+from pool_pymunk.engine.persisting import persists_now, stays, wait
+from pool_pymunk.physics import pieces
 from pool_pymunk.physics.complementarity import guess, set_scale
 from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.pieces import (
-    GROWTH,
-    Piece,
-    change,
-    clear_total,
-    close,
-    creeps,
-    halves,
-    hold,
-    is_even,
-    join,
-    moves,
-    settle,
-)
 from pool_pymunk.physics.pressed import (
     LET_GO,
     REST,
@@ -88,7 +40,7 @@ def begin_at(w: Any, sides: Any, i: int) -> None:
     """Let the contacts around ball ``i`` press that persist from now on."""
     r = w.groups
     end_waits(w)
-    find_touching(w, sides, i)
+    asked.find_touching(w, sides, i)
     kept = 0
     for k in range(r.hits):
         one, other = r.hit[k][0], r.hit[k][1]
@@ -102,19 +54,32 @@ def begin_at(w: Any, sides: Any, i: int) -> None:
                 release(w, b, 0.0)
     r.begun = r.begun + 1 if r.begun_t == w.now else 1
     r.begun_t = w.now
-    if kept > 0 and has_room(w, 2 * kept, kept):
+    if kept > 0 and asked.has_room(w, 2 * kept, kept):
         gather(w, sides)
         if r.begun > MOST_CHANGES * w.press.balls:
             wait_all(w)
         else:
             join_sides(w)
             guess(w.press, w.press.state)
-            close(w.press, w.press.state)
+            pieces.close(w.press, w.press.state)
             for k in range(w.press.contacts):
                 w.press.was_on[k] = 0
             decide_mode(w, 0, w.now, FIRST)
             play_pieces(w)
-    predict_loose(w, sides)
+            wait_for_others(w, sides, kept)
+    asked.predict_loose(w, sides)
+
+
+def wait_for_others(w: Any, sides: Any, kept: int) -> None:
+    """Look again in a moment at balls that have no force, though their walls press them on.
+
+    Such a ball moves on beyond the end of a side, and then touches the next side of the same wall.
+    """
+    r = w.groups
+    for k in range(kept):
+        i, other = r.hit[k][0], r.hit[k][1]
+        if other < 0 and r.leader[i] == NONE and persists_now(w, sides, i, other):
+            wait(w, i, other)
 
 
 def end_waits(w: Any) -> None:
@@ -125,7 +90,7 @@ def end_waits(w: Any) -> None:
             r.ended[m], r.until[m] = r.until[m], -math.inf
             for b in (r.wait[m][0], r.wait[m][1]):
                 if b >= 0:
-                    loosen(r, b)
+                    groups.loosen(r, b)
 
 
 def gather(w: Any, sides: Any) -> None:
@@ -137,21 +102,21 @@ def gather(w: Any, sides: Any) -> None:
             if b >= 0:
                 insert(g, b)
     for m in range(g.balls):
-        i = g.ball[m]
-        (x, y, vx, vy), (wx, wy) = motion(w, i), roll_of(w, i)
-        put_ball(w, m, i, 0, 0)
-        put_state(g.state, 6 * m, (x, y, vx, vy, wx, wy))
+        i, s, p = g.ball[m], g.state, 6 * m
+        groups.put_ball(w, m, i, 0, 0)
+        s[p], s[p + 1], s[p + 2], s[p + 3] = asked.motion(w, i)
+        s[p + 4], s[p + 5] = asked.roll_of(w, i)
     for k in range(r.hits):
         i, other = r.hit[k][0], r.hit[k][1]
-        _, mu = coefficients(w, sides, i, other)
-        put_contact(w, k, i, other)
-        g.mu[k], g.what[k] = mu, read_shape(w, sides, i, other, g.edge[k])
-        read_drift(w, sides, other, g.drift[k])
+        _, mu = asked.coefficients(w, sides, i, other)
+        groups.put_contact(w, k, i, other)
+        g.mu[k], g.what[k] = mu, asked.read_shape(w, sides, i, other, g.edge[k])
+        asked.read_drift(w, sides, other, g.drift[k])
         g.on[k], g.over[k], g.slides[k], g.into[k] = 1, 0, 0, 0
     set_time(g, w.now)
     g.contacts, g.small[2] = r.hits, r.coarser
     find_units(g)
-    clear_total(g)
+    pieces.clear_total(g)
     set_scale(g, g.state)
 
 
@@ -168,22 +133,17 @@ def insert(g: Any, i: int) -> None:
     g.balls += 1
 
 
-def put_state(s: Any, p: int, values: tuple[float, float, float, float, float, float]) -> None:
-    """Put a ball's six numbers into a state."""
-    s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5] = values
-
-
 def join_sides(w: Any) -> None:
     """Take away the speeds at which the sides of a new group part or close."""
     g, r, noise, fastest = w.press, w.groups, 0.0, 0.0
     for m in range(g.balls):
-        noise = max(noise, noise_of(w, g.ball[m]))
+        noise = max(noise, asked.noise_of(w, g.ball[m]))
     for k in range(g.contacts):
         fastest = max(fastest, abs(opening(g, g.state, k)))
     if fastest > noise:
-        join(g, g.state, noise)
+        pieces.join(g, g.state, noise)
         for m in range(g.balls):  # All of them leave their paths.
-            set_leader(r, g.ball[m], g.ball[0])
+            groups.set_leader(r, g.ball[m], g.ball[0])
 
 
 def release(w: Any, i: int, gap: float) -> bool:
@@ -199,7 +159,7 @@ def release(w: Any, i: int, gap: float) -> bool:
         open_gaps(w.press, gap)
     for m in range(w.press.balls):
         let_go(w, m)
-    free_contacts(r, leader)
+    groups.free_contacts(r, leader)
     return True
 
 
@@ -225,21 +185,21 @@ def open_gaps(g: Any, gap: float) -> None:
 def let_go(w: Any, m: int) -> None:
     """Let ball ``m`` of the press go on by itself."""
     s, p, i = w.press.state, 6 * m, w.press.ball[m]
-    set_leader(w.groups, i, NONE)
-    path = path_from(w, i, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
-    if moves_on(path):
-        lead(w, i, path)
-        loosen(w.groups, i)
+    groups.set_leader(w.groups, i, NONE)
+    path = asked.path_from(w, i, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
+    if asked.moves_on(path):
+        asked.lead(w, i, path)
+        groups.loosen(w.groups, i)
     else:
         rest(w, m)
-    note_let_go(w, i)
+    asked.note_let_go(w, i)
 
 
 def rest(w: Any, m: int) -> None:
     """Let ball ``m`` of the press rest, if it has moved."""
     s = w.press.state
-    if begins_to_rest(w, w.press.ball[m], s[6 * m], s[6 * m + 1]):
-        loosen(w.groups, w.press.ball[m])
+    if asked.begins_to_rest(w, w.press.ball[m], s[6 * m], s[6 * m + 1]):
+        groups.loosen(w.groups, w.press.ball[m])
 
 
 def wait_all(w: Any) -> None:
@@ -255,7 +215,7 @@ def wait_at(w: Any, k: int) -> None:
 
 def cut(w: Any, leader: int) -> None:
     """Put a group into the press as it is now, and note its impulses until now."""
-    find_state(w, leader, w.now)
+    groups.find_state(w, leader, w.now)
     g = w.press  # that of this group now
     for p in range(6 * g.balls):
         g.state[p] = g.end[p]
@@ -267,9 +227,10 @@ def note_impulses(w: Any, began: float) -> None:
     """Note the impulses of the press's contacts, of a piece that ``began`` at a time (s)."""
     g = w.press
     for k in range(g.contacts):
-        if g.on[k] or g.total[k][0] != 0.0:
-            note_impulse(w, g.ball[g.one[k]], g.place[k], began, (g.total[k][1], g.total[k][2]))
-    clear_total(g)
+        much, x, y = g.total[k][0], g.total[k][1], g.total[k][2]
+        if g.on[k] or much != 0.0:
+            asked.note_impulse(w, g.ball[g.one[k]], g.place[k], began, (x, y))
+    pieces.clear_total(g)
 
 
 def go_on(w: Any, sides: Any, i: int) -> None:
@@ -278,8 +239,8 @@ def go_on(w: Any, sides: Any, i: int) -> None:
     if leader == NONE:  # A ball at rest has kept its path.
         return
     end = r.began[leader] + r.span[leader]
-    if w.now == path_of(w, i).end < end:
-        load(w, leader)
+    if w.now == asked.path_of(w, i).end < end:
+        groups.load(w, leader)
         load_end(w)
         set_out(w, leader, 1)
     else:
@@ -289,22 +250,17 @@ def go_on(w: Any, sides: Any, i: int) -> None:
         goes_on = r.fell[leader] < 0 and not r.faded[leader]
         if is_cut:
             keep_start(w, leader, r.span[leader])
-        elif goes_on and any_stuck(w.press):
-            for m in range(w.press.balls):
-                w.press.stuck[m] = LET_GO if w.press.stuck[m] == LET_GO else 0
-            turn(w, leader, r.after[leader])
-        elif goes_on and hold_creeping(w.press):
-            r.held_for[leader] = GROWTH * max(r.held_for[leader], r.span[leader])
+        elif not goes_on or any_is(w.press, STUCK):
+            unstick(w.press)
+            turn(w, leader, r.after[leader] if goes_on else FIRST)
+        elif hold_creeping(w.press):
+            r.held_for[leader] = pieces.GROWTH * max(r.held_for[leader], r.span[leader])
             turn(w, leader, r.held_for[leader])
-        elif goes_on:
+        else:
             r.held_for[leader] = 0.0
             keep_start(w, leader, r.after[leader])
-        else:
-            for m in range(w.press.balls):
-                w.press.stuck[m] = LET_GO if w.press.stuck[m] == LET_GO else 0
-            turn(w, leader, FIRST)
         play_pieces(w)
-    predict_loose(w, sides)
+    asked.predict_loose(w, sides)
 
 
 def cross(w: Any, i: int, patch: int) -> None:
@@ -314,13 +270,12 @@ def cross(w: Any, i: int, patch: int) -> None:
     """
     r, leader = w.groups, w.groups.leader[i]
     cut(w, leader)
-    enter(w, i, patch)
+    asked.enter(w, i, patch)
     g, m = w.press, r.local[i]
-    g.pull[m], g.drag[m] = pull_and_drag(w, i)
+    g.pull[m], g.drag[m] = asked.pull_and_drag(w, i)
     set_scale(g, g.state)
     r.todos, r.fell[leader], r.faded[leader] = 0, NONE, 0
-    for m in range(g.balls):
-        g.stuck[m] = LET_GO if g.stuck[m] == LET_GO else 0
+    unstick(g)
     turn(w, leader, FIRST)
     play_pieces(w)
 
@@ -340,28 +295,26 @@ def hold_creeping(g: Any) -> bool:
     """
     s, found = g.state, False
     for m in range(g.balls):
-        if g.stuck[m] == LET_GO and g.phase[m] != REST and creeps(g, s, m):
-            hold(g, s, m)
+        if g.stuck[m] == LET_GO and g.phase[m] != REST and pieces.creeps(g, s, m):
+            pieces.hold(g, s, m)
             found = True
     if found:
-        close(g, s)
+        pieces.close(g, s)
     return found
 
 
-def any_let_go(g: Any) -> bool:
-    """Tell whether a ball of the press was let go just now."""
+def any_is(g: Any, what: int) -> bool:
+    """Tell whether a ball of the press is stuck, or was let go just now."""
     found = False
     for m in range(g.balls):
-        found |= g.stuck[m] == LET_GO
+        found |= g.stuck[m] == what
     return found
 
 
-def any_stuck(g: Any) -> bool:
-    """Tell whether a ball of the press is stuck."""
-    stuck = False
+def unstick(g: Any) -> None:
+    """Let no ball of the press be stuck any more."""
     for m in range(g.balls):
-        stuck |= g.stuck[m] == STUCK
-    return stuck
+        g.stuck[m] = LET_GO if g.stuck[m] == LET_GO else 0
 
 
 def keep_start(w: Any, leader: int, longest: float) -> None:
@@ -381,26 +334,26 @@ def play_pieces(w: Any) -> None:
     while r.todos > 0:
         r.todos -= 1
         leader = r.todo[r.todos]
-        load(w, leader)
-        piece = find_piece(w, r.longest[leader])
+        groups.load(w, leader)
+        piece = asked.find_piece(w, r.longest[leader])
         keep_piece(w, leader, piece)
-        note_piece(w, leader, piece)
+        asked.note_piece(w, leader, piece)
         if piece.time == 0.0:
             r.changes[leader] += 1
-            turn(w, leader, r.longest[leader] if any_let_go(w.press) else FIRST)
+            turn(w, leader, r.longest[leader] if any_is(w.press, LET_GO) else FIRST)
         else:
             r.changes[leader] = 0
             set_out(w, leader, 0)
 
 
-def keep_piece(w: Any, leader: int, piece: Piece) -> None:
+def keep_piece(w: Any, leader: int, piece: pieces.Piece) -> None:
     """Keep the piece of the group in the press."""
     g, r = w.press, w.groups
     r.span[leader], r.after[leader], r.fell[leader], r.faded[leader] = piece
     r.steps[leader] = g.steps
     for m in range(g.balls):
         i = g.ball[m]
-        if r.stuck[i] == LET_GO and piece.time > 0.0 and not creeps(g, g.end, m):
+        if r.stuck[i] == LET_GO and piece.time > 0.0 and not pieces.creeps(g, g.end, m):
             r.stuck[i] = 0
         for p in range(6):
             r.end[i][p] = g.end[6 * m + p]
@@ -419,26 +372,26 @@ def turn(w: Any, leader: int, longest: float) -> None:
     g, r = w.press, w.groups
     set_time(g, w.now)
     if r.faded[leader]:
-        settle(g, g.state)
+        pieces.settle(g, g.state)
         for m in range(g.balls):
             if g.phase[m] == ROLL != r.phase[g.ball[m]]:
-                begins_to_roll(w, g.ball[m], w.now)
+                asked.begins_to_roll(w, g.ball[m], w.now)
     for k in range(g.contacts):
         g.was_on[k] = g.on[k]
     fell = r.fell[leader]
     if fell >= 0:
-        change(g, g.state, fell)
+        pieces.change(g, g.state, fell)
         if r.span[leader] == 0.0 and fell < 4 * g.contacts and fell % 4 == 0:
             wait_at(w, fell // 4)
     changes = r.changes[leader]
-    free_contacts(r, leader)
+    groups.free_contacts(r, leader)
     decide_mode(w, changes, w.now, longest)
 
 
 def decide_mode(w: Any, changes: int, began: float, longest: float) -> None:
     """Go on with the press in a mode that fits, or without forces for a moment if there is none."""
     g = w.press
-    if changes <= MOST_CHANGES and finds_forces(w):
+    if changes <= MOST_CHANGES and asked.finds_forces(w):
         note_impulses(w, began)
         lost = 0
         for k in range(g.contacts):
@@ -447,7 +400,7 @@ def decide_mode(w: Any, changes: int, began: float, longest: float) -> None:
                 wait_at(w, k)
         split(w, OPENED if lost > 0 else longest, changes)
         return
-    join(g, g.state, 0.0)
+    pieces.join(g, g.state, 0.0)
     note_impulses(w, began)
     wait_all(w)
     for m in range(g.balls):
@@ -484,7 +437,7 @@ def find_parts(w: Any) -> None:
     for _ in range(g.balls):
         for k in range(g.contacts):
             i, j = g.one[k], g.other[k] if g.other[k] >= 0 else g.one[k]
-            if g.on[k] and (moves(g, k) or STUCK in (g.stuck[i], g.stuck[j])):
+            if g.on[k] and (pieces.moves(g, k) or STUCK in (g.stuck[i], g.stuck[j])):
                 r.first[i] = r.first[j] = min(r.first[i], r.first[j])
                 r.joined[i] = r.joined[j] = 1
     for m in range(g.balls):
@@ -502,7 +455,7 @@ def store(w: Any, root: int) -> None:
         if r.first[m] != root:
             continue
         i = g.ball[m]
-        set_leader(r, i, leader)
+        groups.set_leader(r, i, leader)
         r.phase[i], r.stuck[i], r.next[i] = g.phase[m], g.stuck[m], NONE
         for p in range(6):
             r.state[i][p] = g.state[6 * m + p]
@@ -526,7 +479,7 @@ def store_contact(w: Any, k: int, leader: int) -> None:
     if c != NONE:
         r.free = r.following[c]
     else:
-        c = next_place(w)
+        c = asked.next_place(w)
     r.following[c], r.contact[leader] = r.contact[leader], c
     r.contacts_of[leader] += 1
     r.one[c], r.other[c], r.what[c], r.mu[c] = g.ball[g.one[k]], g.place[k], g.what[k], g.mu[k]
@@ -544,11 +497,11 @@ def set_out(w: Any, leader: int, is_second: int) -> None:
     for m in range(g.balls):
         if g.phase[m] != REST:
             i = g.ball[m]
-            lead(w, i, half_of(g, m, (began, span), is_second))
-            loosen(r, i)
+            asked.lead(w, i, half_of(g, m, (began, span), is_second))
+            groups.loosen(r, i)
             first = i if first == NONE else first
-    count_unlisted(w)
-    push_piece(w, first, path_of(w, first).end)
+    asked.count_unlisted(w)
+    asked.push_piece(w, first, asked.path_of(w, first).end)
 
 
 def half_of(g: Any, m: int, when: tuple[float, float], is_second: int) -> Path:
@@ -559,10 +512,10 @@ def half_of(g: Any, m: int, when: tuple[float, float], is_second: int) -> Path:
     (began, h), s, end, p = when, g.state, g.end, 6 * m
     middle = h / 2.0
     x, y, vx, vy, wx, wy = s[p], s[p + 1], s[p + 2], s[p + 3], s[p + 4], s[p + 5]
-    if is_even(g, h):
+    if pieces.is_even(g, h):
         ax, ay = (end[p + 2] - vx) / h, (end[p + 3] - vy) / h
         return Path(began, x, y, vx, vy, ax, ay, began + h, False, wx, wy)
-    (ax, ay), (bx, by) = halves(g, h, m)
+    (ax, ay), (bx, by) = pieces.halves(g, h, m)
     if not is_second:
         return Path(began, x, y, vx, vy, ax, ay, began + middle, False, wx, wy)
     x, y = x + middle * (vx + middle * ax / 2.0), y + middle * (vy + middle * ay / 2.0)

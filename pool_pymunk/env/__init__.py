@@ -2,7 +2,7 @@
 
 ``import pool_pymunk.env`` registers ``pool_pymunk/Carom-v0`` and ``pool_pymunk/Pot-v0`` of
 billiards, ``pool_pymunk/Carrom-v0``, the board game, and ``pool_pymunk/Billiards-v0`` for games of
-your own. It needs ``pip install '.[env]'`` in a clone.
+your own. It needs ``pip install 'pool-pymunk[env]'``.
 
 >>> import gymnasium as gym
 >>> import pool_pymunk.env
@@ -15,7 +15,7 @@ your own. It needs ``pip install '.[env]'`` in a clone.
 try:
     import gymnasium
 except ImportError as error:
-    message = "pool_pymunk.env needs Gymnasium: pip install '.[env]' in a clone"
+    message = "pool_pymunk.env needs Gymnasium: pip install 'pool-pymunk[env]'"
     raise ImportError(message, name="gymnasium") from error
 
 from pool_pymunk.env.environments import BilliardsEnv, BilliardsVectorEnv

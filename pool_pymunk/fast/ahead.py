@@ -54,7 +54,7 @@ def compile(  # noqa: A001  It is called by its full name.
     """
     many, moves = argument("balls", balls, whole(1, CROWD)) > MOST_BALLS, bool(moving)
     if not compiled.is_there():
-        message = "compile() needs numba: pip install '.[fast]' in a clone"
+        message = "compile() needs numba: pip install 'pool-pymunk[fast]'"
         raise ModuleNotFoundError(message, name="numba")
     forms = [form for form in FORMS if (form.many, form.moves) == (many, moves)]
     for form in forms if scene is None else [loop_form(scene)]:

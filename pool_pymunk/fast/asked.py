@@ -33,7 +33,7 @@ from pool_pymunk.fast.records import (
     Sides,
     Work,
 )
-from pool_pymunk.fast.shared import room_of, share_out
+from pool_pymunk.fast.shared import share_out
 from pool_pymunk.fast.tables import AS_LISTED, AT_ONCE
 from pool_pymunk.fast.walls import (
     STILL,
@@ -155,6 +155,10 @@ def pair_of(one: Any) -> Pair:
     return Pair(one.pair.m_a, one.pair.m_b, one.pair.restitution, one.pair.friction)
 
 
+def kick_of(w: Work, k: int) -> float:
+    return 0.0  # Tables with walls that kick are played in Python.
+
+
 def sweep(w: Work, sides: Sides, i: int, other: int) -> Four:
     if other >= 0:
         return STILL
@@ -202,7 +206,7 @@ def answer_group(w: Work, count: int) -> None:
     """
     at = w.instant
     usual = speed_with_walls(at.group[0], at, count)
-    if w.scene.together == AT_ONCE and push_at_once(at.group, count, at.velocity, room_of(at)):
+    if w.scene.together == AT_ONCE and push_at_once(at.group, count, at.velocity, at):
         for m in range(count):
             at.impulse[at.member[m]] = (at.pushes[m], at.rest[m], -at.rest[m])
     elif w.scene.together == AS_LISTED:
@@ -258,7 +262,7 @@ def read_plastic(w: Work, k: int) -> None:
 def settle_group(w: Work, count: int) -> None:
     at = w.instant
     usual = speed_with_walls(at.group[0], at, count)
-    w.is_hard |= not push_at_once(at.group, count, at.velocity, room_of(at))
+    w.is_hard |= not push_at_once(at.group, count, at.velocity, at)
     w.is_hard |= usual > 0.0 and speed_in(at.group, count, at.velocity) > asked.SQUIRTS * usual
     if may_roll(w.ball[0]) and not w.is_hard:  # Cushions slow a roll by their impulses.
         share_out(w, count)

@@ -119,9 +119,8 @@ def has_form(function: Callable[..., int], form: tuple[bool, ...]) -> bool:
     numba is not imported for it. What was being written when a process was killed is not there.
     """
     if (function, form) not in _forms:
-        _forms[function, form] = (
-            is_there() and _note(function, form).exists() and _is_sealed(function)
-        )
+        is_noted = is_there() and _note(function, form).exists()
+        _forms[function, form] = is_noted and _is_sealed(function)
     return _forms[function, form]
 
 
@@ -174,7 +173,7 @@ def can_link() -> bool:
     """
     try:
         trial = import_module(LINKED).trial
-        linked: Any = _compiled_by(True, trial, lambda: None, **UNCOUNTED)
+        linked: Any = _compiled(trial, lambda: None, True, **UNCOUNTED)
         with linked._cache.turn():
             return bool(linked(2.0) == trial(2.0))
     except Exception:  # Another numba may raise anything.
@@ -182,16 +181,17 @@ def can_link() -> bool:
 
 
 def _compiled(
-    function: Any, compiles: Callable[[], object] = lambda: None, **options: bool
+    function: Any,
+    compiles: Callable[[], object] = lambda: None,
+    links: bool | None = None,
+    /,
+    **options: bool,
 ) -> Callable[..., int]:
-    """Return a function that numba compiles, or takes from its cache, when it is called."""
-    return _compiled_by(can_link(), function, compiles, **options)
+    """Return a function that numba compiles, or takes from its cache, when it is called.
 
-
-def _compiled_by(
-    links: bool, function: Any, compiles: Callable[[], object], **options: bool
-) -> Callable[..., int]:
-    """Do so, by private parts of numba or by the documented ones alone."""
+    It ``links`` by private parts of numba where they are there, or uses the documented ones alone.
+    """
+    links = can_link() if links is None else links
     numba: Any = import_module("numba")
     for called in functions(function):
         if called is not function:
@@ -273,7 +273,10 @@ def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:
     for name in sources(root):
         digest.update(source_of(name).encode())
     try:
-        folder = Path(os.environ.get(CACHE) or _user_cache()) / digest.hexdigest()[:16]
+        of_user = os.environ.get(CACHE)
+        if not of_user:  # platformdirs comes with the extra of numba.
+            of_user = import_module("platformdirs").user_cache_path("pool_pymunk") / "compiled"
+        folder = Path(of_user) / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ".writable").touch()
     except OSError:
@@ -285,11 +288,6 @@ def source_of(name: str) -> str:
     """Return the source of a module, which may not be imported yet."""
     loader: Any = getattr(find_spec(name), "loader", None)
     return str(loader.get_source(name))
-
-
-def _user_cache() -> Path:
-    """Return the folder of the user's cache; platformdirs comes with the extra of numba."""
-    return Path(import_module("platformdirs").user_cache_path("pool_pymunk")) / "compiled"
 
 
 class SealedCache:
@@ -304,11 +302,8 @@ class SealedCache:
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return what is compiled for a signature, or None."""
-        found = (
-            self._cache.load_overload(signature, context)
-            if is_whole(self._folder, self._name)
-            else None
-        )
+        is_sound = is_whole(self._folder, self._name)
+        found = self._cache.load_overload(signature, context) if is_sound else None
         if found is None:
             self._compiles()
         return found

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast import compiled, kinds, rows
+from pool_pymunk.fast import compiled, kinds
 from pool_pymunk.fast.batch import CANNOT_START
 from pool_pymunk.fast.loop import OUT_OF_TIME
 from pool_pymunk.fast.records import NOTHING, SCENE, F, I, Out, Shots, Tracks
@@ -35,7 +35,7 @@ from pool_pymunk.physics.columns import ONE, Follow
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion_changes import FOLLOWED, UNCHANGED
 from pool_pymunk.physics.path import Path, from_breakpoint
-from pool_pymunk.physics.saltation import LAW, Geometry, taken_off
+from pool_pymunk.physics.saltation import LAW, MOST, Geometry, taken_off
 from pool_pymunk.results.run import Run
 
 BALL = np.dtype([("at", I), ("met", I), ("gone", I), ("mass", F), ("radius", F)])
@@ -196,7 +196,7 @@ def follow_shots(g: Any, shots: Any, starts: Any, ends: Any, found: Any, why: An
             if why[s] == FOLLOWED:
                 why[s] = changes.finish(g)
             for i in range(len(g.ball)):
-                rows.copy(g.change[i, :2], found[s, i])
+                _copy(g.change[i, :2], found[s, i])
             count += 1
         row, event = last, last_event
     return count
@@ -231,7 +231,36 @@ def _columns(g: Any) -> Any:
 
 
 def _is_idle(g: Any, p: int) -> bool:
-    return not rows.is_changed(g.z, p)
+    return not _is_changed(g.z, p)
+
+
+def _is_changed(own: Any, p: int) -> bool:
+    for k in range(own.shape[0]):  # noqa: SIM110
+        if own[k, p] != 0.0:
+            return True
+    return False
+
+
+def _is_unknown(own: Any) -> bool:
+    for k in range(own.shape[0]):
+        for p in range(own.shape[1]):
+            if own[k, p] == own[k, p]:
+                return False
+    return True
+
+
+def _is_beyond(own: Any) -> bool:
+    found = False
+    for k in range(own.shape[0]):
+        for p in range(own.shape[1]):
+            found |= abs(own[k, p]) > MOST
+    return found
+
+
+def _copy(own: Any, there: Any) -> None:
+    for k in range(own.shape[0]):
+        for p in range(own.shape[1]):
+            there[k, p] = own[k, p]
 
 
 def _any_of(flag: Any) -> Any:
@@ -333,7 +362,7 @@ def _keep(g: Any, k: int, i: int, j: int, t: float) -> None:
         n, row = i if c == 0 else j, kept.used[0]
         if row < len(kept.places):
             kept.places[row, 0], kept.places[row, 1], kept.places[row, 2] = t, n, g.ball[n].at
-            rows.copy(g.change[n], kept.changes[row])
+            _copy(g.change[n], kept.changes[row])
         kept.used[0] += 1
 
 
@@ -362,16 +391,14 @@ def _add_mixed(g: Any, own: Any, mixed: Any, first: int, source: int) -> None:
 TWINS: dict[Any, Any] = {
     columns.columns: _columns, columns.is_idle: _is_idle, columns.any_of: _any_of,
     columns.greater: _greater,
-    columns.unknown_if: _unknown_if, columns.is_unknown: rows.is_unknown,
-    columns.is_changed: rows.is_changed, columns.is_beyond: rows.is_beyond,
+    columns.unknown_if: _unknown_if, columns.is_unknown: _is_unknown,
+    columns.is_changed: _is_changed, columns.is_beyond: _is_beyond,
     columns.warn: _warn, columns.keep: _keep, columns.path_of: _path_of,
-    columns.copy: rows.copy, columns.surface_at: _surface_at, columns.saltate: _saltate,
+    columns.copy: _copy, columns.surface_at: _surface_at, columns.saltate: _saltate,
     columns.has_parted: _no, columns.advance: _advance,
     columns.advance_slowing: _advance_slowing,
     columns.squared: _squared, columns.add_sized: _add_sized, columns.add_mixed: _add_mixed,
-    kinks.hit: kinds.ball_ball, kinks.bounce: kinds.cushion,
-    kinks.jumps: kinds.jumps, kinks.hit_slopes: kinds.hit_slopes,
-    kinks.bounce_slopes: kinds.cushion_slopes,
+    kinks.hit_slopes: kinds.hit_slopes, kinks.bounce_slopes: kinds.cushion_slopes,
 }  # fmt: skip
 for _function, _twin in TWINS.items():
     _function.compiled = _twin

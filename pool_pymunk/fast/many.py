@@ -34,7 +34,7 @@ Done = Callable[[int], object]  # Its argument is how many more shots are done.
 CHUNK, FEW = 4_096, 512
 POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so many shots take some hundred times longer than with the extra " \
-    "fast: pip install '.[fast]' in a clone"  # fmt: skip
+    "fast: pip install 'pool-pymunk[fast]'"  # fmt: skip
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: more than 64 contacts came together, a law of your own answers them, or balls " \
@@ -77,7 +77,7 @@ def simulate_many(
     ``batch.policy_shift`` say how far off the ends may be; each shot is then played as a run, too.
 
     Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
-    '.[fast]'`` in a clone) ordinary shots are compiled; others, and all with more than 512 balls,
+    'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 512 balls,
     radii that vary or a law of your own for single hits, take the Python solver. A shot takes 27 +
     21 N bytes in the result. Raises SettingError, in one line that names the argument.
 

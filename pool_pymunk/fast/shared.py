@@ -12,7 +12,7 @@ from pool_pymunk.fast.records import Work
 from pool_pymunk.fast.walls import let_stand
 from pool_pymunk.physics.contact import NO_BALL
 from pool_pymunk.physics.impulses import explain
-from pool_pymunk.physics.together import Room, push_at_once
+from pool_pymunk.physics.together import push_at_once
 
 
 def share_out(w: Work, count: int) -> None:
@@ -27,7 +27,7 @@ def share_out(w: Work, count: int) -> None:
     if changes and not explains_at_once(w, count):
         for m in range(count):
             put_lines(own, at.group[m], 2 * m)
-        explain(own.line, 2 * count, own.momentum, lines_of(w))
+        explain(own.line, 2 * count, own.momentum, own)
         for m in range(count):
             at.pushes[m], at.rest[m] = own.pushes[2 * m], own.pushes[2 * m + 1]
     for m in range(count):
@@ -48,7 +48,7 @@ def note_change(w: Work, i: int, mass: float) -> bool:
 def explains_at_once(w: Work, count: int) -> bool:
     """Tell whether all impulses at once give the balls of a group the velocities that they have."""
     at, trial = w.instant, w.shared.trial
-    is_so = push_at_once(at.group, count, trial, room_of(at))
+    is_so = push_at_once(at.group, count, trial, at)
     for m in range(count):
         for i in (at.group[m].a, at.group[m].b):
             if i != NO_BALL:
@@ -63,20 +63,3 @@ def put_lines(own: Any, one: Any, k: int) -> None:
         let_stand(own.line[n])
         own.line[n].pair.m_a = own.line[n].pair.m_b = 1.0
     own.line[k + 1].normal[0], own.line[k + 1].normal[1] = -one.normal[1], one.normal[0]
-
-
-def lines_of(w: Work) -> Room:
-    """Return the room for the impulses along lines."""
-    own = w.shared
-    return Room(
-        own.response, own.factor, own.wanted, own.unit, own.pushes, own.rest, own.pushing,
-        own.chosen, w.instant.shares,
-    )  # fmt: skip
-
-
-def room_of(at: Any) -> Room:
-    """Return the room for the impulses of a group."""
-    return Room(
-        at.response, at.factor, at.wanted, at.unit, at.pushes, at.rest, at.pushing, at.chosen,
-        at.shares,
-    )  # fmt: skip

@@ -140,9 +140,10 @@ def numbers_of(side: Any) -> list[float]:
 
 
 def knows(walls: Sequence[Wall]) -> bool:
-    """Tell whether the compiled loop knows all kinds of sides of these walls."""
+    """Tell whether the compiled loop knows all kinds of sides of these walls, and none kicks."""
     kinds = {type(side) for wall in walls for side in wall.sides}
-    return kinds <= {*KINDS, Moving} and sum(map(moves, walls)) <= MOST_MOVERS
+    is_known = kinds <= {*KINDS, Moving} and sum(map(moves, walls)) <= MOST_MOVERS
+    return is_known and not any(wall.kick for wall in walls)
 
 
 def moves(wall: Wall) -> bool:

@@ -78,7 +78,7 @@ def load(scenario: str | Path) -> Scene:
     if not isinstance(scenario, str | PathLike) or str(scenario) == "":
         message = "must be the path of a file, or the name of a bundled scenario"
         raise SceneError([Problem("scenario", scenario, message)])
-    source = label(scenario)
+    source = str(scenario)
     known = bundled()
     path = known.get(str(scenario), Path(scenario))
     try:
@@ -95,11 +95,6 @@ def load(scenario: str | Path) -> Scene:
     else:
         return loads(content, source)
     raise SceneError([Problem("scenario", source, message)])
-
-
-def label(scenario: str | Path) -> str:
-    """Return the name of a scenario in output: its path as given, or where a bundled one is."""
-    return f"scenarios/{scenario}.toml" if str(scenario) in bundled() else str(scenario)
 
 
 def loads(text: str, source: str = "scenario") -> Scene:
@@ -162,9 +157,8 @@ class _File:
             sections[name] = self._part(name, part, self._section(name))
         balls = [*self._balls(), *self._racked()]
         lists: Values = {"balls": balls}
-        lists["pockets"] = [*self._sound("pockets", Pocket)]
-        lists["posts"] = [*self._sound("posts", Post)]
-        lists["patches"] = [*self._patches()]
+        for name, kind in (("pockets", Pocket), ("posts", Post), ("patches", Patch)):
+            lists[name] = [*self._sound(name, kind)]
         lists["shots"] = [*self._shots(balls)]
         sketch = Sketch(
             **lists,
@@ -324,18 +318,14 @@ class _File:
                     yield from ((where, ball) for ball in balls)
 
     def _sound(self, name: str, kind: type[SomePart]) -> Iterator[tuple[Location, SomePart]]:
-        """Yield the sound pockets or posts; a pocket without an id gets its number, from 1."""
+        """Yield sound pockets, posts or patches; a pocket without an id gets its number, from 1."""
         for k, (where, own) in enumerate(self.entries[name], start=1):
             values: Values = {"id": str(k)} | own if kind is Pocket else own
-            if self._is_complete(where, kind, values):
-                yield where, kind(**values)
-
-    def _patches(self) -> Iterator[tuple[Location, Patch]]:
-        """Yield the sound patches."""
-        for where, own in self.entries["patches"]:
-            made = self._made(where, Patch, own) if self._is_sound(where) else None
-            if made is not None:
-                yield where, made
+            is_known = kind is not Patch or self._is_sound(where)
+            if is_known and self._is_complete(where, kind, values):
+                made = self._made(where, kind, values)
+                if made is not None:
+                    yield where, made
 
     def _shots(self, balls: Located[Ball]) -> Iterator[tuple[Location, Shot]]:
         """Yield the shots; what is missing or broken is replaced by sound values."""

@@ -14,17 +14,10 @@ import numpy as np
 
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
-from pool_pymunk.render.table import (
-    plane,
-    pockets_and_posts,
-    seen_patches,
-    seen_posts,
-    woodwork,
-)
+from pool_pymunk.render.table import plane, pockets_and_posts, seen_patches, seen_posts, woodwork
 from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run
@@ -122,7 +115,7 @@ def _numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
 
 
 def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
-    scene, events = run.scene, []
+    scene, events, breakpoints = run.scene, [], []
     places = zip(contact_places(run), (c for c in run.contacts if c.point), strict=True)
     for event in run.events:
         events.append(event.as_dict() | {"balls": [scene.index[id_] for id_ in event.balls]})
@@ -132,6 +125,12 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
             (_, place, radius), row = next(places)
             events[-1]["place"] = list(map(_finite, (*place, radius)))
             events[-1]["row"] = {key: _rounded(getattr(row, key)) for key in ROW}
+    for ball, rows in zip(scene.balls, run.knots, strict=True):
+        if scene.surface.rolls and (when := spells(run, ball.id)):  # It rolls otherwise then.
+            rows = np.column_stack((rows, turning(rows, when)))
+        breakpoints.append([list(map(_finite, row)) for row in rows.tolist()])
+    # These show four digits of the duration (s), and at least three decimals.
+    decimals = min(max(3, 3 - math.floor(math.log10(run.duration or 1.0))), 15)
     return {
         "solver": run.solver,
         "setting": label if setting in label else setting + DOT + label,
@@ -139,25 +138,13 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
         "message": run.message if run.solver else "",
         "warnings": list(run.warnings),
         "duration": run.duration,
-        "decimals": _decimals(run.duration),
+        "decimals": decimals,
         "masses": [ball.mass for ball in scene.balls],
         "gyration": GYRATION if scene.surface.rolls else 0.0,
         "off": sorted(scene.index[id_] for id_ in run.off - run.pocketed.keys()),
         "events": events,
-        "knots": [[list(map(_finite, row)) for row in rows.tolist()] for rows in _breakpoints(run)],
+        "knots": breakpoints,
     }
-
-
-def _breakpoints(run: Run) -> Iterator[Array]:
-    """Yield the breakpoints of each ball; where its contacts persist also how its roll changes."""
-    for ball, rows in zip(run.scene.balls, run.knots, strict=True):
-        when = spells(run, ball.id) if run.scene.surface.rolls else []
-        yield np.column_stack((rows, turning(rows, when))) if when else rows
-
-
-def _decimals(duration: float) -> int:
-    """Return how many decimals of a second show four digits of a duration, at least three."""
-    return min(max(3, 3 - math.floor(math.log10(duration or 1.0))), 15)
 
 
 def _rounded(value: Any) -> Any:

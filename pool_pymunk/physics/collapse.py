@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from pool_pymunk.physics.contact import NO_BALL, Contact, closing_speed, drift_of
+from pool_pymunk.physics.contact import NO_BALL, Contact, closing_speed, slip_of
 from pool_pymunk.physics.together import fastest_of, list_balls, push
 
 # Half or twice each of these bounds moves at most one end of 54, by 3e-6 m at most (``python -m
@@ -197,17 +197,6 @@ def shares_ball(contacts: Any, k: int, which: Any, size: int) -> bool:
         if a in (other.a, other.b) or (b != NO_BALL and b in (other.a, other.b)):
             return True
     return False
-
-
-def slip_of(one: Contact, velocity: Any) -> float:
-    """Return the slip (m/s) of a contact: how fast its far side moves along the tangent."""
-    nx, ny, v = one.normal[0], one.normal[1], velocity[one.a]
-    slip = v[1] * nx - v[0] * ny
-    if one.b == NO_BALL:
-        ux, uy = drift_of(one)
-        return float(slip - (uy * nx - ux * ny))
-    v = velocity[one.b]
-    return float((v[1] * nx - v[0] * ny) - slip)
 
 
 def slides_as(one: Contact, closing: float, slip: float) -> int:

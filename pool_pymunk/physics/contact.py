@@ -36,7 +36,8 @@ class Contact(NamedTuple):
     ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
     cushion is reported. ``gap`` (m) is the distance between the two; 0 where rounding hides it.
     ``curvature`` (1/m) is that of a :class:`~pool_pymunk.physics.sides.Side`. ``drift`` (m/s) is
-    the velocity of a cushion that moves, at the point.
+    the velocity of a cushion that moves, at the point. ``kick`` (m/s) is what a cushion that kicks
+    adds to the ball's velocity along the normal.
     """
 
     a: int
@@ -48,6 +49,7 @@ class Contact(NamedTuple):
     gap: float = 0.0
     curvature: float = 0.0
     drift: Vector = (0.0, 0.0)
+    kick: float = 0.0
 
     @property
     def balls(self) -> tuple[int, ...]:
@@ -113,6 +115,17 @@ def closing_speed(contact: Contact, velocity: Mapping[int, Vector]) -> float:
         v = relative(velocity[contact.a], drift_of(contact))
         return wall_approach(v, contact.normal)
     return approach(velocity[contact.a], velocity[contact.b], contact.normal)
+
+
+def slip_of(contact: Contact, velocity: Any) -> float:
+    """Return the slip (m/s) of a contact: how fast its far side moves along the tangent."""
+    nx, ny, v = contact.normal[0], contact.normal[1], velocity[contact.a]
+    slip = v[1] * nx - v[0] * ny
+    if contact.b == NO_BALL:
+        ux, uy = drift_of(contact)
+        return float(slip - (uy * nx - ux * ny))
+    v = velocity[contact.b]
+    return float((v[1] * nx - v[0] * ny) - slip)
 
 
 def fastest(velocity: Mapping[int, Vector]) -> float:

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed, groups
-from pool_pymunk.physics.together import Room, at_once, coupling, least_impulses, lines, room
+from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
 
 # A method explains a change of velocities if it errs by less than this share. Rounding in some
 # thousand calls is less, and a wrong method errs by hundredths, so half or twice this would do.
@@ -69,29 +69,6 @@ def numbers_of(impulse: Impulse) -> tuple[float, float, float]:
     """Return the fields of an impulse, all of them numbers."""
     normal, tangential, first = impulse
     return normal, tangential, tangential if first is None else first
-
-
-def tangent(normal: Vector) -> Vector:
-    """Return the unit vector (-n_y, n_x), a quarter turn to the left of a normal."""
-    return -normal[1], normal[0]
-
-
-def along_normal(contact: Contact, before: Vector, after: Vector) -> float:
-    """Return the impulse (N s) of a contact that has changed the velocity (m/s) of its ball a.
-
-    >>> from pool_pymunk.physics.contact import Pair
-    >>> cushion = Contact(0, NO_BALL, (0.0, 1.0), Pair(0.2, 0.0, 0.5, 0.1))
-    >>> along_normal(cushion, (1.0, -2.0), (0.7, 1.0))
-    0.6000000000000001
-    """
-    pushed = pushed_along(contact.normal, contact.pair.m_a, before, after)
-    return pushed if contact.b == NO_BALL else -pushed
-
-
-def pushed_along(normal: Vector, mass: float, before: Vector, after: Vector) -> float:
-    """Return the change of a ball's momentum (N s) along a normal."""
-    nx, ny = normal
-    return mass * ((after[0] - before[0]) * nx + (after[1] - before[1]) * ny)
 
 
 def slowing(friction: float, impulse: float, mass: float) -> float:
@@ -181,10 +158,10 @@ def _least(group: Sequence[Contact], change: Mapping[int, Vector]) -> list[Impul
     both = lines([contact._replace(pair=UNIT, drift=(0.0, 0.0)) for contact in group])
     own = room(len(both))
     explain(both, len(both), momentum, own)
-    return _opposite(group, own.impulse[::2], own.impulse[1::2])
+    return _opposite(group, own.pushes[::2], own.pushes[1::2])
 
 
-def explain(both: Any, count: int, momentum: Any, room: Room) -> None:
+def explain(both: Any, count: int, momentum: Any, room: Any) -> None:
     """Find the impulses of least norm along lines that explain changes of ``momentum`` (N s)."""
     for k in range(count):
         for m in range(count):

@@ -14,6 +14,7 @@ from typing import Any
 from pool_pymunk.physics.columns import is_of_errors
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.dual import by_duals, slopes_of
+from pool_pymunk.physics.laws import balls_after, cushion_after, jumps_at
 from pool_pymunk.physics.motion import EPSILON
 
 # A law is also asked at velocities that are off by this share of the speeds. Splitting a velocity
@@ -26,21 +27,6 @@ STRAIGHT = 64.0 * EPSILON  # of the speeds; answers that bend by less do so by r
 # Answers on both sides that differ by less than this share are equal. They differ by `BESIDE` at a
 # kink, 6e-14, and by a finite share where a law jumps.
 SAME = 1e-6
-
-
-def hit(law: Any, a: NT, b: NT, pair: Pair) -> Any:
-    """Return how a law answers a hit of two balls."""
-    return law.ball_ball(a, b, pair)
-
-
-def bounce(law: Any, v: NT, restitution: float, friction: float) -> Any:
-    """Return how a law answers a hit on a cushion."""
-    return law.cushion(v, restitution, friction)
-
-
-def jumps(law: Any, a: NT, b: NT, pair: Pair) -> bool:
-    """Tell whether a law jumps at a hit."""
-    return bool(law.jumps(a, b, pair))
 
 
 def hit_slopes(law: Any, a: NT, b: NT, pair: Pair, rows: Any) -> None:
@@ -71,10 +57,10 @@ def ask(law: Any, x: Any, balls: int, found: Any) -> None:
     """
     if balls == 2:
         pair = Pair(x[4], x[5], x[6], x[7])
-        a, b = hit(law, NT(x[0], x[1]), NT(x[2], x[3]), pair)
+        a, b = balls_after(law, NT(x[0], x[1]), NT(x[2], x[3]), pair)
         found[0], found[1], found[2], found[3] = a.n, a.t, b.n, b.t
     else:
-        v = bounce(law, NT(x[0], x[1]), x[2], x[3])
+        v = cushion_after(law, NT(x[0], x[1]), x[2], x[3])
         found[0], found[1] = v.n, v.t
 
 
@@ -99,7 +85,7 @@ def law_sides(g: Any, balls: int, moves_a: bool, moves_b: bool, fastest: float) 
     t_b = x[3] if balls == 2 else 0.0
     if balls == 2:
         pair = Pair(x[4], x[5], x[6], x[7])
-        if jumps(law, NT(x[0], x[1]), NT(x[2], x[3]), pair):
+        if jumps_at(law, NT(x[0], x[1]), NT(x[2], x[3]), pair):
             return 0
     size = 0.0
     for k in range(count):

@@ -430,8 +430,10 @@ class MovingWall(Wall):
 
     __slots__ = ("moving",)
 
-    def __init__(self, moving: Moving, restitution: float, friction: float, number: int) -> None:
-        super().__init__((moving,), restitution, friction, number)
+    def __init__(
+        self, moving: Moving, restitution: float, friction: float, number: int, kick: float = 0.0
+    ) -> None:
+        super().__init__((moving,), restitution, friction, number, kick)
         self.moving = moving
 
     def drift(self, x: float, y: float, r: float) -> Vector:
@@ -454,4 +456,4 @@ class MovingWall(Wall):
 
     def copy(self, moving: Moving) -> MovingWall:
         """Return the same wall with another motion."""
-        return MovingWall(moving, self.restitution, self.friction, self.number)
+        return MovingWall(moving, self.restitution, self.friction, self.number, self.kick)

@@ -98,9 +98,18 @@ class Path(NamedTuple):
 
     def is_lost(self, radius: float) -> bool:
         """Tell whether one rounding error of the time moves the ball by ``LOST`` radii."""
-        speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
-        moved = speed * EPSILON * self.t
-        return not (moved <= LOST * radius and math.isfinite(self.x + self.y + speed))
+        is_finite = math.isfinite(self.x + self.y)
+        return not is_finite or is_too_fast((self.vx, self.vy), radius, self.t)
+
+
+def is_too_fast(velocity: Vector, radius: float, t: float) -> bool:
+    """Tell whether a rounding error of the time (s) moves a ball (m, m/s) by ``LOST`` radii.
+
+    >>> is_too_fast((1e9, 0.0), 0.03, 1.0), is_too_fast((1e12, 0.0), 0.03, 1.0)
+    (False, True)
+    """
+    speed = math.sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1])
+    return not (speed * EPSILON * t <= LOST * radius and speed < math.inf)
 
 
 def speed_of(path: Path) -> float:

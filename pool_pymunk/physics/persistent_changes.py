@@ -17,15 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.physics import pieces
-from pool_pymunk.physics.forces import (
-    ALONG,
-    NORMAL,
-    fill_system,
-    find_forces,
-    number_unknowns,
-    take_forces,
-)
+from pool_pymunk.physics import forces, pieces
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.pressed import (
     FORM,
@@ -130,7 +122,7 @@ def solve_columns(found: Any, s: Any, count: int) -> Any:
     if count:
         for row, force in zip(found.matrix, solved(found, count, s.shape[1]), strict=False):
             row[count] = force
-    take_forces(found, s, count)
+    forces.take_forces(found, s, count)
     return np.array([rate + np.zeros(s.shape[1]) for rate in found.rate[: len(s)]])
 
 
@@ -142,7 +134,7 @@ def unchanged(g: Any, count: int) -> Numbers:
 
 def rate_of(g: Any, s: Any) -> Array:
     """Return the rate (6 N) of a state."""
-    find_forces(g, s)
+    forces.find_forces(g, s)
     return np.array(g.rate[: len(s)], float)
 
 
@@ -152,7 +144,7 @@ def slopes(found: Any, s: Any, count: int) -> tuple[Array, Array]:
     The press is in columns, the first of which are for the state, and has so many unknown forces.
     """
     size, state = len(s), as_columns(s, np.eye(len(s), len(found.pull[0])))
-    fill_system(found, state, count)
+    forces.fill_system(found, state, count)
     rates = solve_columns(found, state, count).imag / TINY_STEP
     return rates[:, :size], rates[:, size:]
 
@@ -188,7 +180,7 @@ class Course:
         g, s, time = self.g, self.states[k], t - self.starts[k]
         if time <= 0.0:
             return list(s)
-        find_forces(g, s)
+        forces.find_forces(g, s)
         end = [0.0] * len(s)
         pieces.step(g, s, time, end)
         return end
@@ -222,7 +214,7 @@ class Course:
 
 def implicit_step(course: Course, z: Array, spell: Spell, changes: Numbers) -> Array:
     """Return changes after one step of the implicit method."""
-    (since, until), size, count = spell, len(z), number_unknowns(course.g)
+    (since, until), size, count = spell, len(z), forces.number_unknowns(course.g)
     h, press = until - since, in_columns(course.g, changes, len(z))
     found = [slopes(press, course.at(since + h * node), count) for node in NODES]
     matrix, given = np.eye(3 * size), np.concatenate([z] * 3)
@@ -263,12 +255,12 @@ def joined(g: Any, s: Any, z: Array) -> Array:
 
     Small hits do this, or somewhat more or less pressing: impulses of the same kinds as the forces.
     """
-    count, state = number_unknowns(g), as_columns(s, z)
+    count, state = forces.number_unknowns(g), as_columns(s, z)
     if not count:
         return z
     found = in_columns(g, unchanged(g, z.shape[1]))
     found.pull = found.drag = [0.0] * g.balls
-    fill_system(found, state, count)
+    forces.fill_system(found, state, count)
     for row, (k, kind) in zip(found.matrix, g.unknown[:count], strict=False):
         row[count] = -part_of(found, state, k, kind).imag / TINY_STEP
         row[:count] = [part.real for part in row[:count]]
@@ -279,9 +271,9 @@ def joined(g: Any, s: Any, z: Array) -> Array:
 
 def part_of(g: Any, s: Any, k: int, kind: int) -> Any:
     """Return the speed (m/s) in a contact that a kind of force brings to 0."""
-    if kind == NORMAL:
+    if kind == forces.NORMAL:
         return opening(g, s, k)
-    if kind == ALONG:
+    if kind == forces.ALONG:
         return g.slip[k]
     return roll_into(g, s, k) if g.phase[g.one[k]] != ROLL else 0.0 * g.slip[k]
 

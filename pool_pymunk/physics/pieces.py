@@ -351,7 +351,8 @@ def piece_of(g: Any, longest: float) -> Piece:
         keep_stop(g, time)
         one = step_of(g, after)
         if one.time > 0.0 and not is_even(g, time + one.time):
-            take_back(g)
+            g.steps -= 1
+            copy(g, (g.here, g.so_far), (g.end, g.total))
             return Piece(time, after, -1, False)
         add_impulses(g)
         time, after = time + one.time, one.next
@@ -394,16 +395,6 @@ def keep_stop(g: Any, time: float) -> None:
         g.here[p] = stop[p] = g.end[p]
 
 
-def take_back(g: Any) -> None:
-    """Take back the last step of a piece."""
-    g.steps -= 1
-    for p in range(6 * g.balls):
-        g.end[p] = g.here[p]
-    for k in range(g.contacts):
-        for kind in range(3):
-            g.total[k][kind] = g.so_far[k][kind]
-
-
 def add_impulses(g: Any) -> None:
     """Add the impulses of a step to those of its piece; ``total`` becomes those of the piece."""
     for k in range(g.contacts):
@@ -422,7 +413,7 @@ def step_of(g: Any, longest: float) -> Piece:
     clear_total(g)
     find_forces(g, s)
     measure(g, s, g.before)
-    keep_start(g)
+    copy(g, (g.rate, g.force), (g.first, g.held))
     fades = math.inf
     for i in range(g.balls):
         size, time = fading(g, s, i)
@@ -483,22 +474,19 @@ def time_of_fall(g: Any, h: float, which: int) -> tuple[float, int]:
     return high, which
 
 
-def keep_start(g: Any) -> None:
-    """Keep the rates and the forces of the start of a step."""
-    for p in range(6 * g.balls):
-        g.first[p] = g.rate[p]
-    for k in range(g.contacts):
-        for kind in range(3):
-            g.held[k][kind] = g.force[k][kind]
-
-
 def recall(g: Any) -> None:
     """Let a press have the rates and the forces again that it had at the start of a step."""
+    copy(g, (g.first, g.held), (g.rate, g.force))
+
+
+def copy(g: Any, source: tuple[Any, Any], target: tuple[Any, Any]) -> None:
+    """Copy numbers of a state, or of its rates, and three numbers of each contact."""
+    (state, of_contacts), (to_state, to_contacts) = source, target
     for p in range(6 * g.balls):
-        g.rate[p] = g.first[p]
+        to_state[p] = state[p]
     for k in range(g.contacts):
         for kind in range(3):
-            g.force[k][kind] = g.held[k][kind]
+            to_contacts[k][kind] = of_contacts[k][kind]
 
 
 def share_of(g: Any, h: float, error: float) -> float:

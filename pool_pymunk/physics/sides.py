@@ -450,23 +450,32 @@ class Measured:
 class Wall:
     """A wall bounces balls off, or takes them in if it is a pocket; it consists of sides.
 
-    It has its coefficients and the number by which it is reported. ``center`` (m) is where a pocket
-    keeps the balls that it has taken in; it is None for a wall that bounces balls off.
+    It has its coefficients, its ``kick`` (m/s), and the number by which it is reported. ``center``
+    (m) is where a pocket keeps the balls that it has taken in; it is None for a wall that bounces
+    balls off.
     ``time_of_contact`` is that of the side that a ball meets first; a wall may have no side.
     """
 
-    __slots__ = ("center", "friction", "number", "restitution", "sides", "time_of_contact")
+    __slots__ = (
+        "center", "friction", "kick", "number", "restitution", "sides", "time_of_contact"
+    )  # fmt: skip
 
     time_of_contact: Callable[[Path, float, float], float]
 
     def __init__(
-        self, sides: tuple[Side, ...], restitution: float, friction: float, number: int
+        self,
+        sides: tuple[Side, ...],
+        restitution: float,
+        friction: float,
+        number: int,
+        kick: float = 0.0,
     ) -> None:
         sides = tuple([s if hasattr(s, "time_of_contact") else Measured(s) for s in sides])
         self.sides = sides
         self.restitution = restitution
         self.friction = friction
         self.number = number
+        self.kick = kick
         self.center: Vector | None = None
         first = sides[0].time_of_contact if len(sides) == 1 else self._first_contact
         self.time_of_contact = first

@@ -22,7 +22,6 @@ compile them for arrays of records with the fields of contacts.
 from __future__ import annotations
 
 import math
-from collections import namedtuple
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +32,7 @@ from pool_pymunk.physics.contact import (
     Vector,
     Velocities,
     closing_speed,
-    drift_of,
+    slip_of,
 )
 from pool_pymunk.physics.pressed import lengths, rows_of
 
@@ -301,11 +300,9 @@ def total(parts: Any, many: int) -> float:
 # -- Coulomb's law: all at once ----------------------------------------------------------------
 
 
-# A room has lists, or arrays. `response[k][m]` is the speed by which a unit impulse at contact m
-# opens contact k (1/kg), `wanted` (m/s) the speed by which each has to open, and `impulse` (N s)
-# the answer. `shares` counts the contacts that push each ball. The others are work space.
-Room = namedtuple("Room", "response factor wanted unit impulse rest pushing chosen shares")
-# These rows a room has for contacts C.
+# These rows a room has for contacts C. `response[k][m]` is the speed by which a unit impulse at
+# contact m opens contact k (1/kg), `wanted` (m/s) the speed by which each has to open, and `pushes`
+# (N s) the answer. The others are work space. `shares` counts the contacts that push each ball.
 ROOM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "response": (float, ("C", "C")), "factor": (float, ("C", "C")), "wanted": (float, ("C",)),
     "unit": (float, ("C",)), "pushes": (float, ("C",)), "rest": (float, ("C",)),
@@ -313,12 +310,11 @@ ROOM: dict[str, tuple[type, tuple[Any, ...]]] = {
 }  # fmt: skip
 
 
-def room(count: int) -> Room:
+def room(count: int) -> Rows:
     """Return room for the impulses of this many contacts."""
-    response, factor = ([[0.0] * count for _ in range(count)] for _ in range(2))
-    wanted, unit, impulse, rest = ([0.0] * count for _ in range(4))
-    pushing, chosen = [False] * count, [0] * count
-    return Room(response, factor, wanted, unit, impulse, rest, pushing, chosen, {})
+    own = Rows(ROOM, count)
+    own.shares = {}
+    return own
 
 
 def at_once(
@@ -327,15 +323,15 @@ def at_once(
     """Give contacts all impulses at once; return those along n and t (N s), or None if unknown."""
     own = room(len(contacts))
     is_known = push_at_once(contacts, len(contacts), velocity, own)
-    return (list(own.impulse), list(own.rest)) if is_known else None
+    return (list(own.pushes), list(own.rest)) if is_known else None
 
 
-def push_at_once(contacts: Any, count: int, velocity: Any, room: Room) -> bool:
+def push_at_once(contacts: Any, count: int, velocity: Any, room: Any) -> bool:
     """Give contacts all impulses at once; return False if they are unknown.
 
-    ``room.impulse`` keeps those along the normals, ``room.rest`` those along the tangents.
+    ``room.pushes`` keeps those along the normals, ``room.rest`` those along the tangents.
     """
-    shares, impulse, rest = room.shares, room.impulse, room.rest
+    shares, impulse, rest = room.shares, room.pushes, room.rest
     for k in range(count):
         one = contacts[k]
         room.wanted[k] = (1.0 + one.pair.restitution) * closing_speed(one, velocity)
@@ -406,23 +402,18 @@ def friction(contact: Contact, impulse: float, velocity: Any, shares: Any) -> fl
     most = contact.pair.friction * impulse
     if most <= 0.0:
         return 0.0
-    nx, ny, v = contact.normal[0], contact.normal[1], velocity[contact.a]
-    slip, lightness, among = v[1] * nx - v[0] * ny, 1.0 / contact.pair.m_a, shares[contact.a]
-    if contact.b == NO_BALL:
-        ux, uy = drift_of(contact)
-        slip -= uy * nx - ux * ny
-    else:
-        v = velocity[contact.b]
-        slip = (v[1] * nx - v[0] * ny) - slip
+    lightness, among = 1.0 / contact.pair.m_a, shares[contact.a]
+    if contact.b != NO_BALL:
         lightness += 1.0 / contact.pair.m_b
         among = max(among, shares[contact.b])
+    slip = slip_of(contact, velocity)
     return math.copysign(min(most, abs(slip) / (among * lightness)), -slip)
 
 
 # -- the complementarity problem -----------------------------------------------------------------
 
 
-def find_impulses(room: Room, count: int) -> bool:
+def find_impulses(room: Any, count: int) -> bool:
     """Find the impulses J >= 0 (N s) that open every contact by ``wanted`` (m/s) or more.
 
     A contact that pushes opens by exactly ``wanted``: J (response J - wanted) = 0. This is a linear
@@ -447,14 +438,14 @@ def find_impulses(room: Room, count: int) -> bool:
         least_impulses(room, count)
         if not exchange_sides(room, count, exchange <= count):
             for k in range(count):
-                room.impulse[k] /= unit[k]
+                room.pushes[k] /= unit[k]
             return True
     return False
 
 
-def exchange_sides(room: Room, count: int, all_at_once: bool) -> bool:
+def exchange_sides(room: Any, count: int, all_at_once: bool) -> bool:
     """Let contacts on the wrong side change sides, all or the last; tell whether any did."""
-    lacking, impulse, pushing, last = room.rest, room.impulse, room.pushing, -1
+    lacking, impulse, pushing, last = room.rest, room.pushes, room.pushing, -1
     widest = pushed = 0.0
     for k in range(count):
         opened = total = 0.0
@@ -480,7 +471,7 @@ def exchange_sides(room: Room, count: int, all_at_once: bool) -> bool:
     return last >= 0
 
 
-def least_impulses(room: Room, count: int) -> None:
+def least_impulses(room: Any, count: int) -> None:
     """Find the impulses of least norm that open the pushing contacts by ``wanted``.
 
     The response of the contacts that are not redundant is L L^T. Where some are
@@ -488,7 +479,7 @@ def least_impulses(room: Room, count: int) -> None:
     """
     factor, chosen, found, many = room.factor, room.chosen, room.rest, 0
     for k in range(count):
-        room.impulse[k] = 0.0
+        room.pushes[k] = 0.0
         if room.pushing[k]:
             chosen[many] = k
             many += 1
@@ -510,7 +501,7 @@ def least_impulses(room: Room, count: int) -> None:
         found[p] = 0.0
     project(factor, chosen, rank, many, many, found)
     for p in range(many):
-        room.impulse[chosen[p]] = found[p]
+        room.pushes[chosen[p]] = found[p]
 
 
 def decompose(response: Any, chosen: Any, many: int, factor: Any, rest: Any) -> int:

@@ -3,10 +3,9 @@
 matplotlib is imported here and nowhere else in the package.
 """
 
-from pool_pymunk.render.encode import join
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.films import film, frame_count
-from pool_pymunk.render.pictures import figure_of, picture, save_figure
+from pool_pymunk.render.canvas import Figure, save_figure
+from pool_pymunk.render.films import film, frame_count, join
+from pool_pymunk.render.pictures import figure_of, picture
 from pool_pymunk.render.plots import energy_figure
 from pool_pymunk.render.stage import FilmSettings
 from pool_pymunk.render.style import PRINT, SCREEN, Style

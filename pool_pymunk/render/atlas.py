@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.model.inputs import in_units, unit_of
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.canvas import dress
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.pictures import save_figure
+from pool_pymunk.render.canvas import Figure, dress, save_figure
 from pool_pymunk.render.style import SCREEN, Style, default_color
 from pool_pymunk.studies.atlas import Atlas
 

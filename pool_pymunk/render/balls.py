@@ -25,6 +25,7 @@ from pool_pymunk.render.view import View
 from pool_pymunk.results.run import Run
 
 Color = tuple[float, float, float, float]
+Stroke = tuple[list[Array], Array, list[float]]  # straight pieces, their colours and widths
 CAPITAL = 0.73  # height of the font's capitals and digits, in its size
 CORNERS = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])  # the first is preferred
 CLEARLY = 0.3  # in half heights of a label; a better corner has this much more room
@@ -223,25 +224,35 @@ def track_width(count: int) -> float:
 
 
 def tracks(
-    paths: Sequence[Array], balls: Sequence[DrawnBall], ground: str, *, solid: bool
+    paths: Sequence[Array],
+    balls: Sequence[DrawnBall],
+    ground: str,
+    *,
+    solid: bool,
+    struck: str | None = None,
 ) -> LineCollection:
-    """Return balls' paths (K, 2), in points, as lines that fade towards where they begin."""
-    width = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
+    """Return balls' paths (K, 2), in points, as lines that fade towards where they begin.
+
+    The ``struck`` ball often follows another one. Its line is narrow and on top, so both are seen.
+    """
+    full = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
     bare = np.array(to_rgb(ground))
-    lines: list[Array] = []
-    colors: list[Array] = []
-    widths: list[float] = []
+    layers: tuple[list[Stroke], ...] = ([], [], [])
     for path, ball in zip(paths, balls, strict=True):
         pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)])
-        core = max(width * ball.radius, 0.9)
+        core = max(full * ball.radius * (LOOK.narrow if ball.label == struck else 1.0), 0.9)
         halo = (halo_color(ball.color), LOOK.halo, core + max(0.5 * core, 1.0))
         own = (ball.color, 1.0 if solid else PALE, core)
-        for color, share, line in (halo, own)[not solid :]:
-            lines += pieces
-            colors += [*bare + share * np.outer(strengths, to_rgb(color) - bare)]
-            widths += [line] * len(pieces)
+        under, over = (0, 2) if ball.label == struck else (1, 1)
+        for layer, (color, share, width) in ((under, halo), (over, own))[not solid :]:
+            shades = bare + share * np.outer(strengths, to_rgb(color) - bare)
+            layers[layer].append((pieces, shades, [width] * len(pieces)))
+    strokes = [stroke for layer in layers for stroke in layer]
+    lines = [piece for pieces, _, _ in strokes for piece in pieces]
+    colors = np.vstack([np.empty((0, 3)), *(shades for _, shades, _ in strokes)])
+    widths = [width for _, _, each in strokes for width in each]
     looks: dict[str, Any] = {"capstyle": "round", "joinstyle": "round", "zorder": 1.5}
-    return LineCollection(lines, colors=np.reshape(colors, (-1, 3)), linewidths=widths, **looks)
+    return LineCollection(lines, colors=colors, linewidths=widths, **looks)
 
 
 def _pieces(path: Array) -> tuple[list[Array], Array]:

@@ -1,4 +1,4 @@
-"""This module makes an empty canvas measured in points, text on it, its pixels, and plots.
+"""This module makes figures: an empty canvas measured in points, text on it, its pixels, plots.
 
 It also draws into pixels, fast. A frame is an array (height, width, 3) of uint8, with row 0 on top.
 Positions are in pixels from the lower left corner, as on the canvas (a point is a pixel in a film).
@@ -6,10 +6,13 @@ Positions are in pixels from the lower left corner, as on the canvas (a point is
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+import matplotlib.figure
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -17,14 +20,38 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
+from pool_pymunk.model.plain import argument, size
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.figure import Figure
 from pool_pymunk.render.style import Style
+from pool_pymunk.safety.files import RenderError, whole
 
 Pixels = NDArray[np.uint8]
+FORMATS = (".png", ".svg", ".pdf")
 POINTS_PER_INCH = 72.0
 BESIDE = 2.0  # pixels; points that `_outlines` finds are this far apart
 FINE = 4  # Sprites are drawn this many times finer than the frame, and placed as finely.
+
+
+class Figure(matplotlib.figure.Figure):
+    """A notebook shows this figure as a picture, with or without ``%matplotlib inline``.
+
+    >>> Figure((2.0, 1.0))._repr_png_()[1:4]
+    b'PNG'
+    """
+
+    def _repr_png_(self) -> bytes:
+        """Return the picture as a PNG file."""
+        file = io.BytesIO()
+        self.savefig(file, format="png")
+        return file.getvalue()
+
+
+def save_figure(figure: Figure, path: Path | str, dpi: float = 200.0) -> None:
+    """Write a figure to a file, whole or not at all; the suffix says the format."""
+    if Path(path).suffix.lower() not in FORMATS:
+        raise RenderError(f"{path}: a picture's name must end in one of {', '.join(FORMATS)}")
+    with whole(Path(path)) as part:
+        figure.savefig(part, dpi=argument("dpi", dpi, size))
 
 
 def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Axes]:

@@ -14,10 +14,10 @@ from matplotlib.path import Path as Outline
 from pool_pymunk.fast import Batch
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import DrawnBall, circle, discs, draw_balls, draw_rings
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.pictures import as_set_up, save_figure
+from pool_pymunk.render.canvas import Figure, save_figure
+from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.sheet import Sheet, draw_caption, draw_sheet, picture_layout
-from pool_pymunk.render.style import LOOK, PRINT, Style, halo_color
+from pool_pymunk.render.style import LOOK, PRINT, halo_color
 from pool_pymunk.render.view import DOT, Show
 from pool_pymunk.results.run import Run
 from pool_pymunk.studies.sensitivity import Linear, Sensitivity, ellipse
@@ -30,14 +30,7 @@ MOST_ENDS = 20_000  # This many ends of a ball are drawn at most.
 SHOWN = 0.03  # of a radius; a cloud is drawn if its standard deviation is at least this share
 
 
-def cloud_picture(
-    found: Sensitivity | None,
-    path: Path,
-    linear: Linear | None = None,
-    *,
-    dpi: float = 200.0,
-    style: Style = PRINT,
-) -> None:
+def cloud_picture(found: Sensitivity | None, path: Path, linear: Linear | None = None) -> None:
     """Draw the clouds of ends: starts as rings, reference ends as discs, samples as points.
 
     With a ``linear`` sensitivity, beside samples or alone, ellipses have 95 % of the ends within
@@ -49,14 +42,14 @@ def cloud_picture(
     key = "rings: starts; discs: the ends without errors"
     key += "; ellipses: 95 % of the ends by derivatives" * (linear is not None)
     said = errors if found is None else f"{found.samples:,} ends with {errors}"
-    sheet = _sheet(run, style, run.name, said, key)
+    sheet = _sheet(run, run.name, said, key)
     start, end = (discs(run.scene, run.at(t)[0], sheet.views[0]) for t in (0.0, run.duration))
     draw_rings(sheet.axes, [a for a, b in zip(start, end, strict=True) if (a.x, a.y) != (b.x, b.y)])
     if found is not None:
         deviation = np.array([ball.deviation for ball in found.balls])
-        _draw_ends(sheet, end, found.ends, deviation, style)
+        _draw_ends(sheet, end, found.ends, deviation)
     for ball in () if found else end:
-        _faded(sheet.axes, ball, np.array([(ball.x, ball.y)]), [], style)
+        _faded(sheet.axes, ball, np.array([(ball.x, ball.y)]), [])
     scale = sheet.views[0].scale
     for i, ball in enumerate(end):
         if linear is not None and scale * linear.std[i].max() >= SHOWN * ball.radius:
@@ -64,45 +57,43 @@ def cloud_picture(
             for color, width in ((halo_color(ball.color), 2.6), (ball.color, 1.3)):
                 line = Polygon(corners, fc="none", ec=color, lw=width, zorder=2.7)
                 sheet.axes.add_patch(line)
-    save_figure(sheet.figure, path, dpi)
+    save_figure(sheet.figure, path)
 
 
-def batch_figure(batch: Batch, style: Style = PRINT) -> Figure:
+def batch_figure(batch: Batch) -> Figure:
     """Draw where the balls of many shots end: points, around discs at the medians."""
     scene = batch.scene
     played = batch.final[batch.ended]
     ends = played[:: max(1, -(-len(played) // MOST_ENDS))]
     shown = f"{len(ends):,} ends" + f" of {len(played):,}" * (len(ends) < len(played))
-    sheet = _sheet(as_set_up(scene), style, shown)
+    sheet = _sheet(as_set_up(scene), shown)
     if len(ends):
         balls = discs(scene, np.nan_to_num(np.median(ends, axis=0)), sheet.views[0])
-        _draw_ends(sheet, balls, ends, ends.std(axis=0).max(axis=1), style)
+        _draw_ends(sheet, balls, ends, ends.std(axis=0).max(axis=1))
     return sheet.figure
 
 
-def _sheet(run: Run, style: Style, *words: str) -> Sheet:
+def _sheet(run: Run, *words: str) -> Sheet:
     """Return a table or plane with a caption: the scene's title, and words."""
     show = Show((run,))
     layout = picture_layout(show)
-    sheet = draw_sheet(show, layout, style, (0.0, 1.0))
+    sheet = draw_sheet(show, layout, PRINT, (0.0, 1.0))
     text = DOT.join(part for part in (run.scene.title, *words) if part)
-    draw_caption(sheet, layout, text, style)
+    draw_caption(sheet, layout, text, PRINT)
     return sheet
 
 
-def _draw_ends(
-    sheet: Sheet, balls: list[DrawnBall], ends: Array, spread: Array, style: Style
-) -> None:
+def _draw_ends(sheet: Sheet, balls: list[DrawnBall], ends: Array, spread: Array) -> None:
     """Draw the ``ends`` (S, N, 2) of balls on the table, with clouds where ``spread`` (m) shows."""
     there, view = np.isfinite(ends).all(axis=(0, 2)), sheet.views[0]
     clouds = there & (view.scale * spread >= SHOWN * np.array([ball.radius for ball in balls]))
     still = [balls[i] for i in np.flatnonzero(there & ~clouds)]
     if still:
-        draw_balls(sheet.axes, still, style)
+        draw_balls(sheet.axes, still, PRINT)
     for i in np.flatnonzero(clouds):
         points = view.places(ends[:, i])
         _cloud(sheet.axes, balls[i], points)
-        _faded(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]], style)
+        _faded(sheet.axes, balls[i], points, [b for b in balls if b is not balls[i]])
 
 
 def _cloud(axes: Axes, ball: DrawnBall, points: Array) -> None:
@@ -119,11 +110,9 @@ def _cloud(axes: Axes, ball: DrawnBall, points: Array) -> None:
     axes.add_collection(dots, autolim=False)
 
 
-def _faded(
-    axes: Axes, ball: DrawnBall, points: Array, others: list[DrawnBall], style: Style
-) -> None:
+def _faded(axes: Axes, ball: DrawnBall, points: Array, others: list[DrawnBall]) -> None:
     """Draw the reference run's end of a ball, and its label where there is most room on the rim."""
-    line, ink, pale = 0.07 * ball.radius, style.outline, (*to_rgb(ball.color), 0.45)
+    line, ink, pale = 0.07 * ball.radius, PRINT.outline, (*to_rgb(ball.color), 0.45)
     circle(axes, ball, ball.radius - line / 2, fc=pale, ec=ink, lw=line, zorder=2.05)
     angles = np.arange(8) * np.pi / 4 + np.pi / 8
     rim = ball.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1) + (ball.x, ball.y)

@@ -13,9 +13,7 @@ from matplotlib.patches import Circle, FancyArrowPatch
 from pool_pymunk.model import Point, Units
 from pool_pymunk.physics.laws import find_law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.canvas import Label, place_labels
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.pictures import save_figure
+from pool_pymunk.render.canvas import Figure, Label, place_labels, save_figure
 from pool_pymunk.report.collide import Collision
 
 INK, FAINT, BEFORE, AFTER = "#22262a", "#7d858d", "#0072b2", "#d55e00"

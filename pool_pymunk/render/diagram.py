@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.pictures import save_figure
+from pool_pymunk.render.canvas import Figure, save_figure
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
 from pool_pymunk.studies.grid import SHARED_ENGINE, Setting, Tradeoff, order

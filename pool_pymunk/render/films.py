@@ -1,21 +1,48 @@
-"""This module films shots: one by one, all in one, or two runs of a shot compared."""
+"""This module films shots: one by one, all in one, or two runs of a shot compared.
+
+Frames become mp4 by imageio's plugin for PyAV, and gif by Pillow.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import repeat
+import gc
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from fractions import Fraction
+from itertools import chain, islice, repeat
 from pathlib import Path
 
+import av
+import imageio.v3 as iio
+import numpy as np
+from av.codec.codec import UnknownCodecError
+from PIL import Image, ImageChops
+from PIL.GifImagePlugin import getdata, getheader
+
 from pool_pymunk.render.canvas import Pixels
-from pool_pymunk.render.encode import timed, write_gif, write_mp4, written
 from pool_pymunk.render.stage import FilmSettings, Stage
 from pool_pymunk.render.view import Show
 from pool_pymunk.results.run import Run
-from pool_pymunk.safety.files import RenderError
+from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, whole
 
 Progress = Callable[[int], None]
 FORMATS = (".mp4", ".gif")
 FASTEST_GIF = 50.0  # frames a second; players take the next pace, 1/100 s a frame, for a mistake
+SLOWEST, FASTEST = 2e-3, 65535.0  # frames a second: a gif's longest delay, imageio's finest time
+CODEC = "libx264"  # H.264, which browsers and slides play
+OPTIONS = {"preset": "superfast", "crf": "18", "bf": "0"}  # without B frames: 10 % faster
+# Colours are converted by one thread, since more would cost more time than they save.
+OPTIONS |= {"threads": "1", "x264-params": "threads=auto", "thread_type": "frame"}
+# PyAV converts colours by the matrix of BT.601; the film has to say so.
+OPTIONS |= {"colorspace": "smpte170m", "color_range": "tv"}
+OPTIONS |= {"color_primaries": "bt709", "color_trc": "bt709"}
+FASTSTART = {"movflags": "+faststart"}  # An mp4 starts to play before all of it is there.
+CLEAR = 255  # a gif's index for pixels that stay as they are; those below it are colours
+SAME = [255] + 255 * [0]  # a mask of the pixels whose index has changed by 0
+
+Shown = tuple[Pixels, int]  # a picture (height, width, 3), and for how many 1/100 s it is shown
 
 
 def film(
@@ -63,3 +90,118 @@ def _frames(show: Show, settings: FilmSettings, progress: Progress | None) -> It
 
 def _show(what: Run | Show) -> Show:
     return what if isinstance(what, Show) else Show((what,))
+
+
+# -- from frames to files --------------------------------------------------------------------------
+
+
+@contextmanager
+def written(path: Path) -> Iterator[Path]:
+    """Give a temporary name for a film, which becomes ``path`` when the block succeeds."""
+    try:
+        with whole(path) as part:
+            try:
+                yield part
+            except UnknownCodecError as error:
+                raise RenderError(f"ffmpeg: there is no codec {error}") from error
+            except av.FFmpegError as error:
+                if error.errno in DEVICE_ERRORS:
+                    raise OSError(error.errno, os.strerror(error.errno)) from error
+                raise RenderError(f"{error.filename or 'ffmpeg'}: {error.strerror}") from error
+    except RenderError as error:
+        raise RenderError(f"{path}: {error}") from error
+
+
+def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
+    """Write frames, (height, width, 3) each; one is encoded while the next one is drawn."""
+    pace = float(_pace(fps))
+    with ExitStack() as last, path.open("wb") as file:
+        gc.freeze()  # imageio collects garbage twice where it closes a film, a tenth of its time.
+        last.callback(gc.unfreeze)
+        film = iio.imopen(file, "w", plugin="pyav", extension=".mp4", container_options=FASTSTART)  # type: ignore[call-overload]
+        try:
+            film.init_video_stream(CODEC, fps=pace)
+            film._video_stream.options = OPTIONS  # imageio has no public call that sets them.
+            with ThreadPoolExecutor(1) as thread:
+                done: Future[object] = thread.submit(int)  # There is nothing to wait for yet.
+                for frame in frames:
+                    done.result()
+                    done = thread.submit(film.write_frame, frame)
+                done.result()
+            film.close()
+        except BaseException:
+            film._video_stream = None  # Otherwise imageio would still encode when it is deleted.
+            raise
+        del film  # This is the other time that imageio collects garbage.
+
+
+def timed(frames: Iterable[Pixels], fps: float) -> Iterator[Shown]:
+    """Yield frames with their times as gifs count them, without a sum of rounding errors."""
+    pace = _pace(fps)
+    for k, frame in enumerate(frames):
+        yield frame, round(100 * (k + 1) / pace) - round(100 * k / pace)
+
+
+def write_gif(path: Path, pictures: Iterable[Shown], samples: Iterable[Pixels]) -> None:
+    """Write a looping gif in the samples' colours, one by one; Pillow would keep all pictures."""
+    some = np.concatenate([pixels[::2, ::2].copy() for pixels in samples])
+    palette = Image.fromarray(some).quantize(CLEAR, Image.Quantize.FASTOCTREE)
+    before = None
+    with path.open("wb") as file:
+        for pixels, ticks in pictures:
+            now = Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE)
+            patch, box = now.copy(), (0, 0, *now.size)
+            if before is None:
+                file.writelines(getheader(now, info={"loop": 0})[0])
+            else:
+                change = ImageChops.subtract_modulo(now, before)
+                patch.paste(CLEAR, mask=change.point(SAME, "1"))
+                box = change.getbbox() or (0, 0, 1, 1)
+            times = {"duration": 10 * ticks, "transparency": CLEAR, "disposal": 1}
+            file.writelines(getdata(patch.crop(box), box[:2], **times))
+            before = now
+        file.write(b";")
+
+
+def _pace(fps: float) -> Fraction:
+    """Return frames a second as a fraction, as films have it: 30000/1001 for television."""
+    if not SLOWEST <= fps <= FASTEST:
+        raise RenderError(f"fps = {fps:g}: must be from {SLOWEST:g} to {FASTEST:g}")
+    return Fraction(fps).limit_denominator(1001)
+
+
+def join(films: Sequence[Path], path: Path) -> None:
+    """Write films of one size and pace one after another to ``path``; mp4 films as they are.
+
+    Raises RenderError if they cannot be joined, and OSError if the disk fails.
+    """
+    if not films:
+        raise RenderError(f"{path}: there is no film to join")
+    with written(path) as part:
+        if path.suffix.lower() == ".gif":
+            samples = chain.from_iterable(islice(_pictures(film), 0, None, 50) for film in films)
+            pictures = chain.from_iterable(map(_pictures, films))
+            write_gif(part, pictures, (pixels for pixels, _ in samples))
+        else:
+            _join_mp4s(films, part)
+
+
+def _join_mp4s(films: Sequence[Path], path: Path) -> None:
+    start, stream = 0, None
+    with av.open(str(path), "w", container_options=FASTSTART) as whole:
+        for film in films:
+            with av.open(str(film)) as part:
+                source = part.streams.video[0]
+                stream = stream or whole.add_stream_from_template(source)
+                for packet in part.demux(source):
+                    if packet.pts is not None and packet.dts is not None:  # The last one is empty.
+                        packet.pts, packet.dts = packet.pts + start, packet.dts + start
+                        packet.stream = stream
+                        whole.mux(packet)
+                start += source.duration or 0
+
+
+def _pictures(gif: Path) -> Iterator[Shown]:
+    with av.open(str(gif)) as film:
+        for frame in film.decode(video=0):
+            yield frame.to_ndarray(format="rgb24").astype(np.uint8, copy=False), frame.duration

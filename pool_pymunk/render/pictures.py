@@ -9,19 +9,17 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pool_pymunk.model import Scene
-from pool_pymunk.model.plain import argument, choice, size
+from pool_pymunk.model.plain import argument, choice
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import discs, track_of
-from pool_pymunk.render.figure import Figure
+from pool_pymunk.render.canvas import Figure, save_figure
 from pool_pymunk.render.sheet import draw_caption, draw_sheet, draw_tray, picture_layout
 from pool_pymunk.render.style import PRINT, Style
 from pool_pymunk.render.view import Show, View
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import seconds
-from pool_pymunk.safety.files import RenderError, whole
 
 When = Literal["start", "end"]
-FORMATS = (".png", ".svg", ".pdf")
 
 
 def picture(
@@ -41,14 +39,6 @@ def picture(
     Raises RenderError for what cannot be drawn, and OSError if the file cannot be written.
     """
     save_figure(figure_of(what, when, caption=caption, style=style), path, dpi)
-
-
-def save_figure(figure: Figure, path: Path | str, dpi: float = 200.0) -> None:
-    """Write a figure to a file, whole or not at all; the suffix says the format."""
-    if Path(path).suffix.lower() not in FORMATS:
-        raise RenderError(f"{path}: a picture's name must end in one of {', '.join(FORMATS)}")
-    with whole(Path(path)) as part:
-        figure.savefig(part, dpi=argument("dpi", dpi, size))
 
 
 def figure_of(
@@ -104,7 +94,9 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
         for i, disc in enumerate(shown):  # Paths end at the rim of a pocket that takes the ball.
             end = [] if disc.label in run.pocketed else [run.end.position[i]]
             paths.append(view.places(np.vstack([track_of(run, i)[:, 1:3], *end])))
-        axes.add_collection(balls.tracks(paths, shown, ground, solid=solid), autolim=False)
+        struck = run.shot.ball if run.shot else None
+        lines = balls.tracks(paths, shown, ground, solid=solid, struck=struck)
+        axes.add_collection(lines, autolim=False)
     if not solid:
         balls.draw_ghosts(axes, there, style)
     elif there:

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.render.canvas import dress
-from pool_pymunk.render.figure import Figure
+from pool_pymunk.render.canvas import Figure, dress
 from pool_pymunk.render.style import LOOK, PRINT, Style, ball_colors
 from pool_pymunk.render.view import Show
 from pool_pymunk.results.run import Run

@@ -11,15 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from numpy.linalg import norm
-from numpy.typing import NDArray
 
-from pool_pymunk.render.canvas import dress
-from pool_pymunk.render.figure import Figure
-from pool_pymunk.render.pictures import save_figure
+from pool_pymunk.render.canvas import Figure, dress, save_figure
 from pool_pymunk.render.style import PRINT, Style
+from pool_pymunk.studies import Mask
 from pool_pymunk.studies.fit import Fit
-
-Mask = NDArray[np.bool_]
 
 BEFORE, AFTER = "#8a9199", "#0072b2"
 OUT = "#d55e00"  # places that were left out, or that lie beyond the frame

@@ -11,8 +11,7 @@ from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point
 from pool_pymunk.render.balls import discs, draw_balls
-from pool_pymunk.render.canvas import canvas, draw_text
-from pool_pymunk.render.figure import Figure
+from pool_pymunk.render.canvas import Figure, canvas, draw_text
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
 from pool_pymunk.render.table import draw_patches, draw_plane, draw_pockets_and_posts, draw_table

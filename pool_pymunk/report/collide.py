@@ -111,23 +111,21 @@ class Collision:
     @property
     def momentum(self) -> tuple[Point, Point]:
         """Momentum of both balls along x and y, before and after (kg m/s)."""
-
-        def total(v: Point, w: Point) -> Point:
-            return (
-                self.a.mass * v[0] + self.b.mass * w[0],
-                self.a.mass * v[1] + self.b.mass * w[1],
-            )
-
-        return total(self.a.velocity, self.b.velocity), total(self.velocity_a, self.velocity_b)
+        m_a, m_b = self.a.mass, self.b.mass
+        before, after = (
+            (m_a * v[0] + m_b * w[0], m_a * v[1] + m_b * w[1])
+            for v, w in ((self.a.velocity, self.b.velocity), (self.velocity_a, self.velocity_b))
+        )
+        return before, after
 
     @property
     def energy(self) -> tuple[float, float]:
         """Kinetic energy of both balls before and after (J)."""
-
-        def total(v: Point, w: Point) -> float:
-            return kinetic_energy(self.a.mass, *v) + kinetic_energy(self.b.mass, *w)
-
-        return total(self.a.velocity, self.b.velocity), total(self.velocity_a, self.velocity_b)
+        before, after = (
+            kinetic_energy(self.a.mass, *v) + kinetic_energy(self.b.mass, *w)
+            for v, w in ((self.a.velocity, self.b.velocity), (self.velocity_a, self.velocity_b))
+        )
+        return before, after
 
     def as_dict(self) -> dict[str, object]:
         """Return the collision as in the JSON of ``collide --json``, in SI and degrees."""

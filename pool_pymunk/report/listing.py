@@ -74,7 +74,11 @@ def _ends(run: Run) -> Iterator[str]:
     yield "    Final Ball positions [X,Y]:" + ("                 Published:" if published else "")
     off = [id_ for id_ in run.final if id_ in run.off and id_ not in run.pocketed]
     missed = published.keys() - agreement.agreeing
-    rests = [id_ for id_ in _unmoved(run) if id_ not in off and id_ not in missed]
+    moved = {
+        id_ for id_, rows in zip(run.final, run.knots, strict=True)
+        if np.ptp(rows[:, 1:5], axis=0).any() or rows[0, 3:5].any()
+    }  # fmt: skip
+    rests = [id_ for id_ in run.final if id_ not in {*moved, *off, *missed}]
     for ball, end in run.final.items():
         if ball in off or ball in rests:
             continue
@@ -88,18 +92,7 @@ def _ends(run: Run) -> Iterator[str]:
         yield line
     for those, said in ((rests, "did not move"), (off, "off the table")):
         if those:
-            yield f"    {_balls(those)}: {said}"
-
-
-def _unmoved(run: Run) -> list[str]:
-    """Return the balls that never moved."""
-    both = zip(run.scene.balls, run.knots, strict=True)
-    return [ball.id for ball, rows in both if not np.ptp(rows[:, 1:5], axis=0).any()
-            and not rows[0, 3:5].any()]  # fmt: skip
-
-
-def _balls(ids: Sequence[str]) -> str:
-    return f"Ball{'s' * (len(ids) > 1)} {', '.join(ids)}"
+            yield f"    Ball{'s' * (len(those) > 1)} {', '.join(those)}: {said}"
 
 
 def _differences(run: Run, others: Others) -> Iterator[str]:

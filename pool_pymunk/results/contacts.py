@@ -311,11 +311,12 @@ def _hits(run: Run, rows: Numbered) -> ResultTable:
         _number("normal", "°"), _number("J_n", push), _number("J_t", push), "kind",
         _number("lost", energy),
     )  # fmt: skip
-    return ResultTable(columns, [
-        (k, row.t, _sides(run, row), *(from_si(x, "length") for x in row.point or ()),
-         _angle(row.normal or (1.0, 0.0)), next(pushes), next(pushes), row.kind, next(losses))
-        for k, row in rows
-    ])  # fmt: skip
+    cells = []
+    for k, row in rows:
+        at, (nx, ny) = (from_si(x, "length") for x in row.point or ()), row.normal or (1.0, 0.0)
+        angle, j_n, j_t = math.degrees(math.atan2(ny, nx)), next(pushes), next(pushes)
+        cells.append((k, row.t, _sides(run, row), *at, angle, j_n, j_t, row.kind, next(losses)))
+    return ResultTable(columns, cells)
 
 
 def _ends(run: Run, rows: Numbered) -> ResultTable:
@@ -354,8 +355,3 @@ def _sides(run: Run, row: ContactRow) -> str:
     """Return the two sides of a contact: "C, 1", "C, cushion 2" or "C, post 4"."""
     other = () if row.cushion is None else (run.scene.side_name(row.cushion),)
     return ", ".join((*row.balls, *other))
-
-
-def _angle(normal: Point) -> float:
-    """Return the direction of a normal, in degrees."""
-    return math.degrees(math.atan2(normal[1], normal[0]))

@@ -278,7 +278,7 @@ class Run:
         """Return how far (m) rounding may have moved the ends.
 
         The rounding errors of every contact are carried along the run, to first order
-        (:func:`pool_pymunk.studies.rounding.rounding`). If they grow so large that other contacts
+        (:func:`pool_pymunk.studies.changes.rounding`). If they grow so large that other contacts
         may happen, the figure is the size of the table. If the run has persistent contacts, or no
         derivatives, more runs with random errors give it (stochastic arithmetic: Vignes,
         Mathematics and Computers in Simulation 35, 1993, 233). The figure leaves out contacts that
@@ -291,7 +291,7 @@ class Run:
         """
         if self.again is None:
             return math.nan
-        from pool_pymunk.studies.rounding import rounding
+        from pool_pymunk.studies.changes import rounding
 
         found = rounding(self)
         if math.isnan(found):

@@ -10,20 +10,21 @@ import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from pool_pymunk.model import Scene, SettingError, Shot, State
+from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.model import SettingError as SettingError
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers.record import OnTime, Settings, Solver
-from pool_pymunk.solvers.request import (
-    SOLVERS,
-    find_shot,
-    find_solver,
-    options_for,
-    reference_solver,
-    request,
-    shot_before,
-)
+from pool_pymunk.solvers.record import OnTime
+from pool_pymunk.solvers.record import Settings as Settings
+from pool_pymunk.solvers.record import Solver as Solver
+from pool_pymunk.solvers.request import SOLVERS as SOLVERS
+from pool_pymunk.solvers.request import find_shot as find_shot
+from pool_pymunk.solvers.request import find_solver as find_solver
+from pool_pymunk.solvers.request import options_for as options_for
+from pool_pymunk.solvers.request import reference_solver as reference_solver
+from pool_pymunk.solvers.request import request as request
+from pool_pymunk.solvers.request import shot_before
 
 
 def simulate(
@@ -90,21 +91,6 @@ def simulate_all(
         goes_on = last and shot and shot.from_previous and last.shot == shot_before(scene, shot)
         last = asked.play(shot, last.end if last and goes_on else None)
         yield last
-
-
-__all__ = [
-    "SOLVERS",
-    "SettingError",
-    "Settings",
-    "Solver",
-    "find_shot",
-    "find_solver",
-    "options_for",
-    "reference_solver",
-    "request",
-    "simulate",
-    "simulate_all",
-]
 
 
 def __getattr__(name: str) -> object:

@@ -7,7 +7,7 @@ most 4e-6 m.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
 from pool_pymunk.model import Scene, State
+from pool_pymunk.model.outline import sweep
 from pool_pymunk.physics.contact import Vector
 
 # m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
@@ -26,7 +27,6 @@ HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of thes
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
 Rows = NDArray[np.float64]
-Disc = tuple[float, int, float, float, float]  # its left end (m), number, centre and radius (m)
 
 
 def touching(scene: Scene, start: State) -> Rows:
@@ -43,13 +43,11 @@ def touching(scene: Scene, start: State) -> Rows:
 
 def _touching(scene: Scene, start: State) -> Rows:
     places = start.position
-    discs = [
-        (x - ball.radius, i, x, y, ball.radius)
-        for i, (ball, (x, y)) in enumerate(zip(scene.balls, places, strict=True))
-        if ball.id not in start.off
-    ]
+    each = enumerate(zip(scene.balls, places, strict=True))
+    discs = [(i, x, y, ball.radius) for i, (ball, (x, y)) in each if ball.id not in start.off]
     found: list[tuple[int, int, Vector]] = []  # ball, other ball or wall, and normal
-    for i, j in _near(sorted(discs)):
+    spans = {i: (x - r, x + r + HAIR * (abs(x) + abs(y) + r)) for i, x, y, r in discs}
+    for j, i in sweep(spans):
         (x, y), (u, v), r = places[i], places[j], scene.balls[i].radius
         distance = math.hypot(x - u, y - v)
         if is_closed((distance - r - scene.balls[j].radius) / NEARLY_CLOSED, x, y, r):
@@ -57,9 +55,9 @@ def _touching(scene: Scene, start: State) -> Rows:
     if scene.table is not None and scene.table.is_rectangle and not scene.posts:
         # Most discs lie well within a rectangle, and touch no cushion.
         (x0, y0, x1, y1), hair = scene.table.bounds, HAIR * sum(map(abs, scene.table.bounds))
-        gaps = [min(d[2] - x0, x1 - d[2], d[3] - y0, y1 - d[3]) - d[4] for d in discs]
+        gaps = [min(x - x0, x1 - x, y - y0, y1 - y) - r for _, x, y, r in discs]
         discs = [disc for disc, gap in zip(discs, gaps, strict=True) if gap <= hair]
-    for _, i, x, y, r in discs:
+    for i, x, y, r in discs:
         for k, wall in enumerate(scene.cushions):
             side = wall.nearest(x, y, r)
             gap = side.gap(x, y, r)
@@ -73,17 +71,6 @@ def _touching(scene: Scene, start: State) -> Rows:
         if j < len(places):
             row[2 * j : 2 * j + 2] = -nx, -ny
     return rows
-
-
-def _near(discs: Sequence[Disc]) -> Iterator[tuple[int, int]]:
-    """Yield the numbers of sorted discs that may touch, the higher one first."""
-    for k, (_, i, x, y, r) in enumerate(discs):
-        wide = r * (1.0 + HAIR) + HAIR * (abs(x) + abs(y))
-        for left, j, _, v, other in discs[k + 1 :]:
-            if left > x + wide:  # The discs after it lie even farther to the right.
-                break
-            if -other - wide <= v - y <= other + wide:
-                yield (i, j) if i > j else (j, i)
 
 
 def nudged(scene: Scene, start: State, number: int) -> State:

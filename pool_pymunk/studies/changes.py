@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -14,17 +14,18 @@ import numpy as np
 from pool_pymunk.fast.tables import coefficients_of, cue_of, own_of_walls
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
-from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics import changes, columns, motion_changes
+from pool_pymunk.model.problems import SettingError, setting_error
+from pool_pymunk.physics import changes, columns, errors, motion_changes
 from pool_pymunk.physics.columns import Follow
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.motion_changes import OUT, REASONS, ROLL, STOP
+from pool_pymunk.physics.motion_changes import CHAOS, FOLLOWED, OUT, REASONS, ROLL, STOP
 from pool_pymunk.physics.path import NOISE, Path, from_breakpoint
 from pool_pymunk.physics.saltation import AGREE, BLUR
 from pool_pymunk.physics.sides import pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
+from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies.persistent import follow_all
 
 NO_SIGNS = {"signs": np.empty((0, 0)), "alike": np.empty((0, 0, 0, 0)), "drawn": [0, 0]}
@@ -136,19 +137,12 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
     Raises SettingError for a law or a surface that has no derivatives.
     """
     g = follow_of(run, starts, changed_numbers(run.scene, names))
-    law = g.law.name
-    try:
-        if followed(g, run) is None:
-            g = listed(g)
-            follow_all(g, run)
-    except (TypeError, AttributeError) as error:
-        if "dual" not in str(error).lower():
-            raise
-        message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
-        raise setting_error("law", law, message) from None
+    g, _ = followed(g, run, lambda g: follow_all(g, run))
     found = sorted(g.kept.found, key=lambda one: one[0])
     lost = "what depends on it has no derivative, and is NaN"
-    texts = dict.fromkeys(f"{REASONS[k].format(law)} (at {t:.6g} s): {lost}" for t, k in found)
+    texts = dict.fromkeys(
+        f"{REASONS[k].format(g.law.name)} (at {t:.6g} s): {lost}" for t, k in found
+    )
     times = np.array(g.kept.lates).reshape(len(g.events), len(names))
     return Changes(run, g, g.change, times, tuple(texts))
 
@@ -187,9 +181,22 @@ def follow_of(
     return g
 
 
-def followed(g: Any, run: Run) -> int | None:
-    """Follow the changes through a run by compiled code, if that is loaded (``FASTER``)."""
-    return changes.FASTER[0](g, run) if changes.FASTER else None
+def followed(g: Any, run: Run, follow: Callable[[Any], int | None]) -> tuple[Any, int | None]:
+    """Follow the changes through a run, by compiled code where ``FASTER`` has it, or by ``follow``.
+
+    Return the pass and its answer; raise SettingError for a law that cannot be differentiated.
+    """
+    try:
+        why: int | None = changes.FASTER[0](g, run) if changes.FASTER else None
+        if why is None:
+            g = listed(g)
+            why = follow(g)
+    except (TypeError, AttributeError) as error:
+        if "dual" not in str(error).lower():
+            raise
+        message = "cannot be differentiated: it may use + - * / **, abs, min, max, comparisons"
+        raise setting_error("law", g.law.name, message) from None
+    return g, why
 
 
 def listed(g: Any) -> Any:
@@ -246,3 +253,31 @@ def law_of(run: Run) -> Law:
         message = "is a law of your own, and a run that was loaded or copied does not keep it"
         raise setting_error("law", run.law, message)
     return law
+
+
+def rounding(run: Run) -> float:
+    """Return how far (m) rounding may have moved the ends of an exact run, to first order.
+
+    The errors that every path and every contact make (:mod:`pool_pymunk.physics.errors`) go through
+    the run as changes do, in ``COLUMNS`` draws of random signs. The answer is ``SURE`` times the
+    largest root mean square move of a ball over the draws. It is inf where errors grow until other
+    contacts may come, and nan where the run has no derivative.
+    """
+    if not find_solver(run.solver).exact:
+        return math.nan
+    count, size = len(run.scene.balls), 6 if run.scene.surface.rolls else 4
+    none = [np.zeros((rows, errors.COLUMNS)) for rows in (7, count, count)]
+
+    def follow(g: Any) -> int:
+        with np.errstate(all="ignore"):
+            return changes.follow(g, 0, len(g.events)) or changes.finish(g)
+
+    try:
+        g = follow_of(run, np.zeros((count, size, errors.COLUMNS)), none, errors.room())
+        g, why = followed(g, run, follow)
+    except SettingError:
+        return math.nan
+    if why != FOLLOWED:
+        return math.inf if why == CHAOS else math.nan
+    means = (g.change[:, :2] ** 2).sum(axis=1).mean(axis=1)
+    return float(errors.SURE * np.sqrt(means).max(initial=0.0))

@@ -88,18 +88,9 @@ def ball_number(scene: Scene, ball: str, key: str = "ball") -> int:
 
 
 def derivatives(run: Run, wrt: str | Sequence[str] = ("position", "velocity")) -> Derivatives:
-    """Differentiate the ends of an exact run.
+    """Differentiate the ends of an exact run, as :meth:`Run.derivatives` says.
 
-    ``wrt`` names inputs, such as "angle" or "restitution.cushion", or groups of them: "position"
-    (the starts of all balls, with the velocities held), "velocity", "speed", "angle", "roll",
-    "mass", "radius", "restitution", "friction", or "all" (except "turn", which is "angle" here).
-    Raises SettingError for a solver that is not exact, and for a law that cannot be differentiated.
-
-    >>> from pool_pymunk import load, simulate
-    >>> run = simulate(load("report"), "Simulation 3", solver="event-driven")
-    >>> found = run.derivatives("speed")
-    >>> [round(each, 6) for each in found.of("C", "speed")]
-    [-0.829416, -0.417076]
+    "all" leaves out "turn", which is "angle" here.
     """
     if not find_solver(run.solver).exact:
         exact = listed([name for name, solver in SOLVERS.items() if solver.exact])

@@ -191,10 +191,6 @@ class _ShotSearch:
         own = dict(zip(given, (0.0, 0.0, self.shot.roll, *self.own), strict=True))
         self.low, self.high = np.array([ranges.get(key, (own[key],) * 2) for key in given]).T
 
-    def spot_of(self, shot: Shot) -> Array:
-        """Return a found shot as a spot (5,)."""
-        return np.array([shot.angle, shot.speed, shot.roll, *(shot.place or self.own)])
-
     def within(self, spot: Array) -> Array:
         """Return a spot moved into the ranges; a range of 360 degrees is periodic."""
         spot, low = spot.copy(), self.low[0]
@@ -235,13 +231,15 @@ class _ShotSearch:
 
     def best(self, tries: int, samples: int, count: int) -> list[Found]:
         """Return the best shots, at most this many."""
-        found, most = list[Found](), CANDIDATES * count
+        found, spots, most = list[Found](), list[Array](), CANDIDATES * count
         self.planned = tries + most * (STEPS + 1) * samples
-        for spot in self.look(tries)[:most]:
-            one = self.closely(spot, samples)
-            spots = [self.spot_of(other.shot) for other in found]
-            if one is not None and not self.is_near(self.spot_of(one.shot), spots):
-                found.append(one)
+        for looked_at in self.look(tries)[:most]:
+            if (one := self.closely(looked_at, samples)) is not None:
+                shot = one.shot
+                spot = np.array([shot.angle, shot.speed, shot.roll, *(shot.place or self.own)])
+                if not self.is_near(spot, spots):
+                    found.append(one)
+                    spots.append(spot)
         return sorted(found, key=lambda one: (one.off, -one.share))[:count]
 
     def look(self, tries: int) -> list[Array]:

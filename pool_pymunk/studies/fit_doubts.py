@@ -60,7 +60,7 @@ def _library(module: str, name: str) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        raise ImportError(f"fit needs {name}: pip install '.[fit]' in a clone") from None
+        raise ImportError(f"fit needs {name}: pip install 'pool-pymunk[fit]'") from None
 
 
 def weights(residuals: Array, scale: float) -> Array:

@@ -18,19 +18,7 @@ from pool_pymunk.physics import changes, columns, contact_changes, motion_change
 from pool_pymunk.physics.complementarity import FADED, SLOW
 from pool_pymunk.physics.forces import find_forces
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.motion_changes import (
-    BY_POLICY,
-    FOLLOWED,
-    GROWN,
-    OPENS,
-    OUT,
-    SHARED,
-    STOP,
-    TOUCH_FIRST,
-    TURNS,
-    TWICE,
-    UNCHANGED,
-)
+from pool_pymunk.physics.motion_changes import FOLLOWED, OUT, STOP, UNCHANGED
 from pool_pymunk.physics.patches import normal_at
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.persistent import UNSEEN
@@ -82,7 +70,7 @@ class ModeChanges:
         self.until = -1.0  # s; the motion was followed until then
         self.later: Array | None = None  # (P,), how much later the mode ends
         self.fading: list[int] = []
-        self.why = TWICE  # why it is not known
+        self.why = motion_changes.TWICE  # why it is not known
         self.is_late = self.is_over = False
 
     def rows(self, i: int) -> slice:
@@ -104,11 +92,6 @@ class ModeChanges:
         """Let the course go on in the steps of a piece."""
         for t, state in piece.stops:
             self.course.go_on(t, state)
-
-    @property
-    def is_momentary(self) -> bool:
-        """Tell whether the mode ends at the instant at which it begins, and no slip has faded."""
-        return self.first.until == self.first.since and not self.first.faded
 
     def end(self, t: float) -> None:
         """Follow the motion until a time (s)."""
@@ -152,7 +135,7 @@ class ModeChanges:
         for i in self.fading:
             after, all_of_it = (np.hypot(*slip_of(g, z, i)) for z in (self.z, before))
             is_astray = after > ASTRAY * all_of_it + NO_DELAY
-            self.why = TURNS if is_astray.any() else self.why
+            self.why = motion_changes.TURNS if is_astray.any() else self.why
             self.later[is_astray] = np.nan
         phases = [
             (ROLLS if g.rolls and phase == SLIP else REST) if i in self.fading else SLIP
@@ -163,13 +146,9 @@ class ModeChanges:
 
 def fading_in(g: Any, s: Sequence[float], least: float) -> list[int]:
     """Return which balls lose a slip or a speed that is not larger than ``least`` (m/s)."""
-    found = []
     find_forces(g, s)
-    for i in range(len(g.mass)):
-        size, time = pieces.fading(g, s, i)
-        if time < np.inf and size <= least:
-            found.append(i)
-    return found
+    sizes = [pieces.fading(g, s, i) for i in range(len(g.mass))]
+    return [i for i, (size, time) in enumerate(sizes) if time < np.inf and size <= least]
 
 
 class GroupChanges:
@@ -207,8 +186,9 @@ class GroupChanges:
             for own in before:
                 self.end(own, t)
             self._change_mode(live, before)
-            if any(own.is_momentary and piece.until == t for own in before):
-                self.lose(live, TWICE, live.z.any(axis=0))
+            firsts = [own.first for own in before]
+            if piece.until == t and any(f.until == f.since and not f.faded for f in firsts):
+                self.lose(live, motion_changes.TWICE, live.z.any(axis=0))
             live.z[:, ~np.isfinite(live.z).all(axis=0)] = np.nan
         for i, count in zip(piece.balls, counts, strict=True):
             moves = live.press.phase[piece.balls.index(i)] != REST and piece.until > t
@@ -227,12 +207,12 @@ class GroupChanges:
         speeds = np.abs(np.stack((live.rate - rate, live.rate))).reshape(2, -1, 6)[:, :, :2]
         unseen = math.sqrt(4.0 * max(live.press.pull) * UNSEEN * min(live.press.radius))
         if not before and speeds[0].max() > unseen + UNLISTED * speeds[1].max():
-            self.lose(live, BY_POLICY, live.z.any(axis=0))
+            self.lose(live, motion_changes.BY_POLICY, live.z.any(axis=0))
         later = self.delay(balls, t)
         if not jumps(rate, live.rate) and not any(own.is_late for own in before):
             later = np.zeros(len(later))
         if any(own.last.faded and turns(own, live) for own in before):
-            self.lose(live, TURNS, live.z.any(axis=0))
+            self.lose(live, motion_changes.TURNS, live.z.any(axis=0))
         for i in balls:
             when, lost, _ = self.waits.get(i, (-1.0, rate, live))
             if when == t:
@@ -244,7 +224,8 @@ class GroupChanges:
         wide = np.abs(gaps(live.press, s, live.z, g.of_radius[list(live.balls)]))
         wide = wide[[k for k, on in enumerate(live.press.on) if on]].max(axis=0, initial=0.0)
         least = (SHUT if t == 0.0 else FAINT) * np.abs(live.z).max(axis=0) + NO_GAP
-        self.lose(live, TOUCH_FIRST if t == 0.0 else OPENS, wide > least)
+        why = motion_changes.TOUCH_FIRST if t == 0.0 else motion_changes.OPENS
+        self.lose(live, why, wide > least)
         live.z -= np.outer(live.rate, later)
 
     def is_late(self, i: int) -> bool:
@@ -268,7 +249,7 @@ class GroupChanges:
         if live.later is not None and np.isnan(live.later[known]).any():
             columns.warn(g, live.why, t)
         if columns.is_beyond(live.z):
-            columns.warn(g, GROWN, t)
+            columns.warn(g, motion_changes.GROWN, t)
             live.z[:] = np.nan
         for i in live.balls:
             own = [(when, z[live.rows(i)][:size]) for when, z in live.course.steps]
@@ -332,7 +313,7 @@ class GroupChanges:
 
     # -- times -------------------------------------------------------------------------------------
 
-    def meet(self, i: int, t: float, later: Array, why: int = TWICE) -> None:
+    def meet(self, i: int, t: float, later: Array, why: int = motion_changes.TWICE) -> None:
         """Note how much later (s) something comes to a ball; at one instant all delays agree."""
         when, other = self.later.get(i, (-1.0, later))
         self.later[i] = t, self._agreed(later, other, t, why) if when == t else later
@@ -346,7 +327,7 @@ class GroupChanges:
                 found = later if found is None else self._agreed(later, found, t)
         return np.zeros(len(self.g.late)) if found is None else found
 
-    def _agreed(self, one: Array, other: Array, t: float, why: int = TWICE) -> Array:
+    def _agreed(self, one: Array, other: Array, t: float, why: int = motion_changes.TWICE) -> Array:
         """Return one of two delays (s) that agree; they are unknown where they differ."""
         differ = np.abs(one - other) > SAME * np.maximum(np.abs(one), np.abs(other)) + NO_DELAY
         if differ.any():
@@ -369,10 +350,8 @@ class GroupChanges:
             g.kept.lates.append(g.late.copy())
             return
         if other <= STOP:
-            if (
-                changes.go_through(g, k, 0, len(g.events)) == FOLLOWED
-                and not np.isnan(g.late).all()
-            ):
+            is_followed = changes.go_through(g, k, 0, len(g.events)) == FOLLOWED
+            if is_followed and not np.isnan(g.late).all():
                 self.meet(i, t, g.late.copy())
             return
         self._wait_no_more(i, other, t)
@@ -405,7 +384,7 @@ class GroupChanges:
         if is_first or closing > FEEBLE * fastest:
             if changes.go_through(g, k, k, k + 1) == FOLLOWED:
                 for n in balls:
-                    self.meet(n, t, g.late.copy(), SHARED)
+                    self.meet(n, t, g.late.copy(), motion_changes.SHARED)
                     g.change[n][:, np.isnan(self.later[n][1])] = np.nan
             return
         for n in balls:

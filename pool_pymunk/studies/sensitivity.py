@@ -373,7 +373,7 @@ def sensitivity(
     A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it is aimed
     in each sample, at where the ball lies there.
     ``threads`` (None: one for each core; ``processes`` is its old name) share the work, and the
-    numbers depend only on ``seed``. With numba installed (``pip install '.[fast]'`` in a clone)
+    numbers depend only on ``seed``. With numba installed (``pip install 'pool-pymunk[fast]'``)
     samples are compiled, and give the same numbers. ``on_done(n)`` is called whenever ``n`` more
     samples are done. Raises SettingError for settings that make no sense, for a ball that leaves no
     room for another, and if the reference run, or every other one, cannot be finished.

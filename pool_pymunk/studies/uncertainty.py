@@ -161,7 +161,12 @@ def written_uncertainty(scenario: str | Path) -> Uncertainty:
     >>> widths.shape, set(widths.ravel().tolist()) == {0.005 * 0.0254}
     ((11, 2), True)
     """
-    return uncertainty_of(_text_of(scenario))
+    units, places = _written(scenario)
+
+    def known_to(written: int | Decimal) -> float:
+        return units.to_si(half_digit(written), "length")
+
+    return Uncertainty({id_: (known_to(x), known_to(y)) for id_, (x, y) in places.items()})
 
 
 def digits_sentence(scenario: str | Path) -> str:
@@ -170,7 +175,7 @@ def digits_sentence(scenario: str | Path) -> str:
     >>> print(digits_sentence("report").partition(",")[0])
     Positions given as 66.00 (x of ball C) are taken to be known to 0.005 in
     """
-    units, places = _written(_text_of(scenario))
+    units, places = _written(scenario)
     coarse = max(
         ((half_digit(value), value, axis, id_) for id_, place in places.items()
          for value, axis in zip(place, "xy", strict=True)), key=lambda one: one[0],
@@ -181,20 +186,6 @@ def digits_sentence(scenario: str | Path) -> str:
         f"{units.length}, half of their last digit; more digits in the scenario, or "
         "--position-error, say otherwise."
     )
-
-
-def uncertainty_of(text: str) -> Uncertainty:
-    """Do what :func:`written_uncertainty` does, for a scenario's text.
-
-    >>> uncertainty_of('[[balls]]\\nid = "1"\\nposition = [0.50, 3]').position
-    {'1': (0.005, 0.5)}
-    """
-    units, places = _written(text)
-
-    def known_to(written: int | Decimal) -> float:
-        return units.to_si(half_digit(written), "length")
-
-    return Uncertainty({id_: (known_to(x), known_to(y)) for id_, (x, y) in places.items()})
 
 
 def half_digit(written: int | Decimal) -> float:
@@ -208,12 +199,11 @@ def half_digit(written: int | Decimal) -> float:
     return float(Decimal(1).scaleb(digit) / 2)
 
 
-def _text_of(scenario: str | Path) -> str:
-    return bundled().get(str(scenario), Path(scenario)).read_text(encoding="utf-8")
-
-
-def _written(text: str) -> tuple[Units, dict[str, tuple[int | Decimal, int | Decimal]]]:
-    """Return the units of a scenario's text, and the balls' positions as they are written."""
+def _written(
+    scenario: str | Path,
+) -> tuple[Units, dict[str, tuple[int | Decimal, int | Decimal]]]:
+    """Return the units of a scenario, and the balls' positions as they are written."""
+    text = bundled().get(str(scenario), Path(scenario)).read_text(encoding="utf-8")
     raw: dict[str, Any] = tomllib.loads(text.removeprefix("\ufeff"), parse_float=Decimal)
     places = {ball["id"]: ball["position"] for ball in raw.get("balls", ())}
     for one in raw.get("racks", ()):

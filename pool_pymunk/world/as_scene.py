@@ -45,6 +45,10 @@ def scene_of(
         message = "a scene has no walls that move: remove them first, and add them again later"
         raise setting_error("walls", f"{len(engine.movers)} of kinematic bodies", message)
     walls = [each for each in obstacles if each.is_solid]
+    for each in walls:
+        if each.wall.kick:
+            message = f"a scene has no walls that kick: remove wall {each.wall.number} first"
+            raise setting_error("kick", each.wall.kick, message)
     posts = [each for each in walls if each.is_drawn and isinstance(each.shape, pymunk.Circle)]
     others = [each for each in walls if each not in posts]
     hits, cue = _of_balls(engine, [ball.number for ball in balls])

@@ -41,6 +41,7 @@ from pool_pymunk.world.walls import sides_of
 
 FrictionBy = Literal["joint", "callback"]
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
+SETTABLE = ("deceleration", "rolling", "least_closing")
 REVOKED = "on_stop_revoked"  # a callback that there was
 
 
@@ -116,12 +117,11 @@ class Billiards:
         if "step" in vars(space):
             raise setting_error("space", "taken", "this space has a Billiards already")
         self.space = space
-        self.max_dt = argument("max_dt", max_dt, size)
         self.friction, self.alone, self._said_pair = friction, alone, pair
         surface = checks.read_surface(deceleration, rolling)
         self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
         self.near = self.engine.near = BroadPhase(space, self.engine)
-        how = self.engine, self.near, self.max_dt, friction == "joint", self
+        how = self.engine, self.near, argument("max_dt", max_dt, size), friction == "joint", self
         self.state = Steps(*how) if alone else SharedSteps(*how)
         self.balls = self.state.balls  # all that were ever added, by their numbers
         self.moving = self.state.moving  # the balls that move, by their numbers
@@ -140,8 +140,10 @@ class Billiards:
     if not TYPE_CHECKING:  # Type checkers know all names.
 
         def __setattr__(self, name: str, value: object) -> None:
-            """Set an attribute; refuse a callback of another name, such as a misspelled one."""
+            """Set an attribute; refuse a misspelled one, and a callback that cannot be called."""
             _check_callback(name, is_own=hasattr(type(self), name))
+            if name in CALLBACKS and value is not None and not callable(value):
+                raise setting_error(name, shown(value), "must be a function, or None")
             super().__setattr__(name, value)
 
     def __reduce__(self) -> str | tuple[Any, ...]:
@@ -183,6 +185,13 @@ class Billiards:
     @time.setter
     def time(self, t: float) -> None:
         self.state.set_clock(t, self.state.dt)
+        self.engine.kicked.clear()
+        self.engine.jammed.clear()
+
+    @property
+    def max_dt(self) -> float:
+        """Return how long (s) a step may be at most."""
+        return self.state.max_dt
 
     @property
     def steps(self) -> int:
@@ -231,7 +240,7 @@ class Billiards:
     @property
     def count(self) -> int:
         """Return the number of balls on the table."""
-        return len(self.state.ball_of)
+        return len(self.on_table())
 
     @property
     def joints(self) -> int:
@@ -251,11 +260,12 @@ class Billiards:
 
     def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
-        return self.state.on_table()
+        return [ball for ball in self.state.on_table() if self.state.is_there(ball)]
 
     def ball_of(self, shape: pymunk.Shape) -> TableBall | None:
         """Return the ball on the table to which a shape belongs, or None."""
-        return None if shape.body is None else self.state.ball_of.get(shape.body.id)
+        ball = None if shape.body is None else self.state.ball_of.get(shape.body.id)
+        return ball if ball is not None and self.state.is_there(ball) else None
 
     # -- setting up ------------------------------------------------------------------------------
 
@@ -270,7 +280,7 @@ class Billiards:
         this id.
         """
         self._catch_up(changes_space=True, sees_walls=True)
-        checks.check_circle(circle)
+        checks.check_circle(circle, self.state.end_of_step())
         state, body = self.state, circle.body  # A circle does not keep its body alive.
         assert body is not None
         if body.id in state.ball_of:
@@ -321,11 +331,16 @@ class Billiards:
         restitution: float,
         friction: float = 0.0,
         sides: tuple[Side, ...] | None = None,
+        *,
+        kick: float = 0.0,
     ) -> int:
         """Make a segment, circle or polygon a wall that balls bounce off (Eq. 9).
 
         If its body is static, the wall stands. If it is kinematic, the wall moves as the body does:
         in each step with the velocity and the angular velocity that you gave it.
+
+        A bumper has a ``kick`` (m/s). After the law's answer to a hit, this is added to the ball's
+        velocity along the normal, so energy may grow.
 
         Balls meet all sides of the shape, or only the ``sides`` that you give
         (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc. The shape then only says
@@ -337,21 +352,22 @@ class Billiards:
         checks.check_wall(shape, self.space)
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)
+        kick = argument("kick", kick, FROM_ZERO)
         for side in sides or ():
             if not hasattr(side, "time_of_contact"):
                 text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
         assert shape.body is not None
         number = self._walls.count
-        wall = Wall(sides or (), restitution, friction, number)
+        wall = Wall(sides or (), restitution, friction, number, kick)
         if shape.body.body_type == pymunk.Body.KINEMATIC:
             if sides is not None:
                 message = "a wall that moves has the sides of its shape: leave sides out"
                 raise setting_error("sides", len(sides), message)
             moving = Moving(sides_of(shape), self.engine)
-            wall = MovingWall(moving, restitution, friction, number)
+            wall = MovingWall(moving, restitution, friction, number, kick)
         elif not sides:
-            wall = Wall(sides_of(shape), restitution, friction, number)
+            wall = Wall(sides_of(shape), restitution, friction, number, kick)
         return self._walls.put_if_free(checks.Obstacle(shape, wall, is_drawn=not sides))
 
     def put_wall(self, shape: pymunk.Shape, wall: Wall) -> int:
@@ -388,9 +404,10 @@ class Billiards:
         With 1 the ball rolls at once, with 0 it slides without rotation, below 0 it has draw.
         """
         self._check_ball(ball)
-        struck = checks.read_strike(velocity, roll, self.state.surface)
+        goes, turns = checks.read_strike(velocity, roll, self.state.surface)
+        checks.check_speed("velocity", goes, ball.radius, self.state.end_of_step())
         checks.check_unchanged(ball)
-        self.state.send(ball, None, *struck)
+        self.state.send(ball, None, goes, turns)
 
     def place(self, ball: TableBall, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
@@ -545,6 +562,8 @@ def _check_callback(name: str, is_own: bool) -> None:
         message = f"{REVOKED} does nothing: a ball of which on_stop tells has come to rest"
         warnings.warn(message, DeprecationWarning, stacklevel=3)
         return
+    if not is_own and name not in SETTABLE and get_close_matches(name, SETTABLE, cutoff=0.8):
+        raise AttributeError(f"a Billiards has no {name}{suggestion(name, SETTABLE)}")
     is_alike = bool(get_close_matches(name.lower(), CALLBACKS, cutoff=0.8))
     is_misspelled = is_alike if is_own else is_alike or name.startswith("on_")
     if is_misspelled and name.lower().startswith("on") and name not in CALLBACKS:

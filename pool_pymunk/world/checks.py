@@ -16,7 +16,7 @@ from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, sho
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.moving import MovingWall
-from pool_pymunk.physics.path import Path
+from pool_pymunk.physics.path import Path, is_too_fast
 from pool_pymunk.physics.sides import Side, Wall
 from pool_pymunk.physics.surface import Rolling, Sliding, Surface
 from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, Disc, TableBall
@@ -152,8 +152,8 @@ def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]
     return pair._replace(m_a=masses[0], m_b=masses[1])
 
 
-def check_circle(circle: Any) -> None:
-    """Refuse what cannot be a ball."""
+def check_circle(circle: Any, t: float) -> None:
+    """Refuse what cannot be a ball; a step ends at ``t`` (s)."""
     body: Any = getattr(circle, "body", None)
     message = ""
     if not isinstance(circle, pymunk.Circle):
@@ -173,7 +173,12 @@ def check_circle(circle: Any) -> None:
         raise setting_error("circle.body.mass", 0.0, message)
     argument("circle.body.mass", body.mass, size)
     argument("circle.body.position", body.position, point)
-    argument("circle.body.velocity", body.velocity, point)
+    check_speed(
+        "circle.body.velocity",
+        argument("circle.body.velocity", body.velocity, point),
+        circle.radius,
+        t,
+    )
     _check_type("circle", circle)
 
 
@@ -196,13 +201,24 @@ def changed_error(what: str, number: int, features: Iterable[Feature]) -> Settin
     return setting_error(f"{what} {number}: {key}", now, message)
 
 
-def check_sound(ball: TableBall, move: Moves) -> None:
-    """Refuse a place, velocity or force (N) of a body that is not finite, or too large."""
+def check_speed(key: str, velocity: Vector, radius: float, t: float) -> None:
+    """Refuse a velocity (m/s) at which a time (s) does not tell where a ball is."""
+    if is_too_fast(velocity, radius, t):
+        message = f"is so fast that the clock, at {t:g} s, cannot tell when the ball meets a wall"
+        raise setting_error(key, list(velocity), message)
+
+
+def check_sound(ball: TableBall, move: Moves, t: float) -> None:
+    """Refuse a place, velocity or force (N) of a body that is not finite, or too large.
+
+    A step ends at ``t`` (s).
+    """
     x, y, vx, vy, turns, fx, fy, torque = move
     for key, value in (("position", (x, y)), ("velocity", (vx, vy)), ("force", (fx, fy))):
         argument(f"ball {ball.number}: {key}", value, point)
     for key, number in (("angular_velocity", turns), ("torque", torque)):
         argument(f"ball {ball.number}: {key}", number, finite)
+    check_speed(f"ball {ball.number}: velocity", (vx, vy), ball.radius, t)
 
 
 def check_space(space: pymunk.Space) -> None:
@@ -221,9 +237,10 @@ def check_motion(wall: int, body: pymunk.Body) -> None:
         argument(f"wall {wall}: {key}", number, finite)
 
 
-def is_sound(move: Moves) -> bool:
+def is_sound(ball: TableBall, move: Moves, t: float) -> bool:
     """Tell whether all numbers of a body are finite, and none is too large."""
-    return sum(map(abs, move)) <= LARGEST
+    is_small = sum(map(abs, move)) <= LARGEST
+    return is_small and not is_too_fast((move.vx, move.vy), ball.radius, t)
 
 
 def check_wall(shape: Any, space: pymunk.Space) -> None:
@@ -231,7 +248,10 @@ def check_wall(shape: Any, space: pymunk.Space) -> None:
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
         raise setting_error("shape", _kind(shape), message)
-    if shape.body is None or shape.body.body_type == pymunk.Body.DYNAMIC:
+    if shape.body is None:
+        message = "its body is gone, because a shape does not keep its body: keep the body yourself"
+        raise setting_error("shape", _kind(shape), message)
+    if shape.body.body_type == pymunk.Body.DYNAMIC:
         message = "a wall's body must be static, or kinematic for a wall that moves"
         raise setting_error("shape", _kind(shape), message)
     if isinstance(shape, pymunk.Segment) and shape.a == shape.b:

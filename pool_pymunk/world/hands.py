@@ -134,7 +134,7 @@ class WatchedState(LiveState):
     def follow_removals(self) -> None:
         """Take balls and walls off the table that somebody has taken out of the space."""
         for ball in self.on_table():
-            if not ball.body.space is ball.circle.space is self.space:
+            if not self.is_there(ball):
                 self.drop(ball)
             elif ball.sensor.space is None:
                 self.join(ball.sensor)
@@ -144,7 +144,7 @@ class WatchedState(LiveState):
         """Refuse changes that the table cannot follow, before anything moves."""
         check_space(self.space)
         for ball, move in self._unsound.items():
-            check_sound(ball, move)
+            check_sound(ball, move, self.end_of_step())
         for ball in self.moving.values():
             if not ball.is_as_it_came():
                 check_unchanged(ball)
@@ -165,7 +165,9 @@ class WatchedState(LiveState):
             if (found := self._new_move(ball, row)) is not None:
                 new[ball] = found
         is_clear = {b: b not in new and sum(row) - sum(row) == 0.0 for b, row in rows.items()}
-        self._unsound = {b: row for b, row in rows.items() if not (is_clear[b] or is_sound(row))}
+        end = self.end_of_step()
+        unsound = {b: row for b, row in rows.items() if not (is_clear[b] or is_sound(b, row, end))}
+        self._unsound = unsound
         for ball in self._unsound:
             new.pop(ball, None)
             self.forces.pop(ball, None)

@@ -32,6 +32,7 @@ class Mover:
 
     def stand(self) -> None:
         """Let the wall stand where its body is now, between two steps."""
+        self.check()
         self.side.stand(*self.pose())
         self.shape.cache_bb()
 

@@ -1,7 +1,7 @@
 """This module follows what others in a shared space do to the balls in a step.
 
 What gravity, damping, forces, velocity functions, joints and collisions with others do in a step
-acts once, as a kick at its end, so it is right to first order in the step. Velocity functions and
+acts once, as a push at its end, so it is right to first order in the step. Velocity functions and
 joints act on the velocity after the contacts of the step: a joint that has no force, and that
 pymunk calls after it has found what touches, gives the bodies that velocity before.
 """
@@ -129,10 +129,10 @@ class SharedSteps(Steps):
         """Answer this step, and then let what others did in it act once on each ball."""
         may_sleep, began, damping = space.sleep_time_threshold < math.inf, self.time, space.damping
         on_all = is_uneven or may_sleep or self._joints_of_others > 0
-        kicks = self._kicks(space.gravity, damping)
+        accelerations = self._accelerations(space.gravity, damping)
         self.tick()
         is_due = self.time >= self.wake or self.near.pairs or self.sent
-        if not (is_due or on_all or kicks):
+        if not (is_due or on_all or accelerations):
             self.walls.finish()
             return
         paths, after = tuple(self.engine.paths), self.bodies.read()
@@ -144,27 +144,29 @@ class SharedSteps(Steps):
                 self.walls.finish()
         self.phase = Phase.BETWEEN
         # A body that the table has not put on a path in this step still has its pushes.
-        balls = self.ball_of.values() if on_all else (*kicks, *self.carried, *self._turned)
+        balls = self.ball_of.values() if on_all else (*accelerations, *self.carried, *self._turned)
         for ball in dict.fromkeys(balls):
             if ball.is_on_table and ball not in self.sent_off:
                 path = paths[ball.number]
                 slides = path if path.end > began else None
                 surface = surfaces[ball.number]
-                self._act_on(ball, slides, surface, after, kicks.get(ball), damping**self.dt)
+                self._act_on(
+                    ball, slides, surface, after, accelerations.get(ball), damping**self.dt
+                )
         if may_sleep:
             for ball in self.moving.values():
                 ball.body.activate()  # A ball that moves must not fall asleep.
             self.carry_all()
 
-    def _kicks(self, gravity: Vector, damping: float) -> dict[TableBall, Vector]:
+    def _accelerations(self, gravity: Vector, damping: float) -> dict[TableBall, Vector]:
         """Return the accelerations (m/s^2) of balls by gravity and forces, where there are any."""
         (gx, gy), masses, forces = gravity, self.engine.masses, self.forces
         falls = gx != 0.0 or gy != 0.0 or damping != 1.0
-        kicks = {}
+        accelerations = {}
         for ball in self.ball_of.values() if falls else forces:
             (fx, fy), mass = forces.get(ball, NOTHING), masses[ball.number]
-            kicks[ball] = (gx + fx / mass, gy + fy / mass)
-        return kicks
+            accelerations[ball] = (gx + fx / mass, gy + fy / mass)
+        return accelerations
 
     def _act_on(
         self,
@@ -172,7 +174,7 @@ class SharedSteps(Steps):
         path: Path | None,
         surface: Surface,
         after: Snapshot,
-        kick: Vector | None,
+        acceleration: Vector | None,
         share: float,
     ) -> None:
         """Let act once on a ball what others did to its body in this step.
@@ -183,7 +185,7 @@ class SharedSteps(Steps):
         before, now = (seen.moves.get(ball.body_id) for seen in (self._seen, after))
         if before is None or now is None:
             return
-        (ax, ay), (dx, dy) = kick or NOTHING, self._turned.get(ball, NOTHING)
+        (ax, ay), (dx, dy) = acceleration or NOTHING, self._turned.get(ball, NOTHING)
         gain, was = (ax * self.dt, ay * self.dt), (before.vx + dx, before.vy + dy)
         if path and self.engine.pull > 0.0 and not (self.has_joints and path.slows):
             vx, vy = self.mean_velocity(surface, path, self.time)
@@ -195,8 +197,8 @@ class SharedSteps(Steps):
         is_pushed = not abs(wx) + abs(wy) <= PUSH_ROUNDING * sizes
         if is_pushed:
             gain = gain[0] + wx, gain[1] + wy
-        if kick is not None or is_pushed:
-            self._kick(ball, gain, share)
+        if acceleration is not None or is_pushed:
+            self._push(ball, gain, share)
         elif ball in self._turned and ball not in self.carried:
             self.carry(ball)  # What was foreseen did not come: a callback changed it.
 
@@ -207,7 +209,7 @@ class SharedSteps(Steps):
         kept = 1.0 - most / speed if speed > most else 0.0
         return vx * kept, vy * kept
 
-    def _kick(self, ball: TableBall, gain: Vector, share: float) -> None:
+    def _push(self, ball: TableBall, gain: Vector, share: float) -> None:
         """Add a push to the damped velocity (m/s), unless friction holds the ball at rest."""
         path, surface = self.engine.paths[ball.number], self.engine.surfaces[ball.number]
         (gx, gy), ((x, y, vx, vy), roll) = gain, self.state_of(ball.number)
@@ -218,8 +220,8 @@ class SharedSteps(Steps):
             return
         velocity = vx * share + gx, vy * share + gy
         move = Moves(x, y, *velocity)
-        if not is_sound(move):
+        if not is_sound(ball, move, self.end_of_step()):
             self.carry(ball)
-            check_sound(ball, move)
+            check_sound(ball, move, self.end_of_step())
         self.begin_path(ball, (x, y), velocity, roll)
         self.set_out([ball])

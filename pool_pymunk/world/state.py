@@ -21,12 +21,11 @@ from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import Path, motion_at
 from pool_pymunk.physics.surface import NO_ROLL, Surface, is_piece
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
-from pool_pymunk.world.bodies import Bodies
+from pool_pymunk.world.bodies import Bodies, Four
 from pool_pymunk.world.broad_phase import BroadPhase
-from pool_pymunk.world.checks import check_unchanged
+from pool_pymunk.world.checks import BALL, SENSOR, check_unchanged
 from pool_pymunk.world.ground import LivePatch, ground_of
 
-BALL, SENSOR = 0x42616C6C, 0x53656E73  # These are our own collision types.
 NOTHING = (0.0, 0.0)
 EVERYTHING = pymunk.ShapeFilter()  # It leaves out what collides with nothing.
 
@@ -51,7 +50,7 @@ class LiveState:
         self, engine: ContactEngine, near: BroadPhase, max_dt: float, joints: bool
     ) -> None:
         self.space, self.engine, self.near = near.space, engine, near
-        self.bodies = Bodies(near.space)
+        self.bodies = Bodies(near.space, self.alone)
         self.surface = engine.surface
         self.patches: tuple[LivePatch, ...] = ()
         self.max_dt = self.dt = max_dt
@@ -168,6 +167,10 @@ class LiveState:
     def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
         return list(self.ball_of.values())
+
+    def is_there(self, ball: TableBall) -> bool:
+        """Tell whether a ball is in the space: nobody has taken its body or circle out of it."""
+        return ball.body.space is ball.circle.space is self.space
 
     def drop(self, ball: TableBall) -> None:
         """Take a ball off the table now, unless it is off it already."""
@@ -388,21 +391,25 @@ class LiveState:
         self.carried[ball] = x, y, *goes
         self.stirred.add(ball)
 
-    def show_instant(self) -> dict[TableBall, tuple[Vector, Vector]]:
+    def show_instant(self) -> dict[TableBall, Four]:
         """Let bodies show how balls move at the present instant, and return what they showed."""
-        now, paths, showed = self.now, self.engine.paths, dict[TableBall, tuple[Vector, Vector]]()
-        for i in dict.fromkeys((*self.moving, *self.near.changed)):
-            body = (ball := self.balls[i]).body
-            showed[ball] = body.position, body.velocity
-            body.position, body.velocity = paths[i].at(now)
+        now, paths = self.now, self.engine.paths
+        its = [self.balls[i] for i in dict.fromkeys((*self.moving, *self.near.changed))]
+        shows = {ball: motion_at(paths[ball.number], now) for ball in its if self.is_there(ball)}
+        for ball in shows:
             self.carried.pop(ball, None)
-        return showed
+        return dict(zip(shows, self.bodies.put(shows), strict=True))
 
-    def show_step(self, showed: Mapping[TableBall, tuple[Vector, Vector]]) -> None:
+    def show_step(self, showed: Mapping[TableBall, Four]) -> None:
         """Put bodies back to where the step took them, except those that begin new paths."""
-        for ball, (place, velocity) in showed.items():
-            if ball.is_on_table and ball.number not in self.near.changed:
-                ball.body.position, ball.body.velocity = place, velocity
+        is_changed, its = self.near.changed, showed.items()
+        self.bodies.put(
+            {
+                ball: had
+                for ball, had in its
+                if self.is_there(ball) and ball.number not in is_changed
+            }
+        )
 
     def carry_all(self) -> None:
         """Put all moving bodies on their paths."""
@@ -459,7 +466,7 @@ class LiveState:
     def _damp(self, body: pymunk.Body, _: object, __: float, dt: float) -> None:
         """Give a body its path's mean velocity over the coming step, and keep earlier pushes.
 
-        A function of the user's own then changes it; gravity and damping act later, as a kick.
+        A function of the user's own then changes it; gravity and damping act later, as a push.
         """
         try:
             ball = self.ball_of[body.id]

@@ -12,7 +12,7 @@ from pool_pymunk.engine import contacts
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Motion, Persisted, Recorder
-from pool_pymunk.model.problems import setting_error
+from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Contact, Pair, Vector, closing_speed
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path
@@ -25,6 +25,9 @@ from pool_pymunk.world.state import NOTHING, Phase
 
 # At most this many quiet steps come between two calls of ``on_time``: they take some ms.
 MOST_QUIET = 1000.0
+# Callbacks may hear so often of one time, after which a game would not notice their end. A thousand
+# calls take half a second; no test of games has more than five.
+MOST_TOLD = 1000
 
 ALONE = "of a table that is alone: leave out alone=True"
 USUAL = {
@@ -44,6 +47,7 @@ class Callbacks(Recorder):
         self.least_closing = 0.0  # m/s; above 0, nobody hears of persistent contacts, either
         self.pending: list[PendingCall] = []  # what has happened in the present instant
         self._before = Snapshot()  # how the bodies moved when the present callback was called
+        self._told = -math.inf, 0  # the last time (s) of which callbacks heard, and how often
 
     # -- what happens ----------------------------------------------------------------------------
 
@@ -84,11 +88,6 @@ class Callbacks(Recorder):
         if self.of(name) is not None:
             self.pending.append((name, said, {ball: ball.path for ball in balls}))
 
-    def end_persistent(self) -> None:
-        """Tell of the persistent contacts that are over, as they are at their ends."""
-        for hit in self.note_ends():
-            self.state.engine.tell(hit)
-
     def note_ends(self) -> list[Hit]:
         """Return the persistent contacts that are over; one that ends now has its place of now."""
         engine, persisted = self.state.engine, self.state.engine.groups.persisted
@@ -120,6 +119,7 @@ class Callbacks(Recorder):
     def tell_all(self) -> None:
         """Call the callbacks of this instant, and keep their errors for the step's end."""
         state, pending, self.pending = self.state, self.pending, []
+        self._refuse_to_go_on_for_ever(pending[0][0])
         stepped, has_told = state.show_instant(), False
         for name, said, paths in pending:
             callback = self.of(name)
@@ -132,8 +132,10 @@ class Callbacks(Recorder):
                 ball.before = path
             state.phase, self._before = Phase.TELLING, state.bodies.read()
             try:
-                callback(*said)
-                self.follow()
+                try:
+                    callback(*said)
+                finally:
+                    self.follow()
             except Exception as error:
                 state.note(error)
             finally:
@@ -141,6 +143,15 @@ class Callbacks(Recorder):
                 for ball in paths:
                     ball.before = None
         state.show_step(stepped)
+
+    def _refuse_to_go_on_for_ever(self, name: str) -> None:
+        """Refuse a callback that makes contact after contact at one time."""
+        t, many = self._told
+        self._told = self.state.now, many + 1 if self.state.now == t else 1
+        if many >= MOST_TOLD:
+            self._told = -math.inf, 0
+            message = f"was called {many} times at {t:g} s, because each call makes another contact"
+            raise setting_error(name, shown(self.of(name)), message)
 
     def follow(self) -> None:
         """Follow what the present callback has done directly to bodies."""
@@ -156,7 +167,7 @@ class Callbacks(Recorder):
             known = state.carried.get(ball) or before.moves.get(ball.body_id, move)
             if move[:4] == known[:4]:
                 continue
-            check_sound(ball, move)
+            check_sound(ball, move, state.end_of_step())
             there, goes = move[:2], move[2:4]
             place = None
             if there != known[:2]:
@@ -327,7 +338,8 @@ class Steps(WatchedState):
                 if self.near.gone:
                     self.take_out_gone()
                 if engine.groups.persisted and engine.upcoming() > engine.now:
-                    callbacks.end_persistent()
+                    for hit in callbacks.note_ends():
+                        engine.tell(hit)
                 if callbacks.pending:
                     callbacks.tell_all()
         finally:

@@ -66,7 +66,7 @@ class Walls:
         (shape, wall, _), state, walls = obstacle, self.state, self.state.engine.walls
         state.engine.take_over()
         assert shape.body is not None
-        if shape.body.body_type == pymunk.Body.KINEMATIC:
+        if shape.body is not state.space.static_body:
             state.join(shape.body)
         state.join(shape)
         self._bodies.setdefault(shape.body, body_features(shape.body))

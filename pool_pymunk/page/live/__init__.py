@@ -2,5 +2,5 @@
 
 The page keeps where the balls lie, and sends it with every shot; the server keeps nothing. So a
 second tab, a lost connection or a new start of the server harm nobody.
-It needs ``pip install '.[play]'`` in a clone.
+It needs ``pip install 'pool-pymunk[play]'``.
 """

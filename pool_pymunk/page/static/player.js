@@ -40,6 +40,7 @@ class Player {
     fill("shot", names);
     this.names = content.balls.map(({ id }) => isolated(id));
     byId("shot-label").hidden = byId("shot-keys").hidden = content.shots.length < 2;
+    byId("last-shot").textContent = Math.min(content.shots.length, 9);
     const still = !content.shots.some((shot) => shot.runs[0].solver);
     byId("bar").hidden = byId("events").hidden = byId("plots").hidden = still;
     this.choose(0);

@@ -167,20 +167,28 @@ class TableView {
 
   // -- what moves -----------------------------------------------------------------------------
 
-  /** Draw the track of every ball up to the time t; it is strongest where the ball was last. */
+  /** Draw the track of every ball up to the time t; it is strongest where the ball was last. If one
+   * ball is struck, its track is narrow and on top, so that it and one that it follows are seen. */
   drawTracks(run, t, solid) {
     const count = run.knots.length;
     const { look, balls } = this.content;
     const thin = Math.sqrt(look.few / Math.max(count, look.few));
     const pieces = Math.min(Math.max(Math.floor(STROKES / count), FEWEST), look.pieces);
-    run.knots.forEach((_, i) => {
+    const all = [...run.knots.keys()];
+    const moving = all.filter((i) => run.knots[i][0][3] || run.knots[i][0][4]);
+    const struck = moving.length === 1 ? moving : [];
+    const tracks = all.map((i) => this.track(run, i, t, pieces));
+    const draw = (i, isHalo) => {
       const { radius, color, halo } = balls[i];
-      const size = (solid ? 2 : 1) * look.track * thin * radius * this.scale;
-      const width = Math.max(size, 1.2 * this.ratio);
-      const track = this.track(run, i, t, pieces);
-      if (solid && count <= CROWD) this.drawTrack(track, 1.5 * width, halo, 0.25);
-      this.drawTrack(track, width, color, solid ? 0.75 : 0.5);
-    });
+      const size = (struck[0] === i ? look.narrow : 1) * (solid ? 2 : 1) * look.track * thin;
+      const width = Math.max(size * radius * this.scale, 1.2 * this.ratio);
+      if (!isHalo) this.drawTrack(tracks[i], width, color, solid ? 1 : 0.6);
+      else if (solid && count <= CROWD) this.drawTrack(tracks[i], 1.5 * width, halo, 0.4);
+    };
+    for (const i of struck) draw(i, true);
+    for (const i of all.filter((one) => one !== struck[0]))
+      for (const is of [true, false]) draw(i, is);
+    for (const i of struck) draw(i, false);
   }
 
   /** Return the track of a ball up to the time t, at most up to its fall, in equal times. */
@@ -197,16 +205,16 @@ class TableView {
     });
   }
 
-  /** Draw a track in pieces, each stronger than the one before. */
+  /** Draw a track in pieces, each stronger than the one before; no seams show between them. */
   drawTrack(track, width, color, strength) {
     const { oldest } = this.content.look;
-    Object.assign(this.pen, { strokeStyle: color, lineWidth: width });
-    Object.assign(this.pen, { lineCap: "butt", lineJoin: "round" });
+    const ground = this.content.table ? this.style.cloth : this.style.plane;
+    Object.assign(this.pen, { lineWidth: width, lineCap: "round", lineJoin: "round" });
     track.forEach((piece, n) => {
-      this.pen.globalAlpha = strength * (oldest + ((1 - oldest) * (n + 0.5)) / track.length);
+      const share = strength * (oldest + ((1 - oldest) * (n + 0.5)) / track.length);
+      this.pen.strokeStyle = `color-mix(in srgb, ${color} ${100 * share}%, ${ground})`;
       this.pen.stroke(this.path([piece]));
     });
-    this.pen.globalAlpha = 1;
   }
 
   drawBalls(run, t, drop, picked, strength = 1) {

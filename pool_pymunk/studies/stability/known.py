@@ -11,11 +11,8 @@ from typing import Any
 
 from pool_pymunk.model import Ball, Friction, Physics, Point, Restitution, Scene, Table
 from pool_pymunk.studies.stability import claims as must
-from pool_pymunk.studies.stability.making import REST, SMOOTH, into, rectangle, unit
-from pool_pymunk.studies.stability.trial import Case, Claim, Extreme
-
-ROWS: list[Extreme] = []
-extreme = into(ROWS)
+from pool_pymunk.studies.stability.making import REST, SMOOTH, rectangle, unit
+from pool_pymunk.studies.stability.trial import Case, Claim
 
 R, POOL, M = 0.03, 0.028575, 0.17  # m, m, kg
 G = 9.81  # m/s^2
@@ -33,19 +30,12 @@ def played(
     friction: Friction = SMOOTH, roll: float = 0.0, **more: Any,
 ) -> Case:  # fmt: skip
     """Return the case of a scene of equal balls, or of balls of these ``masses`` (kg)."""
-    balls = tuple(
-        Ball(
-            str(k),
-            (x, y),
-            r,
-            masses[k] if masses else M,
-            velocity=(v[0], v[1]) if v else REST,
-            roll=roll,
-        )
-        for k, (x, y, *v) in enumerate(rows)
-    )
+    balls = list[Ball]()
+    for (x, y, *v), mass in zip(rows, masses or [M] * len(rows), strict=True):
+        velocity = (v[0], v[1]) if v else REST
+        balls.append(Ball(str(len(balls)), (x, y), r, mass, velocity=velocity, roll=roll))
     physics = Physics(gravity=G, max_time=time)
-    return Case(label, Scene(balls, table, e, friction, physics), claims, **more)
+    return Case(label, Scene(tuple(balls), table, e, friction, physics), claims, **more)
 
 
 def velocities(*ends: Point) -> Claim:
@@ -132,7 +122,6 @@ MIRROR = [  # No ball is on the axis, so every hit is of two balls.
 ]  # fmt: skip
 
 
-@extreme("known answers", "scenes that other programs play, too", "coulomb")
 def known_answers() -> Iterator[Case]:
     """Play the scenes of the torture suite by all solvers."""
     yield from balls_that_meet()
@@ -210,10 +199,8 @@ def unequal_and_inelastic() -> Iterator[Case]:
 def braked() -> Iterator[Case]:
     """Make balls that slide or roll to rest: one hits another head-on, and a break."""
     brake, meets = 0.2 * G, 0.5 - 2.0 * R  # m/s^2, m
-    slid, after = (
-        (2.0**2 - 2.0 * brake * meets) / (2.0 * brake),
-        math.sqrt(2.0**2 - 2.0 * brake * meets),
-    )
+    left = 2.0**2 - 2.0 * brake * meets  # (m/s)^2; the square of the speed at which they meet
+    slid, after = left / (2.0 * brake), math.sqrt(left)
     rows = [(0.0, 0.0, 2.0, 0.0), (0.5, 0.0)]
     there = places((meets, 0.0), (0.5 + slid, 0.0))
     yield played("slide to rest", rows, 3.0, there, friction=SLIDES)

@@ -1,10 +1,10 @@
-"""This module has what extremes are made of: rows, tables, and scenes from parameters."""
+"""This module has what extremes are made of: tables, and scenes from parameters."""
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from pool_pymunk.model import (
@@ -16,9 +16,9 @@ from pool_pymunk.model import (
     Restitution,
     Scene,
     Table,
-)  # fmt: skip
+)
 from pool_pymunk.studies.stability import claims as must
-from pool_pymunk.studies.stability.trial import LISTED, Case, Extreme
+from pool_pymunk.studies.stability.trial import Case
 
 R = 2.0**-5  # m; sizes and places are short binary numbers, so that balls touch exactly
 M = 0.2  # kg
@@ -32,24 +32,6 @@ ROLLS = Friction(surface=0.2, rolling=0.1)
 PULL, DRAG = 0.2 * STANDARD_GRAVITY, 0.1 * STANDARD_GRAVITY  # m/s^2; of sliding, and of rolling
 
 Row = Sequence[float]  # x, y (m), vx, vy (m/s), and the roll of a ball that has one
-
-Decorator = Callable[[Callable[[], Iterator[Case]]], Callable[[], Iterator[Case]]]
-
-
-def into(rows: list[Extreme]) -> Callable[..., Decorator]:
-    """Return a maker of decorators, which put cases into a list of rows.
-
-    A decorator has a name, what the row is about, its laws (default: LISTED), and fields of it.
-    """
-
-    def extreme(name: str, about: str, *laws: str, **more: Any) -> Decorator:
-        def put(cases: Callable[[], Iterator[Case]]) -> Callable[[], Iterator[Case]]:
-            rows.append(Extreme(name, about, cases, laws or LISTED, **more))
-            return cases
-
-        return put
-
-    return extreme
 
 
 def scaled(

@@ -96,8 +96,8 @@ def sweep(
     play. With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
     after each part, and first with what was there already; without an executor ``on_shots(n)`` is
     called whenever ``n`` more shots of a part are played. Raises SettingError for what makes no
-    sense, and for a folder that has another sweep. It needs ``pip install '.[fast,sweep]'`` in a
-    clone.
+    sense, and for a folder that has another sweep. It needs ``pip install
+    'pool-pymunk[fast,sweep]'``.
 
     >>> import tempfile
     >>> from pool_pymunk import load
@@ -107,7 +107,7 @@ def sweep(
     (100, 100)
     """
     if find_spec("pyarrow") is None:
-        message = "a sweep needs pyarrow: pip install '.[fast,sweep]' in a clone"
+        message = "a sweep needs pyarrow: pip install 'pool-pymunk[fast,sweep]'"
         raise setting_error("out", str(out), message)
     began = time.perf_counter()
     plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time, aims_anew)
