@@ -78,6 +78,7 @@ NEEDING = {
 # These tests play compiled shots; in `make test` Python plays them.
 COMPILED = (
     "atlas", "docs", "env", "fast", "figures", "find", "handed_back", "inputs", "linear", "live",
+    "live_moving",
     "many", "many_derivatives", "many_patches", "own_laws", "place", "places", "play", "same_bits",
     "sensitivity", "shapes", "single", "sweep", "variation", "weakening",
 )  # fmt: skip

@@ -163,7 +163,7 @@ def record_of(form: Any) -> Any:
 def as_arrays(start: Start) -> tuple[Any, Any]:
     """Return contacts and velocities in arrays, as compiled shots have them."""
     contacts, before = start
-    rows = np.zeros(len(contacts), records.CONTACT).view(np.recarray)
+    rows = np.zeros(len(contacts), records.CONTACT[False]).view(np.recarray)
     for row, one in zip(rows, contacts, strict=True):
         row.a, row.b, row.normal, row.pair = one.a, one.b, one.normal, one.pair
     velocity = np.zeros((records.MOST_BALLS + 1, 2))
@@ -188,7 +188,7 @@ def starts(count: int) -> Iterator[Start]:
 def test_compiled_collapses_have_the_same_bits() -> None:
     leapt = 0
     begin, next_hits = compiled.alone(collapse.begin), compiled.alone(collapse.next_hits)
-    c = record_of(records.parts_of(64)["collapse"])
+    c = record_of(records.parts_of(64, False)["collapse"])
     for start in starts(200):
         contacts, before = start
         rows, velocity = as_arrays(start)
@@ -210,7 +210,7 @@ def test_compiled_collapses_have_the_same_bits() -> None:
 @needs_numba
 def test_compiled_means_over_orders_have_the_same_bits() -> None:
     begin, go_on = compiled.alone(together.begin_orders), compiled.alone(together.next_in_order)
-    o = record_of(records.parts_of(64)["orders"])
+    o = record_of(records.parts_of(64, False)["orders"])
     for start in starts(30):
         contacts, before = start
         rows, velocity = as_arrays(start)

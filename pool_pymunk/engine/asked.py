@@ -17,7 +17,14 @@ from pool_pymunk.engine.recorder import Begun, Persisted
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.complementarity import decide
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector, Velocities
+from pool_pymunk.physics.contact import (
+    NO_BALL,
+    Contact,
+    Vector,
+    Velocities,
+    speed_in,
+    usual_speed,
+)
 from pool_pymunk.physics.impulses import Call, Impulse, Shared, numbers_of, slowing
 from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.patches import crossing
@@ -184,11 +191,9 @@ def has_no_room(
     contacts: list[Contact], before: Velocities, after: Velocities, is_answered: bool
 ) -> bool:
     """Tell whether walls that move leave balls no room, or throw them out too fast."""
-    drifts = [contact.drift for contact in contacts if contact.drift != STANDS]
-    if not drifts:
-        return False
-    usual = max(math.hypot(*v) for v in (*before.values(), *drifts))
-    return not is_answered or max(math.hypot(*v) for v in after.values()) > SQUIRTS * usual
+    count = len(contacts)
+    usual = usual_speed(contacts, count, before)
+    return usual > 0.0 and (not is_answered or speed_in(contacts, count, after) > SQUIRTS * usual)
 
 
 def answer_without_movers(w: Any, count: int, before: Velocities) -> None:

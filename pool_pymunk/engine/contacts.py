@@ -29,7 +29,6 @@ from pool_pymunk.engine.policies import Errors, Variant, begin_errors, nearly_cl
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import NO_FRICTION, Law
-from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.pairs import pair_time
 from pool_pymunk.physics.patches import NO_PATCHES, Patches
 from pool_pymunk.physics.path import (
@@ -247,6 +246,10 @@ class ContactEngine:
         if self.loop is None or not self.loop.play(until):
             self.next()
 
+    def foresees(self) -> bool:
+        """Tell whether a loop has predicted what walls that move meet in the step that begins."""
+        return self.loop is not None and bool(self.loop.foresee())
+
     def take_over(self) -> None:
         """Take over what a loop has, because somebody changes the balls."""
         if self.loop is not None:
@@ -416,8 +419,8 @@ class ContactEngine:
     def state_of(self, i: int) -> list[float]:
         """Return x, y (m), vx, vy, wx, wy (m/s) of a ball now."""
         leader = self.groups.leader[i]
-        if leader >= 0:
-            self.take_over()
+        if leader >= 0 and self.loop is not None and self.loop.is_on:
+            return list(self.loop.state_of(i))
         if leader < 0:
             path = self.paths[i]
             return [*motion_at(path, self.now), *self.surface.roll(path, self.now)]
@@ -549,8 +552,7 @@ class ContactEngine:
         gap = self.gap(hit, motions)
         if self.movers and hit.kind == "wall":
             ux, uy, _, _ = self.walls[hit.j].sweep(x, y)
-            if ux != 0.0 or uy != 0.0:  # The time, by which the wall has moved, is rounded, too.
-                gap -= EPSILON * self.now * (self.speeds[hit.i] + abs(ux) + abs(uy))
+            gap -= decisions.late_by(self.now, self.speeds[hit.i], ux, uy)
         return decisions.is_closed(gap / times, x, y, touching)
 
     def touching(self, hits: Iterable[Hit], balls: Iterable[int] = ()) -> list[Hit]:

@@ -48,6 +48,13 @@ def is_closed(gap: float, x: float, y: float, touching: float) -> bool:
     return gap <= 32.0 * EPSILON * (abs(x) + abs(y) + touching)
 
 
+def late_by(now: float, speed: float, ux: float, uy: float) -> float:
+    """Return how far (m) rounding of the time moves a ball, and a wall with a velocity (m/s)."""
+    if ux == 0.0 and uy == 0.0:
+        return 0.0
+    return EPSILON * now * (speed + abs(ux) + abs(uy))
+
+
 def noise_after(fastest: float, noise: float) -> float:
     """Return the noise (m/s) after a contact, for the square of the fastest velocity in it."""
     return max(NOISE * math.sqrt(fastest), noise)

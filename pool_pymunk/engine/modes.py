@@ -215,12 +215,12 @@ def wait_at(w: Any, k: int) -> None:
 
 def cut(w: Any, leader: int) -> None:
     """Put a group into the press as it is now, and note its impulses until now."""
-    g, began = w.press, w.groups.began[leader]
     groups.find_state(w, leader, w.now)
+    g = w.press  # that of this group now
     for p in range(6 * g.balls):
         g.state[p] = g.end[p]
     set_time(g, w.now)
-    note_impulses(w, began)
+    note_impulses(w, w.groups.began[leader])
 
 
 def note_impulses(w: Any, began: float) -> None:
@@ -268,10 +268,10 @@ def cross(w: Any, i: int, patch: int) -> None:
 
     What would have ended its piece later has not come yet.
     """
-    g, r, leader = w.press, w.groups, w.groups.leader[i]
+    r, leader = w.groups, w.groups.leader[i]
     cut(w, leader)
     asked.enter(w, i, patch)
-    m = r.local[i]
+    g, m = w.press, r.local[i]
     g.pull[m], g.drag[m] = asked.pull_and_drag(w, i)
     set_scale(g, g.state)
     r.todos, r.fell[leader], r.faded[leader] = 0, NONE, 0

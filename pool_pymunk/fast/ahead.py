@@ -6,9 +6,11 @@ import gc
 import sys
 import time
 
+import numpy as np
+
 from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.many import simulate_many
-from pool_pymunk.fast.records import CROWD, MOST_BALLS
+from pool_pymunk.fast.records import CROWD, MOST_BALLS, nothing
 from pool_pymunk.fast.tables import Form, loop_form
 from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
 from pool_pymunk.model.plain import argument, whole
@@ -19,19 +21,28 @@ FORMS: dict[Form, str] = {
     Form(False, True): "balls that slide between arcs, or posts with coefficients of their own",
     Form(True, True): "balls that roll between arcs, or posts with coefficients of their own",
 }
+FORMS |= {
+    Form(False, True, moves=True): "balls that slide between walls that move",
+    Form(True, True, moves=True): "balls that roll between walls that move",
+}
 FORMS |= {form._replace(many=True): f"{CROWD} {what}, at most" for form, what in FORMS.items()}
 
 
 def compile(  # noqa: A001  It is called by its full name.
-    scene: Scene | None = None, *, derivatives: bool = False, balls: int = MOST_BALLS
+    scene: Scene | None = None,
+    *,
+    derivatives: bool = False,
+    balls: int = MOST_BALLS,
+    moving: bool = False,
 ) -> None:
     """Compile shots for this machine, or load them, and say so on standard error.
 
     By default this is done for all four kinds of scenes, each of which has a loop: balls may roll
     or only slide, and there may be arcs, or posts with coefficients of their own. With a ``scene``
     only the loop of its kind is compiled. Scenes and tables of 65 to 512 ``balls`` have four other
-    loops. To compile a loop takes up to a minute, once on each machine; to load it takes some 0.6 s
-    in each process. Then ``event-driven`` plays single runs by it in this process, and
+    loops. Tables with walls that move (``moving=True``) have two, for balls that slide and for
+    balls that roll. To compile a loop takes up to a minute, once on each machine; to load it takes
+    some 0.6 s in each process. Then ``event-driven`` plays single runs by it in this process, and
     ``Billiards`` its steps, with the same bits. With ``derivatives``, the pass for
     :meth:`Run.derivatives`, ``run.rounding`` and fits is compiled, too, which takes half as long
     again. Later garbage collections leave out the objects that exist by then (``gc.freeze``).
@@ -41,24 +52,36 @@ def compile(  # noqa: A001  It is called by its full name.
     >>> compile(load("two-balls"))  # doctest: +SKIP
     balls that slide: ready after 0.6 s
     """
-    many = argument("balls", balls, whole(1, CROWD)) > MOST_BALLS
+    many, moves = argument("balls", balls, whole(1, CROWD)) > MOST_BALLS, bool(moving)
     if not compiled.is_there():
         message = "compile() needs numba: pip install 'pool-pymunk[fast]'"
         raise ModuleNotFoundError(message, name="numba")
-    forms = [form for form in FORMS if form.many == many] if scene is None else [loop_form(scene)]
-    for form in forms:
+    forms = [form for form in FORMS if (form.many, form.moves) == (many, moves)]
+    for form in forms if scene is None else [loop_form(scene)]:
         began = time.perf_counter()
         if form in single.loaded:
             single.remember(form, single.loaded[form])
+        elif form.moves:
+            make(form)
         else:
             simulate_many(plainest(form))
-        if derivatives:
+        if derivatives and not form.moves:
             simulate_many(plainest(form), derivatives="position")
         took = time.perf_counter() - began
         print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
     # numba leaves so many objects that to look through them takes 50 ms in the midst of a game.
     gc.collect()
     gc.freeze()
+
+
+def make(form: Form) -> None:
+    """Compile the loop of a form that no scene has, or load it."""
+    play = compiled.play_shots(*form)
+    if not play.signatures:
+        with compiled.turn(play):
+            play(np.zeros(1, dtype=form.work), *nothing(form.sides), 0, 0)
+    single.remember(form, play)
+    compiled.note_form(loop.play_shots, form)
 
 
 def load(scene: Scene) -> bool:

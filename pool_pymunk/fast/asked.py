@@ -35,11 +35,21 @@ from pool_pymunk.fast.records import (
 )
 from pool_pymunk.fast.shared import share_out
 from pool_pymunk.fast.tables import AS_LISTED, AT_ONCE
+from pool_pymunk.fast.walls import (
+    STILL,
+    drift_of,
+    drives,
+    nearest,
+    note_struck,
+    read_how,
+    read_moving,
+    speed_with_walls,
+    sweep_of,
+)
 from pool_pymunk.fast.walls import coefficients as coefficients_of_wall
-from pool_pymunk.fast.walls import nearest
-from pool_pymunk.physics import contact, laws
+from pool_pymunk.physics import contact, laws, moving
 from pool_pymunk.physics.complementarity import decide
-from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed
+from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed, relative, speed_in
 from pool_pymunk.physics.forces import is_own as asks_own
 from pool_pymunk.physics.forces import kept_steady as keeps_steady
 from pool_pymunk.physics.forces import own_pull as asks_pull
@@ -145,21 +155,23 @@ def pair_of(one: Any) -> Pair:
     return Pair(one.pair.m_a, one.pair.m_b, one.pair.restitution, one.pair.friction)
 
 
-def drift_of(one: Any) -> Vector:
-    return 0.0, 0.0
-
-
 def kick_of(w: Work, k: int) -> float:
     return 0.0  # Tables with walls that kick are played in Python.
 
 
-def sweep(w: Work, sides: Sides, i: int, other: int) -> tuple[float, float, float, float]:
-    return 0.0, 0.0, 0.0, 0.0
+def sweep(w: Work, sides: Sides, i: int, other: int) -> Four:
+    if other >= 0:
+        return STILL
+    x, y, _, _ = motion_at(due.path_of(w.ball[i]), w.now)
+    moves: Four = sweep_of(sides[-1 - other], sides, w.now, x, y)
+    return moves
 
 
 def read_drift(w: Work, sides: Sides, other: int, row: Any) -> None:
     for n in range(6):
         row[n] = 0.0
+    if other < 0:
+        read_how(sides[-1 - other], w.now, row)
 
 
 def squeezes(w: Work) -> bool:
@@ -175,11 +187,12 @@ def read_contact(w: Work, sides: Sides, k: int, i: int, other: int) -> Any:
     one, x, y = at.contact[k], at.place[i][0], at.place[i][1]
     one.a, one.pair.m_a = i, w.ball[i].mass
     one.pair.restitution, one.pair.friction = coefficients(w, sides, i, other)
+    read_moving(one, w, sides, i, other)
     if other >= 0:
         one.b, one.pair.m_b = other, w.ball[other].mass
         one.normal[0], one.normal[1] = unit(at.place[other][0] - x, at.place[other][1] - y)
         return one
-    side = nearest(sides, sides[-1 - other], x, y, w.ball[i].radius)
+    side = nearest(sides[-1 - other], sides, w.now, x, y, w.ball[i].radius)
     one.b, one.wall, one.pair.m_b = NO_BALL, side.wall, math.inf
     one.normal[0], one.normal[1] = normal(side, x, y)
     one.curvature = curvature(side, x, y)
@@ -187,8 +200,12 @@ def read_contact(w: Work, sides: Sides, k: int, i: int, other: int) -> Any:
 
 
 def answer_group(w: Work, count: int) -> None:
-    """Answer a group of contacts by the law: at once, in the listing's order, or by a mean."""
+    """Answer a group of contacts by the law: at once, in the listing's order, or by a mean.
+
+    Where walls that move leave balls no room, the engine plays on.
+    """
     at = w.instant
+    usual = speed_with_walls(at.group[0], at, count)
     if w.scene.together == AT_ONCE and push_at_once(at.group, count, at.velocity, at):
         for m in range(count):
             at.impulse[at.member[m]] = (at.pushes[m], at.rest[m], -at.rest[m])
@@ -196,6 +213,7 @@ def answer_group(w: Work, count: int) -> None:
         answer_as_listed(w, count)
     else:
         answer_in_orders(w, count)
+    w.is_hard |= usual > 0.0 and speed_in(at.group, count, at.velocity) > asked.SQUIRTS * usual
 
 
 def answer_as_listed(w: Work, count: int) -> None:
@@ -228,7 +246,7 @@ def answer_in_orders(w: Work, count: int) -> None:
 
 
 def can_leap(w: Work) -> bool:
-    return bool(w.scene.kind == 0)
+    return bool(w.scene.kind == 0) and not drives(w.instant.contact[0], w.instant)
 
 
 def room_to_collapse(w: Work) -> Any:
@@ -243,7 +261,9 @@ def read_plastic(w: Work, k: int) -> None:
 
 def settle_group(w: Work, count: int) -> None:
     at = w.instant
+    usual = speed_with_walls(at.group[0], at, count)
     w.is_hard |= not push_at_once(at.group, count, at.velocity, at)
+    w.is_hard |= usual > 0.0 and speed_in(at.group, count, at.velocity) > asked.SQUIRTS * usual
     if may_roll(w.ball[0]) and not w.is_hard:  # Cushions slow a roll by their impulses.
         share_out(w, count)
 
@@ -272,7 +292,7 @@ def facing(w: Work, sides: Sides, i: int, other: int) -> tuple[float, float, flo
         u, v, _, _ = motion_at(due.path_of(w.ball[other]), w.now)
         nx, ny = unit(u - x, v - y)
         return nx, ny, 0.0
-    side = nearest(sides, sides[-1 - other], x, y, w.ball[i].radius)
+    side = nearest(sides[-1 - other], sides, w.now, x, y, w.ball[i].radius)
     nx, ny = normal(side, x, y)
     return nx, ny, curvature(side, x, y)
 
@@ -301,7 +321,7 @@ def read_shape(w: Work, sides: Sides, i: int, other: int, numbers: Any) -> int:
         numbers[0] = r + w.ball[other].radius
         return BALL
     x, y, _, _ = motion_at(due.path_of(w.ball[i]), w.now)
-    what, found = shape(nearest(sides, sides[-1 - other], x, y, r), x, y, r)
+    what, found = shape(nearest(sides[-1 - other], sides, w.now, x, y, r), x, y, r)
     numbers[0], numbers[1], numbers[2], numbers[3] = found[0], found[1], found[2], found[3]
     numbers[4], numbers[5], numbers[6], numbers[7] = found[4], found[5], found[6], found[7]
     return int(what)
@@ -392,6 +412,7 @@ def count_unlisted(w: Work) -> None:
 
 def note_contact(w: Work, k: int) -> None:
     one = w.instant.contact[k]
+    note_struck(one, w)
     if w.scene.hears & HITS:
         w.track.is_heard |= closing_of(w, one) >= (1.0 - NOISE) * w.scene.least
     if one.b != NO_BALL:
@@ -405,6 +426,7 @@ def closing_of(w: Work, one: Any) -> float:
     """Return how fast (m/s) the sides of a contact close on the present paths."""
     (nx, ny), (_, _, vx, vy) = one.normal, motion(w, one.a)
     if one.b == NO_BALL:
+        vx, vy = relative((vx, vy), drift_of(one))
         return float(-(vx * nx + vy * ny))
     _, _, ux, uy = motion(w, one.b)
     return float((vx - ux) * nx + (vy - uy) * ny)
@@ -483,7 +505,7 @@ def note_impulse(w: Work, i: int, other: int, began: float, impulse: Vector) -> 
         r.helds += 1
         one[0], one[1], one[2], one[4], one[5] = i, other, began, 0.0, 0.0
         one[6], one[7], _, _ = motion(w, i)
-        one[8], one[9], _, _ = motion(w, max(other, 0))
+        one[8], one[9], _, _ = motion(w, other) if other >= 0 else (w.now, 0.0, 0.0, 0.0)
     one[3], one[4], one[5] = w.now, one[4] + impulse[0], one[5] + impulse[1]
 
 
@@ -563,6 +585,8 @@ TWINS |= {
     asked.predict: due.predict, asked.find_cluster: instant.find_cluster,
     asked.find_touching: cluster_around, contact.pair_of: pair_of,
     contact.drift_of: drift_of, asks_own: is_own,
+    moving.gap_of: kinds.flat_gap, moving.normal_of: kinds.flat_normal,
+    moving.curvature_of: kinds.flat_curvature, moving.height_of: kinds.flat_height,
     asks_pull: own_pull, keeps_steady: kept_steady, finds_root: root_of,
     laws.balls_after: kinds.ball_ball, laws.cushion_after: kinds.cushion,
     laws.jumps_at: kinds.jumps,

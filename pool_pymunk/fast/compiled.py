@@ -61,6 +61,7 @@ APART = (
     "pool_pymunk.physics.collapse",
     "pool_pymunk.physics.complementarity",
     "pool_pymunk.physics.forces",
+    "pool_pymunk.physics.moving",
     "pool_pymunk.physics.patches",
     "pool_pymunk.physics.persistent",
     "pool_pymunk.physics.pieces",
@@ -242,10 +243,11 @@ def _register(function: FunctionType, links: bool) -> None:
     """Tell numba that compiled functions may call this one."""
 
     def implementation(*args: Any, **_: Any) -> FunctionType:
-        if not hasattr(function, "choice"):
-            return cast("FunctionType", getattr(function, "compiled", function))
-        has, one, other = function.choice
-        return cast("FunctionType", one if args[0].typeof(has).shape[0] > 0 else other)
+        twin = getattr(function, "compiled", function)
+        while hasattr(twin, "choice"):
+            has, one, other = twin.choice
+            twin = one if args[0].typeof(has).shape[0] > 0 else other
+        return cast("FunctionType", twin)
 
     options: dict[str, Any] = PLAIN
     if links:

@@ -282,7 +282,7 @@ def _path_of(g: Any, i: int) -> Path:
 
 def _surface_at(g: Any, wall: int, x: float, y: float, radius: float) -> Any:
     sides, first = g.walls
-    side = nearest(sides, sides[first[wall]], x, y, radius)
+    side = nearest(sides[first[wall]], sides, 0.0, x, y, radius)
     return kinds.normal(side, x, y), kinds.curvature(side, x, y)
 
 

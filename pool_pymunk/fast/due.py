@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from pool_pymunk.engine import decisions
 from pool_pymunk.engine.borders import next_crossing
 from pool_pymunk.engine.groups import holds
 from pool_pymunk.engine.near import box, horizon
 from pool_pymunk.engine.persisting import takes
-from pool_pymunk.fast.kinds import time_of_contact
+from pool_pymunk.fast.kinds import where
 from pool_pymunk.fast.records import NOTHING, Moving, Sides, Work
+from pool_pymunk.fast.walls import does_nothing, meeting_time, standing_time
 from pool_pymunk.physics.pairs import pair_time
 from pool_pymunk.physics.path import Path
 
@@ -107,7 +109,7 @@ def look_for_walls(w: Work, sides: Sides, i: int, after: float) -> None:
         for k in range(len(sides)):
             if holds(w.groups, i, -1 - sides[k].first):
                 continue
-            t = time_of_contact(sides[k], path, ball.radius, w.now)
+            t = standing_time(sides[k], path, ball.radius, w.now)
             if t < first:
                 second = second if sides[k].wall == wall else first
                 found, wall, first = k, sides[k].wall, t
@@ -115,6 +117,8 @@ def look_for_walls(w: Work, sides: Sides, i: int, after: float) -> None:
                 second = t
         if first <= after or (first < math.inf and may_press(w, i, i, first)):
             found, first, second = not_taken(w, sides, i, after)
+    found, first, second = with_movers(due, w, sides, i, after, (found, first, second))
+    if ball.speed > 0.0:
         if first < math.inf:
             due.path_end = first + decisions.nearly_now(ball.radius, ball.speed)
         elif ball.end < math.inf and w.groups.leader[i] == NOTHING:
@@ -142,7 +146,7 @@ def not_taken(w: Work, sides: Sides, i: int, after: float) -> tuple[int, float, 
             continue
         side, soonest = n, math.inf
         for k in range(n, sides[n].last):
-            t = time_of_contact(sides[k], path, ball.radius, w.now)
+            t = standing_time(sides[k], path, ball.radius, w.now)
             if t < soonest:
                 side, soonest = k, t
         is_taken = soonest < math.inf and may_press(w, i, i, soonest)
@@ -153,6 +157,64 @@ def not_taken(w: Work, sides: Sides, i: int, after: float) -> tuple[int, float, 
         elif soonest < second:
             second = soonest
     return found, first, second
+
+
+# -- walls that move -------------------------------------------------------------------------------
+
+
+def join_movers(
+    due: Any, w: Work, sides: Sides, i: int, after: float, walls: tuple[int, float, float]
+) -> tuple[int, float, float]:
+    """Return a path's first wall and second wall, of those that stand and those that move.
+
+    Keep those that stand: the others have another motion in the next step.
+    """
+    found, first, second = walls
+    due.standing[0], due.standing[1], due.standing[2] = found, first, second
+    ball = w.ball[i]
+    path = path_of(ball)
+    for n in range(len(sides)):
+        if sides[n].mover[0] < 0 or holds(w.groups, i, -1 - n):
+            continue
+        t = meeting_time(sides[n], sides, path, ball.radius, w.now)
+        is_taken = t < math.inf and may_press(w, i, i, t)
+        if t <= after or (is_taken and takes(w, sides, i, -1 - n, t)):
+            continue
+        if t < first:
+            found, first, second = n, t, first
+        elif t < second:
+            second = t
+    return found, first, second
+
+
+def join_none(
+    due: Any, w: Work, sides: Sides, i: int, after: float, walls: tuple[int, float, float]
+) -> tuple[int, float, float]:
+    """Return a path's first wall and second wall, which stand."""
+    return walls
+
+
+def foresee_movers(due: Any, w: Work, sides: Sides, only_resting: bool) -> None:
+    """Predict when balls meet walls that move in the step that begins."""
+    for i in range(w.scene.balls):
+        due, is_there = w.due[i], w.ball[i].box[0] <= w.ball[i].box[2]
+        if is_there and not (only_resting and w.ball[i].moves):
+            walls = int(due.standing[0]), due.standing[1], due.standing[2]
+            due.side, due.wall_t, due.second_t = join_movers(due, w, sides, i, -math.inf, walls)
+            note_next(w, i)
+
+
+def forget_standing(due: Any) -> None:
+    """Forget which standing walls a ball meets."""
+    due.standing[0], due.standing[1], due.standing[2] = NOTHING, math.inf, math.inf
+
+
+with_movers = where("standing", join_movers, join_none)
+foresee = where("standing", foresee_movers, does_nothing)
+forget_standing_walls = where("standing", forget_standing, does_nothing)
+
+
+# -- other balls -----------------------------------------------------------------------------------
 
 
 def look_ahead(w: Work, i: int) -> None:

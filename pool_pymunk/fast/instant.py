@@ -8,9 +8,9 @@ from pool_pymunk.engine import decisions
 from pool_pymunk.engine.instants import has_met
 from pool_pymunk.engine.policies import nearly_closed
 from pool_pymunk.fast.due import path_of
-from pool_pymunk.fast.kinds import gap, time_of_contact
+from pool_pymunk.fast.kinds import gap
 from pool_pymunk.fast.records import MOST_TOGETHER, NOTHING, Sides, Work
-from pool_pymunk.fast.walls import nearest
+from pool_pymunk.fast.walls import meeting_time, nearest, rounding
 from pool_pymunk.physics.path import motion_at
 
 # -- what comes at this instant --------------------------------------------------------------------
@@ -62,7 +62,7 @@ def meets_wall(w: Work, sides: Sides, i: int, n: int, latest: float) -> bool:
     """Tell whether a ball meets a wall until ``latest`` (s), and touches it now."""
     ball, t = w.ball[i], math.inf
     for k in range(n, sides[n].last):
-        t = min(t, time_of_contact(sides[k], path_of(ball), ball.radius, ball.t))
+        t = min(t, meeting_time(sides[k], sides, path_of(ball), ball.radius, ball.t))
     return t <= min(latest, latest_of(w, i, NOTHING)) and touches_wall(w, sides, i, n, 1.0)
 
 
@@ -85,7 +85,8 @@ def touches_wall(w: Work, sides: Sides, i: int, n: int, times: float) -> bool:
     """Tell whether a ball touches now the wall whose first side is ``n``."""
     x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
     r = w.ball[i].radius
-    room = gap(nearest(sides, sides[n], x, y, r), x, y, r)
+    room = gap(nearest(sides[n], sides, w.now, x, y, r), x, y, r)
+    room -= rounding(sides[n], sides, w, i, x, y)
     return decisions.is_closed(room / times, x, y, r)
 
 
@@ -93,7 +94,7 @@ def gap_to_wall(w: Work, sides: Sides, i: int, n: int) -> float:
     """Return the gap (m) between a ball and the wall whose first side is ``n`` now."""
     x, y, _, _ = motion_at(path_of(w.ball[i]), w.now)
     r = w.ball[i].radius
-    return float(gap(nearest(sides, sides[n], x, y, r), x, y, r))
+    return float(gap(nearest(sides[n], sides, w.now, x, y, r), x, y, r))
 
 
 # -- what touches ----------------------------------------------------------------------------------

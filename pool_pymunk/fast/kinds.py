@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from pool_pymunk.physics.contact import NT, Pair
 from pool_pymunk.physics.dual import dual, slope, slopes_of
 from pool_pymunk.physics.laws import COMPILED
+from pool_pymunk.physics.moving import height_before
 from pool_pymunk.physics.sides import Arc, Face, Rim, RoundSide
 
 # These kinds of sides are compiled, each with how it is read from its numbers.
@@ -17,6 +19,8 @@ KINDS: dict[type, Callable[[Any], Any]] = {
     Rim: lambda p: Rim((p[0], p[1]), p[2]),
     Arc: lambda p: Arc((p[0], p[1]), p[2], (p[3], p[4]), (p[5], p[6]), p[7]),
 }
+FLATS, FACE = (Face, RoundSide), 0
+read_face, read_round = KINDS[Face], KINDS[RoundSide]
 
 
 def by_kind(methods: Sequence[Callable[..., Any]], number: int = 0) -> Callable[..., Any]:
@@ -49,12 +53,22 @@ def where(has: str, one: Callable[..., Any], other: Callable[..., Any]) -> Calla
 
 def answer(question: str, kind: type) -> Callable[..., Any]:
     """Return a function of a record of SIDES, which asks this kind of side a question."""
-    ask, read = getattr(kind, question), KINDS[kind]
+    return reading(getattr(kind, question), kind)
+
+
+def reading(ask: Callable[..., Any], kind: type) -> Callable[..., Any]:
+    """Return a function of a record of SIDES, for a function of this kind of side."""
+    read = KINDS[kind]
 
     def answered(side: Any, *args: Any) -> Any:
         return ask(read(side.numbers), *args)
 
     return answered
+
+
+def has_no_line(side: Any, x: float, y: float) -> float:
+    """Return that no place is before the line of a round side."""
+    return -math.inf
 
 
 def slopes(method: Any, by_duals: Callable[..., Any]) -> Callable[..., Any]:
@@ -109,6 +123,11 @@ gap = by_kind([answer("gap", kind) for kind in KINDS])
 curvature = by_kind([answer("curvature", kind) for kind in KINDS])
 normal = by_kind([answer("normal", kind) for kind in KINDS])
 shape = by_kind([answer("shape", kind) for kind in KINDS])
+# Sides of bodies that move are of the first two kinds only.
+flat_gap = by_kind([answer("gap", kind) for kind in FLATS])
+flat_curvature = by_kind([answer("curvature", kind) for kind in FLATS])
+flat_normal = by_kind([answer("normal", kind) for kind in FLATS])
+flat_height = by_kind([reading(height_before, Face), has_no_line])
 time_of_contact = where(
     "own",
     by_kind([answer("time_of_contact", kind) for kind in KINDS]),

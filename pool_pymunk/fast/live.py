@@ -17,20 +17,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.due import Hit, What, hit_of
+from pool_pymunk.engine.due import Hit, What, ends_of, hit_of
 from pool_pymunk.engine.groups import FORM, NONE, OF_PATCHES, contact_of
 from pool_pymunk.engine.near import NOWHERE
 from pool_pymunk.engine.recorder import Persisted
-from pool_pymunk.fast.loop import ENTER, GO_ON, PAUSED
+from pool_pymunk.fast.loop import ENTER, FORESEE, GO_ON, PAUSED, STATE
 from pool_pymunk.fast.records import (
     CROWD,
     HITS,
     MOST_BALLS,
+    MOST_MOVERS,
     MOST_TOGETHER,
     NOTHING,
     STOPS,
     WHOLE,
-    WORKS,
     nothing,
 )
 from pool_pymunk.fast.tables import (
@@ -42,6 +42,7 @@ from pool_pymunk.fast.tables import (
     fits,
     knows,
     law_number,
+    moves,
     own_of,
     put_patches,
     together_number,
@@ -50,10 +51,12 @@ from pool_pymunk.model import Scene
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
+from pool_pymunk.physics.moving import MovingWall
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.pressed import lengths
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.world.ball import of_any_two
+from pool_pymunk.world.broad_phase import may_collide
 from pool_pymunk.world.steps import Steps
 
 # the numbers of an engine's groups besides their rows
@@ -61,10 +64,13 @@ NUMBERS = (
     "members", "loosened", "waits", "hits", "todos", "begun", "used", "free", "begun_t", "coarser",
 )  # fmt: skip
 # An instant that is handed back must not have changed these, nor its numbers.
-KEPT = "ball", "due", "last", "now", "errors", "is_hard", "in_doubt", "collapses", "groups"
+KEPT = (
+    "ball", "due", "last", "now", "errors", "is_hard", "in_doubt", "collapses", "groups", "struck",
+    "met",
+)  # fmt: skip
 LISTS = "leader", "contact", "one", "other", "following", "on"  # of the contacts of groups
 UNKNOWN = -math.inf  # What is due next must be asked for.
-FREE: dict[tuple[bool, bool], list[Any]] = {}  # records of engines that are gone
+FREE: dict[Any, list[Any]] = {}  # records of engines that are gone, by their forms
 # The engine plays; the engine has taken over what the record had; the loop plays.
 OFF, TAKEN, ON = range(3)
 
@@ -136,20 +142,26 @@ class Loop:
     def _may_play(self) -> bool:
         """Tell whether the compiled loop knows all that is on the table."""
         engine, law = self.engine, self.engine.law
-        differ = own_of(engine.walls) is None
-        self.form = Form(type(engine.surface) is Rolling, differ, len(engine.paths) > MOST_BALLS)
+        differ, rolls = own_of(engine.walls) is None, type(engine.surface) is Rolling
+        self.form = Form(rolls, differ, len(engine.paths) > MOST_BALLS, bool(engine.movers))
         is_bounded = engine.tally.most < math.inf or engine.tally.most_unlisted < math.inf
         return (
             engine.compiled and self.form in self.loaded and not is_bounded
             and type(engine.surface) in (Sliding, Rolling) and knows(engine.walls)
             and len(engine.paths) <= CROWD and engine.is_finite
-            and self._has_room(engine.groups)
+            and self._has_room(engine.groups) and not engine.jams and not engine.squeezed
             and law_number(law) != NOTHING and together_number(law) not in (NOTHING, IN_ORDERS)
             and engine.recorder is self.table.callbacks
             and all(ball.is_as_it_came() for ball in self.table.on_table())
-            and fits(engine.patches)
+            and fits(engine.patches) and self._all_collide()
             and pairs_of(self.table.pair_as_said, engine.masses) is not None
         )  # fmt: skip
+
+    def _all_collide(self) -> bool:
+        """Tell whether the filters of all shapes let them collide."""
+        filters = {ball.circle.filter for ball in self.table.on_table()}
+        filters |= {each.shape.filter for each in self.table.walls.obstacles.values()}
+        return all(may_collide(one, other) for one in filters for other in filters)
 
     def _has_room(self, own: Any) -> bool:
         """Tell whether the record has room for an engine's groups, and for what met just now."""
@@ -178,6 +190,8 @@ class Loop:
         for i in range(self.balls):
             self._write_ball(i, i in there)
         self._write_groups()
+        for name in ("is_in", "changed"):  # An instant that was handed back has left its marks.
+            self.instant[name] = 0
         status, _ = self.ask(ENTER)
         if status != PAUSED:
             return False
@@ -192,7 +206,7 @@ class Loop:
     def _hold(self) -> None:
         """Have a record of the right form, and arrays of the walls."""
         engine = self.engine
-        if self.array is None or self.array.dtype != WORKS[self.form.rolls, self.form.many]:
+        if self.array is None or self.array.dtype != self.form.work:
             self.array = record_of(self.engine, self.form)
             self.scene = self.array["scene"][0]
             self.ball, self.due = self.array["ball"][0], self.array["due"][0]
@@ -201,12 +215,57 @@ class Loop:
             self.lists = SimpleNamespace(**{name: self.groups[name] for name in LISTS})
             numbers = [name for name in self.instant.dtype.names if self.instant[name].ndim == 0]
             instant = [self.array["instant"][name] for name in (*numbers, "met")]
-            self.parts = [*(self.array[name] for name in KEPT), *instant]
+            self.parts = [
+                as_bytes(part) for part in (*(self.array[name] for name in KEPT), *instant)
+            ]
         self.walls, self.balls = tuple(engine.walls), len(engine.paths)
-        differ = self.form.differ
+        _, differ, _, has_movers = self.form
         owned = [(wall.restitution, wall.friction) for wall in engine.walls] if differ else ()
-        self.arrays = arrays_of(engine.walls, None, owned)
-        self.no_shots = nothing(differ)[1:]
+        self.arrays = arrays_of(engine.walls, None, owned, has_movers)
+        self.no_shots = nothing(self.form.sides)[1:]
+        self.movers = [wall.moving for wall in engine.walls if isinstance(wall, MovingWall)]
+        self.motions = [self.arrays.sides.motion[np.flatnonzero(self.arrays.sides.mover == k)[0]]
+                        for k in range(len(self.movers))]  # fmt: skip
+        self._write_movers()
+
+    # -- walls that move ---------------------------------------------------------------------------
+
+    def foresee(self) -> bool:
+        """Predict whom walls meet that move in the step that begins; return False if not."""
+        if self.state == ON and self.engine.jams:
+            self.leave()
+        if self.state != ON:
+            return False
+        self._write_movers()
+        self.array["now"] = self.engine.now
+        self.ask(FORESEE)
+        return True
+
+    def _write_movers(self) -> None:
+        """Let the record know how walls move, and how often they have met balls in this step."""
+        for side, row in zip(self.movers, self.motions, strict=True):
+            row[:] = side.how[2:]
+        if self.movers:
+            for name, counts in ("struck", self.engine.struck), ("met", self.engine.met):
+                row = self.array[name][0]
+                row[:] = 0
+                for (i, wall), count in counts.items():
+                    row[i * MOST_MOVERS + self._mover_of(wall)] = count
+
+    def _mover_of(self, wall: int) -> int:
+        """Return the number by which the record knows a wall that moves."""
+        return self.movers.index(self.walls[wall].moving)
+
+    def _read_movers(self) -> None:
+        """Let the engine know how often walls that move have met balls in this step."""
+        engine, walls = self.engine, [k for k, wall in enumerate(self.walls) if moves(wall)]
+        for name, counts in ("struck", engine.struck), ("met", engine.met):
+            counts.clear()
+            row = self.array[name][0]
+            for k in np.flatnonzero(row).tolist():
+                counts[k // MOST_MOVERS, walls[k % MOST_MOVERS]] = int(row[k])
+
+    # -- what the record takes over ----------------------------------------------------------------
 
     def _write_scene(self) -> None:
         engine = self.engine
@@ -245,6 +304,8 @@ class Loop:
         for name in NUMBERS:
             self.groups[name] = getattr(own, name)
         self.groups["patch"] = NONE
+        for name in ("other", "wait", "hit"):  # A table before may have had more walls.
+            self.groups[name] = 0
         for name, many in self._rows():
             self.groups[name][:many] = getattr(own, name)[:many]
         sides = [self._side_of(k) if wall.sides else NOTHING for k, wall in enumerate(self.walls)]
@@ -326,6 +387,7 @@ class Loop:
                 engine.rested[i] = engine.now
         engine.collapses = int(self.array["collapses"][0])
         self._read_groups()
+        self._read_movers()
         if engine.has_patches:
             engine.put_all()
         self._read_instant()
@@ -373,14 +435,14 @@ class Loop:
 
     def _tell(self) -> None:
         """Tell the recorder what has happened, and let the engine have the paths of the balls."""
-        engine, track, changed = self.engine, self.track, dict[int, None]()
-        engine.now, done = float(self.array["now"][0]), 0
+        engine, track, changed, done = self.engine, self.track, dict[int, None](), 0
         rows = track["row"][: track["rows"]].tolist()
         for t, i, other, *impulse, count in track["event"][: track["events"]].tolist():
             self._follow(rows[done : int(count)], changed)
-            done = max(done, int(count))
+            done, engine.now = max(done, int(count)), t
             self._tell_event(t, int(i), int(other), impulse)
         self._follow(rows[done:], changed)
+        engine.now = float(self.array["now"][0])
         starts = enumerate(self.ball["t"][: self.balls].tolist())
         changed |= {i: None for i, began in starts if began != engine.paths[i].t}
         self._read_balls([i for i in changed if i not in self.table.near.gone])
@@ -436,14 +498,8 @@ class Loop:
         """Let the engine know the contacts that persist."""
         if not self.groups["helds"] and not self.engine.groups.persisted:
             return
-        old, found = self.engine.groups.persisted, dict[Hit, Persisted]()
-        for one in self.groups["held"][: self.groups["helds"]].tolist():
-            hit = self._hit(one)
-            known = old.get(hit)
-            if known is None or known.since != one[2]:
-                found[hit] = self._persisted(one)
-            else:
-                found[hit] = known._replace(until=one[3], x=one[4], y=one[5])
+        held = self.groups["held"][: self.groups["helds"]].tolist()
+        found = {self._hit(one): self._persisted(one) for one in held}
         self.engine.groups.persisted = found
 
     def _hit(self, one: list[float]) -> Hit:
@@ -451,13 +507,26 @@ class Loop:
         return hit_of(i, other if other >= 0 else -1 - int(self.arrays.sides.wall[-1 - other]))
 
     def _persisted(self, one: list[float]) -> Persisted:
-        """Return a persistent contact of the record."""
-        hit, (since, until, x, y, *places) = self._hit(one), one[2:]
-        other = hit.j if hit.kind == "pair" else -1 - hit.j
-        place: dict[int, Vector] = {hit.i: (places[0], places[1])}
+        """Return a persistent contact of the record; its sides are as it was first noted."""
+        engine, hit, (since, until, x, y, *places) = self.engine, self._hit(one), one[2:]
+        known = engine.groups.persisted.get(hit)
+        if known is not None and known.since == since:
+            return known._replace(until=until, x=x, y=y)
+        (i, other), now = ends_of(hit), engine.now
+        place: dict[int, Vector] = {i: (places[0], places[1])}
         if other >= 0:
             place[other] = places[2], places[3]
-        return Persisted(self.engine.contact_at(hit.i, other, place), since, until, x, y)
+        else:
+            engine.now = places[2]
+        contact, engine.now = engine.contact_at(i, other, place), now
+        return Persisted(contact, since, until, x, y)
+
+    def state_of(self, i: int) -> list[float]:
+        """Return the state of a ball of a group now, as the engine does."""
+        self.scene["steps"] = i
+        self.ask(STATE, self.engine.now)
+        state: list[float] = self.array["last"][0, i].tolist()
+        return state
 
     def presses(self, i: int, other: int) -> bool:
         """Tell whether a contact has a force now."""
@@ -476,17 +545,21 @@ class Loop:
                 return
 
 
+def as_bytes(part: Any) -> Any:
+    """Return a view of a part of a record as bytes, which NumPy copies some times as fast."""
+    return part.reshape(-1).view(np.uint8)
+
+
 def record_of(engine: ContactEngine, form: Form) -> Any:
     """Return a record for an engine; that of an engine that is gone serves again.
 
     It takes a millisecond or more to make one.
     """
-    its = form.rolls, form.many
-    free = FREE.setdefault(its, [])
+    free = FREE.setdefault((form.rolls, form.many, form.moves), [])
     try:  # Another thread may take the last one.
         record = free.pop()
     except IndexError:
-        record = np.zeros(1, dtype=WORKS[its])
+        record = np.zeros(1, dtype=form.work)
     weakref.finalize(engine, free.append, record)
     return record
 

@@ -20,6 +20,8 @@ from pool_pymunk.engine.near import NOWHERE, box, piece
 from pool_pymunk.fast import asked  # noqa: F401  It gives functions their twins.
 from pool_pymunk.fast.due import (
     due_next,
+    foresee,
+    forget_standing_walls,
     look_ahead,
     may_roll,
     meet_others,
@@ -50,6 +52,7 @@ from pool_pymunk.fast.records import (
     Tracks,
     Work,
 )
+from pool_pymunk.fast.walls import note_meeting
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.complementarity import decide
@@ -63,7 +66,8 @@ from pool_pymunk.physics.surface import NO_ROLL, roll_at
 # is paused where there is no more room for it.
 SETTLED, OUT_OF_TIME, OUT_OF_EVENTS, PAUSED, HARD = 0, 1, 2, 3, -1
 # what the engine asks the press for (fast/press.py), and a table the loop (fast/live.py)
-PIECE, DECIDE, END, ENTER, GO_ON = 1, 2, 3, 4, 5
+PIECE, DECIDE, END, ENTER, GO_ON, FORESEE, STATE = 1, 2, 3, 4, 5, 6, 7
+Six = tuple[float, float, float, float, float, float]
 ALMOST = 0.75  # of the room for tracks; what happens at one instant takes less than the rest
 
 
@@ -117,10 +121,11 @@ def answer_press(w: Work) -> None:
 def answer_table(w: Work, sides: Sides) -> None:
     """Enter the balls of a table, which are on their paths, or go on until a time (s).
 
-    Answer with the status, with the time (s) of what is due next, and whether somebody is to hear.
+    Where walls move, foresee whom they meet in a step. Answer with the status, with the time (s) of
+    what is due next, and whether somebody is to hear; or keep the state of a ball of a group.
     """
-    found, is_there = w.scene.answer, w.scene.asks == ENTER
-    if is_there:
+    found, asks = w.scene.answer, w.scene.asks
+    if asks == ENTER:
         clear_dues(w)
         for i in range(w.scene.balls):
             ball = w.ball[i]
@@ -128,7 +133,11 @@ def answer_table(w: Work, sides: Sides) -> None:
             if not ball.is_off:
                 put_box(ball, box(path_of(ball), ball.radius, w.now, math.inf))
         predict_anew(w, sides)
-    found[0] = PAUSED if is_there else play(w, sides)
+    if asks == STATE:
+        keep_state(w, w.scene.steps, state_in_group(w, w.scene.steps, w.scene.time))
+    elif asks != GO_ON:
+        foresee(w.due[0], w, sides, asks == ENTER)
+    found[0] = play(w, sides) if asks == GO_ON else PAUSED
     found[0] = HARD if w.is_hard else found[0]
     _, found[1], _ = due_next(w)
     found[2] = has_told(w, found[1])
@@ -189,16 +198,26 @@ def write_shot(w: Work, out: Out, s: int) -> None:
     out.hits[s], out.cushions[s], out.first_hit[s] = count.hits, count.cushions, count.first_hit
 
 
-def state_at(w: Work, i: int, t: float) -> tuple[float, float, float, float, float, float]:
+def state_at(w: Work, i: int, t: float) -> Six:
     """Return x, y (m), vx, vy, wx, wy (m/s) of a ball at a time (s)."""
-    leader = w.groups.leader[i]
-    if leader != NOTHING and w.ball[i].moves:
-        groups.find_state(w, leader, t)
-        p, end = 6 * w.groups.local[i], w.press.end
-        return end[p], end[p + 1], end[p + 2], end[p + 3], end[p + 4], end[p + 5]
+    if w.groups.leader[i] != NOTHING and w.ball[i].moves:
+        return state_in_group(w, i, t)
     x, y, vx, vy = motion_at(path_of(w.ball[i]), t)
     wx, wy = roll_at(path_of(w.ball[i]), t) if may_roll(w.ball[i]) else NO_ROLL
     return x, y, vx, vy, wx, wy
+
+
+def state_in_group(w: Work, i: int, t: float) -> Six:
+    """Return the same of a ball of a group."""
+    groups.find_state(w, w.groups.leader[i], t)
+    p, end = 6 * w.groups.local[i], w.press.end
+    return end[p], end[p + 1], end[p + 2], end[p + 3], end[p + 4], end[p + 5]
+
+
+def keep_state(w: Work, i: int, state: Six) -> None:
+    """Keep how a ball moves."""
+    last = w.last[i]
+    last[0], last[1], last[2], last[3], last[4], last[5] = state
 
 
 def write_track(w: Work, tracks: Tracks, rows: int, events: int) -> tuple[int, int]:
@@ -297,6 +316,8 @@ def answer_due(w: Work, sides: Sides, i: int, j: int, other_t: float) -> None:
     """
     at = w.instant
     at.dues, at.due[0, 0], at.due[0, 1] = 1, i, j if j >= 0 else -1 - sides[w.due[i].side].first
+    if j < 0:
+        note_meeting(sides[w.due[i].side], w, i)
     if may_come_together(w, i, j, other_t):
         gather(w, sides, i, j)
     if not w.is_hard:
@@ -377,6 +398,7 @@ def clear_dues(w: Work) -> None:
         due.wall_t = due.second_t = due.stop_t = due.look_t = due.ball_t = math.inf
         due.piece_t = due.press_t = due.patch_t = math.inf
         due.until = w.next_t[i] = math.inf
+        forget_standing_walls(due)
         w.anew[i] = 0
         for j in range(i + 1, w.scene.balls):
             w.pair_t[i, j] = math.inf
@@ -405,5 +427,4 @@ def tell_all(w: Work) -> None:
     for m in range(w.groups.helds):
         keep_held(w, m)
     for i in range(w.scene.balls):
-        last = w.last[i]
-        last[0], last[1], last[2], last[3], last[4], last[5] = state_at(w, i, w.now)
+        keep_state(w, i, state_at(w, i, w.now))

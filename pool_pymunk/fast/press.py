@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.fast.loop import DECIDE, END, PIECE
-from pool_pymunk.fast.records import CROWD, MOST_BALLS, MOST_TOGETHER, WORKS, nothing
+from pool_pymunk.fast.records import CROWD, MOST_BALLS, MOST_TOGETHER, nothing
 from pool_pymunk.fast.tables import Form
 from pool_pymunk.physics.pieces import Piece
 from pool_pymunk.physics.pressed import FORM, Press
@@ -43,9 +43,9 @@ class RecordPress(Press):
     balls, contacts, steps, rolls = map(number, NUMBERS)
 
     def __init__(self, form: Form, play: Any) -> None:
-        work = np.zeros(1, dtype=WORKS[form.rolls, form.many])
+        work = np.zeros(1, dtype=form.work)
         self.play, self.work = play, work
-        self.nothing = nothing(form.differ)
+        self.nothing = nothing(form.sides)
         press, self.asks = work["press"], work["scene"][0]
         self.numbers = {name: views(press[name]) for name in NUMBERS}
         self.room = CROWD if form.many else MOST_BALLS, MOST_TOGETHER

@@ -13,6 +13,7 @@ import numpy as np
 from pool_pymunk.engine import answers, groups
 from pool_pymunk.physics import collapse, together
 from pool_pymunk.physics.contact import Pair
+from pool_pymunk.physics.moving import Motion
 from pool_pymunk.physics.pressed import FORM, lengths
 
 Work = Any  # one record of WORKS
@@ -37,13 +38,18 @@ MOST_BORDERS, MOST_PATCHES = 256, 64
 # The sides of a wall are those from `first` up to `last`. Where walls `differ`, there may be arcs,
 # and a wall may have restitution and friction of its `own`, or -1 for the scene's. Other scenes do
 # without these numbers. numba compiles a loop for each form, so arcs do not slow down scenes
-# without them.
+# without them. Where some walls move, each side has the number of its `mover`, or what else it is.
+# A mover's first side is that which a ball meets now, where it is now, and has the `motion`; the
+# others are those of its body, in the body's frame.
+STANDS, OF_BODY = -1, -2
+MOST_MOVERS = 16  # A table with more walls that move is played by the engine.
 SIDES = {
-    differ: np.dtype(
+    (differ, moves): np.dtype(
         [("kind", I), ("numbers", F, NUMBERS), ("core", F), ("wall", I), ("first", I), ("last", I),
-         ("pocket", I), ("center", F, 2), ("own", F, (2 * differ,))]
+         ("pocket", I), ("center", F, 2), ("own", F, (2 * differ,)), ("mover", I, (1 * moves,)),
+         ("motion", F, (moves * len(Motion._fields[2:]),))]
     )
-    for differ in (False, True)
+    for differ, moves in ((False, False), (True, False), (True, True))
 }  # fmt: skip
 
 # `kind` is the number of the law for single hits, `together` for contacts of one instant.
@@ -71,10 +77,15 @@ BALLS = {
 # meets the first ball of a higher number; when its group's piece ends, and when contacts around it
 # are to press; when its path ends at a wall or a border, and until when the path is looked at. When
 # it crosses a border it looks ahead, too.
-DUE = np.dtype(
-    [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
-     ("ball_t", F), ("piece_t", F), ("press_t", F), ("path_end", F), ("until", F), ("patch_t", F)]
-)  # fmt: skip
+# Of the walls that stand, `standing` has the first one, and when the ball meets it and the next.
+DUE = {
+    moves: np.dtype(
+        [("side", I), ("wall_t", F), ("second_t", F), ("stop_t", F), ("look_t", F), ("ball", I),
+         ("ball_t", F), ("piece_t", F), ("press_t", F), ("path_end", F), ("until", F),
+         ("patch_t", F), ("standing", F, (3 * moves,))]
+    )
+    for moves in (False, True)
+}  # fmt: skip
 
 ERRORS = np.dtype([("share", F), ("state", I), ("of_places", I), ("opens", I)])
 
@@ -84,7 +95,8 @@ CHANGES, WHOLE = 1, 2
 # is as in `Follow` (physics/changes.py), with the impulses of a contact and the number of the
 # breakpoints before it; at one breakpoint a ball may be hit and come to rest. A note has its time
 # and two balls, or NOTHING twice where the order of contacts was unknown. A persistent contact that
-# is over is past: ball and other one, from when until when, its impulse, and where the two were.
+# is over is past: ball and other one, from when until when, its impulse, and where the two were; of
+# a wall, when that was (s).
 COLUMNS, MOST_NOTES = 10, 1024
 # These stand for the second ball in notes of an inelastic collapse: of each of its balls, then of
 # the number of its hits, and whether they came to an end.
@@ -99,16 +111,19 @@ HELD: dict[str, tuple[type, tuple[Any, ...]]] = {
     "asked": (int, ("C",)), "held": (float, ("C", COLUMNS)),
 }  # fmt: skip
 
-# A contact has fields of physics.contact.Contact, and the number of its wall.
-CONTACT = np.dtype(
-    [("a", I), ("b", I), ("normal", F, 2), ("wall", I), ("curvature", F),
-     ("pair", [(name, F) for name in Pair._fields])]
-)  # fmt: skip
+# A contact has fields of physics.contact.Contact, and the number of its wall, and of its mover.
+CONTACT = {
+    moves: np.dtype(
+        [("a", I), ("b", I), ("normal", F, 2), ("wall", I), ("curvature", F),
+         ("pair", [(name, F) for name in Pair._fields]), ("drift", F, (2 * moves,)),
+         ("mover", I, (1 * moves,))]
+    )
+    for moves in (False, True)
+}  # fmt: skip
 # The impulses of a group are found along two lines a contact, of which each has a row here.
 # `momentum` is what each ball gets (N s), and `trial` has velocities (m/s).
 SHARED: dict[str, tuple[Any, tuple[Any, ...]]] = {
-    **together.ROOM, "line": (CONTACT, ("C",)),
-    "momentum": (float, ("N", 2)), "trial": (float, ("N", 2)),
+    **together.ROOM, "momentum": (float, ("N", 2)), "trial": (float, ("N", 2)),
 }  # fmt: skip
 
 
@@ -118,15 +133,16 @@ def form_of(form: Any, balls: int, contacts: int, /, **scalars: Any) -> Any:
     return np.dtype([*scalars.items(), *rows])
 
 
-def parts_of(balls: int) -> dict[str, Any]:
-    """Return the forms of the parts of a record of so many balls.
+def parts_of(balls: int, moves: bool) -> dict[str, Any]:
+    """Return the forms of the parts of a record of so many balls; some walls may move.
 
     Rows by ball of an instant have room for the ball -1 at the end. There `is_near` and `queue` are
     for what touches, and `listed` is the order in which a listing answers a group. Of groups,
     `asked` tells which waits wake their balls.
     """
+    contacts: Any = (CONTACT[moves], ("C",))
     of_instant = answers.BY_BALL | answers.BY_CONTACT | together.ROOM | {
-        "contact": (CONTACT, ("C",)), "hitting": (CONTACT, ("C",)), "group": (CONTACT, ("C",)),
+        "contact": contacts, "hitting": contacts, "group": contacts,
         "is_near": (int, ("N",)), "queue": (int, ("N",)), "listed": (int, ("C",)),
     }  # fmt: skip
     return {
@@ -146,7 +162,7 @@ def parts_of(balls: int) -> dict[str, Any]:
             movers=I,
         ),
         "collapses": I,
-        "shared": form_of(SHARED, balls + 1, 2 * C),
+        "shared": form_of(SHARED | {"line": contacts}, balls + 1, 2 * C),
         "orders": form_of(
             together.ORDERS, balls, C, contacts=I, balls=I, orders=I, order=I, at=I, sweeps=I,
             is_over=I,
@@ -158,26 +174,29 @@ def parts_of(balls: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def work_of(rolls: bool, balls: int) -> Any:
+def work_of(rolls: bool, balls: int, moves: bool) -> Any:
     """Return the form of the record in which shots of so many balls are played.
 
     A shot that `is_hard` goes to the engine; balls that are `anew` on their paths are predicted.
-    Patches have each `border`, and decelerations of their `own` (physics/patches.py).
+    Patches have each `border`, and decelerations of their `own` (physics/patches.py). Walls that
+    move have `struck` and `met` balls so often in a step; a row has all movers of a ball.
     """
     fields = [
         ("scene", SCENE), ("ball", BALLS[rolls], balls), ("now", F), ("errors", ERRORS),
-        ("is_hard", I), ("in_doubt", I), ("next_t", F, balls), ("due", DUE, balls),
+        ("is_hard", I), ("in_doubt", I), ("next_t", F, balls), ("due", DUE[moves], balls),
         ("pair_t", F, (balls, balls)), ("anew", I, balls), ("last", F, (balls, 6)),
-        *parts_of(balls).items(), ("border", F, (MOST_BORDERS, 6)), ("own", F, (MOST_PATCHES, 2)),
+        *parts_of(balls, moves).items(), ("border", F, (MOST_BORDERS, 6)),
+        ("own", F, (MOST_PATCHES, 2)), ("struck", I, (balls * MOST_MOVERS * moves,)),
+        ("met", I, (balls * MOST_MOVERS * moves,)),
     ]  # fmt: skip
     return np.dtype((np.record, fields))
 
 
-# These are the forms of records by whether balls roll, and whether they are a crowd. numba compares
-# other forms with them field by field, which takes longer than a shot.
+# These are the forms of records by whether balls roll, whether they are a crowd, and whether walls
+# move. numba compares other forms with them field by field, which takes longer than a shot.
 WORKS = {
-    (rolls, many): work_of(rolls, CROWD if many else MOST_BALLS)
-    for rolls in BALLS for many in (False, True)
+    (rolls, many, moves): work_of(rolls, CROWD if many else MOST_BALLS, moves)
+    for rolls in BALLS for many in (False, True) for moves in (False, True)
 }  # fmt: skip
 
 
@@ -213,9 +232,9 @@ def empty(count: int, balls: int) -> Out:
     )
 
 
-def nothing(differ: bool) -> tuple[TableArrays, Shots, Out, Tracks]:
-    """Return no walls, no shots, and no results."""
-    sides, none = np.zeros(0, dtype=SIDES[differ]).view(np.recarray), np.empty(0)
+def nothing(of: Any) -> tuple[TableArrays, Shots, Out, Tracks]:
+    """Return no walls, no shots, and no results; sides would be ``of`` a form of SIDES."""
+    sides, none = np.zeros(0, dtype=of).view(np.recarray), np.empty(0)
     points, rows = np.empty((0, 0, 2)), np.empty((0, 0))
     table = TableArrays(sides, none, none, np.empty((0, NUMBERS)))
     shots = Shots(points, points, points, np.empty((0, 0), I), rows, none, rows)

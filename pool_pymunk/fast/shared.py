@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from pool_pymunk.fast.records import Work
+from pool_pymunk.fast.walls import let_stand
 from pool_pymunk.physics.contact import NO_BALL
 from pool_pymunk.physics.impulses import explain
 from pool_pymunk.physics.together import push_at_once
@@ -59,5 +60,6 @@ def put_lines(own: Any, one: Any, k: int) -> None:
     """Put the normal and the tangent of a contact into the lines, with masses of 1."""
     for n in (k, k + 1):
         own.line[n] = one
+        let_stand(own.line[n])
         own.line[n].pair.m_a = own.line[n].pair.m_b = 1.0
     own.line[k + 1].normal[0], own.line[k + 1].normal[1] = -one.normal[1], one.normal[0]

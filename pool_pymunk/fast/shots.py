@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.engine.decisions import NEVER_SETTLES
-from pool_pymunk.fast.records import NOTHING, WORKS, Shots
+from pool_pymunk.fast.records import NOTHING, Shots
 from pool_pymunk.fast.tables import (
     coefficients_of,
     cue_of,
@@ -96,8 +96,7 @@ class Source(NamedTuple):
 
     def work(self, keeps: bool) -> Any:
         """Return an array (1,) of a record to play shots in, which may keep their tracks."""
-        form = loop_form(self.scene)
-        work = np.zeros(1, WORKS[form.rolls, form.many])
+        work = np.zeros(1, loop_form(self.scene).work)
         put_patches(work, self.scene.ground)
         own, latest = work[0].scene, self.asked.settings.max_time
         own.kind, own.together = law_number(self.law), together_number(self.law)

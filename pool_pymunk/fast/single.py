@@ -23,7 +23,6 @@ from pool_pymunk.fast.records import (
     IS_OVER,
     NOTHING,
     WHOLE,
-    WORKS,
     Out,
     Shots,
     TableArrays,
@@ -130,7 +129,7 @@ class Desk:
     """A desk is the record in which a thread plays runs, with views of what it reads and writes."""
 
     def __init__(self, form: Form) -> None:
-        self.work = array = np.zeros(1, dtype=WORKS[form.rolls, form.many])
+        self.work = array = np.zeros(1, dtype=form.work)
         self.scene, self.errors, self.ball = array["scene"][0], array["errors"][0], array["ball"][0]
         self.now, self.last = array["now"], array["last"][0]
         self.answered, self.duration = array["count"]["answered"], array["count"]["duration"]

@@ -15,14 +15,19 @@ from pool_pymunk.fast.records import (
     CROWD,
     MOST_BALLS,
     MOST_BORDERS,
+    MOST_MOVERS,
     MOST_PATCHES,
     NOTHING,
     NUMBERS,
+    OF_BODY,
     SIDES,
+    STANDS,
+    WORKS,
     TableArrays,
 )
 from pool_pymunk.model import Scene, Table
 from pool_pymunk.physics.laws import COMPILED, Coulomb, Law, Published
+from pool_pymunk.physics.moving import Motion, Moving, MovingWall
 from pool_pymunk.physics.patches import Patches
 from pool_pymunk.physics.sides import Arc, Wall, core_of
 from pool_pymunk.physics.surface import Rolling, Sliding
@@ -32,14 +37,26 @@ HITS = ("ball_ball", "cushion", "jumps")  # the methods that answer a contact th
 # Compiled shots answer contacts of one instant in these manners (fast/asked.py).
 TOGETHER = Coulomb.together, Published.together, Law.together
 AT_ONCE, AS_LISTED, IN_ORDERS = range(len(TOGETHER))
+NO_MOTION = (0.0,) * len(Motion._fields[2:])
 
 
 class Form(NamedTuple):
     """A loop is compiled for each form of scenes: ``many`` have more than MOST_BALLS balls."""
 
     rolls: bool
-    differ: bool  # walls do
+    differ: bool  # walls do, and they do where some of them move
     many: bool = False
+    moves: bool = False  # a wall does
+
+    @property
+    def work(self) -> Any:
+        """The form of the record."""
+        return WORKS[self.rolls, self.many, self.moves]
+
+    @property
+    def sides(self) -> Any:
+        """The form of a side."""
+        return SIDES[self.differ, self.moves]
 
 
 def law_number(law: Law) -> int:
@@ -87,36 +104,57 @@ def table_of(scene: Scene, differ: bool = False) -> TableArrays:
 
 
 def arrays_of(
-    found: Sequence[Wall], outline: Table | None, owned: Sequence[tuple[float, float]] = ()
+    found: Sequence[Wall],
+    outline: Table | None,
+    owned: Sequence[tuple[float, float]] = (),
+    moves: bool = False,
 ) -> TableArrays:
     """Return the sides of walls and pockets in arrays, with the corners of the table's outline."""
     sides: list[tuple[Any, ...]] = []
+    movers, motion = 0, NO_MOTION if moves else ()
     for number, wall in enumerate(found):
+        its_sides: list[Any] = [*wall.sides]
+        marks = [(STANDS,) if moves else ()] * len(its_sides)
+        if isinstance(wall, MovingWall):
+            of_body = wall.moving.sides
+            its_sides, marks = [of_body[0], *of_body], [(movers,), *[(OF_BODY,)] * len(of_body)]
+            movers += 1
         pocket = wall.number if wall.is_pocket else NOTHING
-        its = number, len(sides), len(sides) + len(wall.sides), pocket, wall.center or (0.0, 0.0)
+        its = number, len(sides), len(sides) + len(its_sides), pocket, wall.center or (0.0, 0.0)
         own = owned[number] if owned else ()
-        for side in wall.sides:
-            # NumPy's hstack and pad took an eighth of the time of a shot that is played alone.
-            parts: Any = side
-            each = (part if isinstance(part, tuple) else (part,) for part in parts)
-            numbers = [*chain.from_iterable(each)]
-            numbers += [0.0] * (NUMBERS - len(numbers))
-            sides.append((list(KINDS).index(type(side)), numbers, core_of(side), *its, own))
+        for side, mark in zip(its_sides, marks, strict=True):
+            kind = list(KINDS).index(type(side))
+            sides.append((kind, numbers_of(side), core_of(side), *its, own, mark, motion))
     xs, ys, arcs = outline.lines if outline else ((), (), ())
     lines = np.array(xs, float), np.array(ys, float), np.array(arcs, float).reshape(-1, 8)
-    return TableArrays(np.array(sides, dtype=SIDES[len(owned) > 0]).view(np.recarray), *lines)
+    form = SIDES[len(owned) > 0, moves]
+    return TableArrays(np.array(sides, dtype=form).view(np.recarray), *lines)
+
+
+def numbers_of(side: Any) -> list[float]:
+    """Return the numbers of a side, and zeros after them."""
+    # NumPy's hstack and pad took an eighth of the time of a shot that is played alone.
+    each = (part if isinstance(part, tuple) else (part,) for part in side)
+    numbers = [*chain.from_iterable(each)]
+    return numbers + [0.0] * (NUMBERS - len(numbers))
 
 
 def knows(walls: Sequence[Wall]) -> bool:
     """Tell whether the compiled loop knows all kinds of sides of these walls, and none kicks."""
     kinds = {type(side) for wall in walls for side in wall.sides}
-    return kinds <= set(KINDS) and not any(wall.kick for wall in walls)
+    is_known = kinds <= {*KINDS, Moving} and sum(map(moves, walls)) <= MOST_MOVERS
+    return is_known and not any(wall.kick for wall in walls)
+
+
+def moves(wall: Wall) -> bool:
+    """Tell whether a wall moves with its body."""
+    return isinstance(wall, MovingWall)
 
 
 def own_of(walls: Sequence[Wall]) -> tuple[float, float] | None:
     """Return restitution and friction of all cushions; None if there are arcs, or they differ."""
     solid = [wall for wall in walls if wall.sides and not wall.is_pocket]
-    if any(isinstance(side, Arc) for wall in solid for side in wall.sides):
+    if any(isinstance(side, Arc | Moving) for wall in solid for side in wall.sides):
         return None
     found = {(wall.restitution, wall.friction) for wall in solid} or {(1.0, 0.0)}
     return next(iter(found)) if len(found) == 1 else None

@@ -133,6 +133,26 @@ def fastest(velocity: Mapping[int, Vector]) -> float:
     return math.sqrt(max(vx * vx + vy * vy for vx, vy in velocity.values()))
 
 
+def usual_speed(contacts: Any, count: int, velocity: Any) -> float:
+    """Return the highest speed (m/s) of the balls and walls of contacts; 0 if all walls stand."""
+    square = 0.0
+    for k in range(count):
+        ux, uy = drift_of(contacts[k])
+        square = max(square, ux * ux + uy * uy)
+    return max(math.sqrt(square), speed_in(contacts, count, velocity)) if square > 0.0 else 0.0
+
+
+def speed_in(contacts: Any, count: int, velocity: Any) -> float:
+    """Return the highest speed (m/s) of the balls of contacts."""
+    square = 0.0
+    for k in range(count):
+        for i in (contacts[k].a, contacts[k].b):
+            if i != NO_BALL:
+                vx, vy = velocity[i][0], velocity[i][1]
+                square = max(square, vx * vx + vy * vy)
+    return math.sqrt(square)
+
+
 def groups(contacts: Sequence[Contact]) -> Iterable[list[Contact]]:
     """Sort contacts into groups, so that two contacts that share a ball are in one group."""
     first, found = dict[int, int](), dict[int, list[Contact]]()

@@ -62,6 +62,14 @@ class Snapshot:
         rows = map(Moves._make, iter_unpack(f"{NUMBERS}d", numbers))
         return zip(memoryview(ids).cast("P"), rows, strict=True)
 
+    def within(self, box: tuple[float, float, float, float]) -> list[int]:
+        """Return the ids of the bodies in a box (m): left, bottom, right, top."""
+        rows, (left, bottom, right, top) = np.frombuffer(self.numbers).reshape(-1, NUMBERS), box
+        x, y = rows[:, 0], rows[:, 1]
+        found = np.flatnonzero((x >= left) & (x <= right) & (y >= bottom) & (y <= top))
+        ids = memoryview(self.ids).cast("P")
+        return [ids[k] for k in found.tolist()]
+
     def is_same(self, other: Snapshot) -> bool:
         """Tell whether another snapshot has the same bodies and shapes, and they move alike."""
         are_same = self.numbers == other.numbers and self.ids == other.ids

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from pool_pymunk.engine.groups import holds
+from pool_pymunk.engine.due import hit_of
 from pool_pymunk.model.problems import SettingError
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.motion import EPSILON
@@ -56,16 +56,17 @@ class WatchedState(LiveState):
 
     def make_room(self) -> None:
         """Keep balls out of walls that have come to lie in them since the last step."""
-        moved = list[TableBall]()
+        moved, seen = list[TableBall](), self.bodies.read()
         for place, mover in self.walls.movers.items():
             mover.check()
             if not mover.goes_on():
                 self.engine.now = self.time
-                for ball in self.on_table():
-                    if holds(self.engine.groups, ball.number, -1 - place):
+                for ball in self.on_table() if self.engine.groups.members else ():
+                    if self.engine.presses(hit_of(ball.number, -1 - place)):
+                        self.engine.take_over()
                         self.engine.release(ball.number)
                         moved.append(ball)
-            inside = self.walls.balls_in(mover, 0.0)
+            inside = self.walls.balls_in(mover, 0.0, among=self.walls.balls_around(mover, seen))
             near = {(ball.number, place) for ball in inside}
             jams = self.engine.jams
             jams -= {key for key in jams if key[1] == place and key not in near}

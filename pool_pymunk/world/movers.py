@@ -11,7 +11,7 @@ import math
 import pymunk
 
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.moving import Moving
+from pool_pymunk.physics.moving import Moving, angle_at, frame_at
 from pool_pymunk.world.ball import HAIR
 from pool_pymunk.world.checks import check_motion
 
@@ -67,9 +67,9 @@ class Mover:
         """Let the wall stand at the end of a step, at a time (s) that may have cut it short."""
         if t < self._end:
             self.put_back(t)
-        how = self.side.velocity, self.side.turns
+        how = self.side.how
         self.stand()
-        self._expected = (*self.pose(), *how)
+        self._expected = (*self.pose(), (how.ux, how.uy), how.turns)
 
     def is_there(self) -> bool:
         """Tell whether the body is where the last step took it, and nobody has put it elsewhere."""
@@ -86,8 +86,8 @@ class Mover:
 
     def put_back(self, t: float) -> None:
         """Put the body where it is at a time (s) of its motion, which is cut short."""
-        x, y, _, _ = self.side.frame(t)
-        self.body.angle = self.side.angle_at(t)
+        x, y, _, _ = frame_at(self.side.how, t)
+        self.body.angle = angle_at(self.side.how, t)
         (px, py), _ = self.pose()
         bx, by = self.body.position
         self.body.position = bx + x - px, by + y - py

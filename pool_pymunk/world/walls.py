@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 
 import pymunk
@@ -15,6 +15,7 @@ from pool_pymunk.physics.moving import MovingWall
 from pool_pymunk.physics.path import motion_at
 from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
 from pool_pymunk.world.ball import HAIR, TYPES, TableBall
+from pool_pymunk.world.bodies import Snapshot
 from pool_pymunk.world.broad_phase import may_collide
 from pool_pymunk.world.checks import WALL, Obstacle, changed_error
 from pool_pymunk.world.movers import Mover
@@ -94,20 +95,42 @@ class Walls:
         end = state.end_of_step()
         until = min(end, state.latest)
         for place, mover in self.movers.items():
-            box = mover.plan(state.time, until, end)
-            state.near.swept[place] = box, mover.shape.filter
-            for ball in self.balls_in(mover, until - state.time, box):
+            state.near.swept[place] = mover.plan(state.time, until, end), mover.shape.filter
+        engine.now = state.time
+        if engine.foresees():
+            if engine.upcoming() <= until:
+                state.wake = -math.inf
+            return
+        for place, mover in self.movers.items():
+            for ball in self.balls_in(mover, until - state.time, state.near.swept[place][0]):
                 state.near.pairs[ball.number, -1 - place] = None
 
-    def balls_in(self, mover: Mover, time: float, box: pymunk.BB | None = None) -> list[TableBall]:
+    def balls_around(self, mover: Mover, seen: Snapshot) -> list[TableBall]:
+        """Return the balls whose bodies were seen around a wall, by a look at all of them at once.
+
+        Bodies are on their paths, to rounding.
+        """
+        balls, (left, bottom, right, top) = self.state.ball_of, mover.shape.bb
+        far = (1.0 + HAIR) * max((ball.radius for ball in balls.values()), default=0.0)
+        far += HAIR * (abs(left) + abs(right) + abs(bottom) + abs(top))
+        found = set(seen.within((left - far, bottom - far, right + far, top + far)))
+        return [ball for body, ball in balls.items() if body in found] if found else []
+
+    def balls_in(
+        self,
+        mover: Mover,
+        time: float,
+        box: pymunk.BB | None = None,
+        among: Collection[TableBall] | None = None,
+    ) -> list[TableBall]:
         """Return the balls that may come into a box (m) within a time (s), by default the wall's.
 
-        Balls that collide with no such wall are left out.
+        Balls that collide with no such wall are left out. Look ``among`` some only, or at all.
         """
         left, bottom, right, top = box or mover.shape.bb
         paths, speeds, now = self.state.engine.paths, self.state.engine.speeds, self.state.time
         found = []
-        for ball in self.state.ball_of.values():
+        for ball in self.state.ball_of.values() if among is None else among:
             i = ball.number
             x, y, _, _ = motion_at(paths[i], now)
             far = ball.radius * (1.0 + HAIR) + min(speeds[i], LARGEST) * time
