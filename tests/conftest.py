@@ -130,6 +130,7 @@ def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contacts, "LOOPS", [])
     monkeypatch.setattr(changes, "FASTER", [])
     monkeypatch.setattr(single, "follow_run", lambda *_: None)
+    monkeypatch.setattr(many, "EARLY", 0.0)  # s; a few shots are compiled, too.
 
 
 @pytest.fixture(autouse=True)

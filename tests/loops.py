@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pool_pymunk import load, simulate_many
+import pool_pymunk
+from pool_pymunk import load
 
 SLIDES, ROLLS, STADIUM = (load(name) for name in ("report", "follow-and-draw", "stadium"))
 
 if __name__ == "__main__":
     for scene in (SLIDES, ROLLS, STADIUM, replace(STADIUM, friction=ROLLS.friction)):
-        simulate_many(scene, 1, derivatives="position")
+        pool_pymunk.compile(scene, derivatives=True)

@@ -144,11 +144,12 @@ def test_the_reports_first_shot(law: str) -> None:
 
 
 def test_every_thread_has_a_share_of_the_shots() -> None:
-    assert many._chunks(4_096, 2) == [slice(0, 2_048), slice(2_048, 4_096)]
-    assert many._chunks(9, 4) == [slice(0, 9)]
-    sizes = [part.stop - part.start for part in many._chunks(100_001, 3)]
+    assert many._chunks(0, 4_096, 2) == [slice(0, 2_048), slice(2_048, 4_096)]
+    assert many._chunks(0, 9, 4) == [slice(0, 9)]
+    sizes = [part.stop - part.start for part in many._chunks(0, 100_001, 3)]
     assert sum(sizes) == 100_001 and max(sizes) == many.CHUNK
-    assert many._chunks(0, 2) == []
+    assert many._chunks(0, 0, 2) == []
+    assert many._chunks(7, 9, 2) == [slice(7, 9)]
 
 
 @needs_numba
@@ -508,6 +509,8 @@ SCRIPT = """
 import json, sys, time
 import numpy as np
 from pool_pymunk import load, simulate_many
+from pool_pymunk.fast import many
+many.EARLY = 0.0
 scene = load("report")
 velocity = np.zeros((int(sys.argv[1]), 11, 2))
 velocity[:, scene.index["C"], 0] = np.linspace(-4.0, -3.0, len(velocity))
@@ -620,7 +623,7 @@ def test_shots_are_played_where_the_cache_is_damaged(tmp_path: Path) -> None:
         cut_short(path)
     again, _, said = finished(script(tmp_path))
     assert again == total
-    assert said == "Compiling the shots for this machine: this takes up to a minute, once.\n"
+    assert said == "Compiling such shots for this machine: this takes a minute or two, once.\n"
     assert finished(script(tmp_path))[2] == ""
 
 
@@ -666,7 +669,8 @@ PLAIN_SCRIPT = """
 import json, sys
 import numpy as np
 from pool_pymunk import load, simulate_many
-from pool_pymunk.fast import compiled, places
+from pool_pymunk.fast import compiled, many, places
+many.EARLY = 0.0
 scene = load("report")
 lie = np.tile([ball.position for ball in scene.balls], (places.FEW, 1, 1))
 lie[1, 0] = lie[1, 1]
@@ -707,7 +711,7 @@ def test_shots_compiled_by_what_is_documented_have_the_same_bits(tmp_path: Path)
     broken = BREAKS["a class"]
     (links, _, plain), said = played_by_another_numba(broken, tmp_path, "shots")
     assert not links
-    assert said == "Compiling the shots for this machine: this takes some minutes, once.\n"
+    assert said == "Compiling such shots for this machine: this takes some minutes, once.\n"
     (links, _, linked), _ = played_by_another_numba("", tmp_path / "linked", "shots")
     assert links
     assert plain == linked

@@ -6,13 +6,13 @@ import gc
 import sys
 import time
 
-import numpy as np
-
 from pool_pymunk.fast import compiled, loop, single
-from pool_pymunk.fast.many import simulate_many
-from pool_pymunk.fast.records import CROWD, MOST_BALLS, nothing
+from pool_pymunk.fast.derivatives import Follower
+from pool_pymunk.fast.many import play_of
+from pool_pymunk.fast.records import CROWD, MOST_BALLS, empty, tracks
+from pool_pymunk.fast.shots import read_source
 from pool_pymunk.fast.tables import Form, loop_form
-from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
+from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table, inputs
 from pool_pymunk.model.plain import argument, whole
 
 FORMS: dict[Form, str] = {
@@ -41,7 +41,7 @@ def compile(  # noqa: A001  It is called by its full name.
     or only slide, and there may be arcs, or posts with coefficients of their own. With a ``scene``
     only the loop of its kind is compiled. Scenes and tables of 65 to 512 ``balls`` have four other
     loops. Tables with walls that move (``moving=True``) have two, for balls that slide and for
-    balls that roll. To compile a loop takes up to a minute, once on each machine; to load it takes
+    balls that roll. To compile a loop takes a minute or two, once on each machine; to load it takes
     some 0.6 s in each process. Then ``event-driven`` plays single runs by it in this process, and
     ``Billiards`` its steps, with the same bits. With ``derivatives``, the pass for
     :meth:`Run.derivatives`, ``run.rounding`` and fits is compiled, too, which takes half as long
@@ -61,12 +61,10 @@ def compile(  # noqa: A001  It is called by its full name.
         began = time.perf_counter()
         if form in single.loaded:
             single.remember(form, single.loaded[form])
-        elif form.moves:
-            make(form)
         else:
-            simulate_many(plainest(form))
+            play_of(form)
         if derivatives and not form.moves:
-            simulate_many(plainest(form), derivatives="position")
+            make_pass(form)
         took = time.perf_counter() - began
         print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
     # numba leaves so many objects that to look through them takes 50 ms in the midst of a game.
@@ -74,14 +72,11 @@ def compile(  # noqa: A001  It is called by its full name.
     gc.freeze()
 
 
-def make(form: Form) -> None:
-    """Compile the loop of a form that no scene has, or load it."""
-    play = compiled.play_shots(*form)
-    if not play.signatures:
-        with compiled.turn(play):
-            play(np.zeros(1, dtype=form.work), *nothing(form.sides), 0, 0)
-    single.remember(form, play)
-    compiled.note_form(loop.play_shots, form)
+def make_pass(form: Form) -> None:
+    """Compile the pass of derivatives for scenes of a form, or load it."""
+    source = read_source(plainest(form), None, None, None, None, None)
+    names = inputs.chosen("derivatives", "position", inputs.derivable(source.scene, False))
+    Follower(source, names, empty(0, 0)).watch(slice(0, 0), tracks(0, 0))
 
 
 def load(scene: Scene) -> bool:
@@ -91,7 +86,7 @@ def load(scene: Scene) -> bool:
     """
     form = loop_form(scene)
     if form not in single.loaded and compiled.has_form(loop.play_shots, form):
-        simulate_many(plainest(form))
+        play_of(form)
     return form in single.loaded
 
 

@@ -94,8 +94,13 @@ def play_shots(*form: bool) -> Any:
 
 @cache
 def _say_that_it_compiles() -> None:
-    time = "up to a minute" if can_link() else "some minutes"
-    print(f"Compiling the shots for this machine: this takes {time}, once.", file=sys.stderr)
+    time = "a minute or two" if can_link() else "some minutes"
+    print(f"Compiling such shots for this machine: this takes {time}, once.", file=sys.stderr)
+
+
+@cache
+def _say_that_it_waits() -> None:
+    print("Waiting for another process, which compiles the same shots.", file=sys.stderr)
 
 
 @cache
@@ -327,5 +332,9 @@ class SealedCache:
                 self._folder.mkdir(parents=True, exist_ok=True)
                 file = stack.enter_context((self._folder / f"{self._name}.lock").open("a"))
                 if fcntl is not None:
-                    fcntl.flock(file, fcntl.LOCK_EX)
+                    try:
+                        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    except BlockingIOError:
+                        _say_that_it_waits()
+                        fcntl.flock(file, fcntl.LOCK_EX)
             yield

@@ -68,6 +68,7 @@ class Follower:
     replays = True  # A shot that is hard while its track is kept is played without one.
 
     def __init__(self, source: Source, names: Names, out: Out) -> None:
+        self.compiles = (follow_shots,)  # besides the shots
         self.source, self.names, self.out = source, names, out
         count, balls, _ = source.position.shape
         self.found = np.full((count, balls, 2, len(names)), math.nan)

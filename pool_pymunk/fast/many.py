@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 import warnings
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from itertools import islice
@@ -16,9 +17,9 @@ from numpy.typing import NDArray
 from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Floats
 from pool_pymunk.fast.derivatives import Follower
-from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, tracks
+from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, nothing, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source, refuse_given
-from pool_pymunk.fast.tables import can_compile, loop_form, table_of
+from pool_pymunk.fast.tables import Form, can_compile, loop_form, table_of
 from pool_pymunk.model import Scene, SceneError, Shot, inputs
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
@@ -32,9 +33,13 @@ Done = Callable[[int], object]  # Its argument is how many more shots are done.
 # twice of CHUNK, 40,000 of the report's shot 1 take 1.03 and 1.2 times as long; 1,000 take as long
 # with half of FEW, and 1.5 times as long with twice of it.
 CHUNK, FEW = 4_096, 512
+spent = defaultdict[Form, float](float)  # s, on shots that were played early, in this process
 POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so many shots take some hundred times longer than with the extra " \
     "fast: pip install 'pool-pymunk[fast]'"  # fmt: skip
+# s; Python plays shots that take less time than this where their loop is not compiled yet. It is a
+# third of the time that compilation takes (`python -m tests.loops`).
+EARLY = 20.0
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: more than 64 contacts came together, a law of your own answers them, or balls " \
@@ -140,22 +145,49 @@ def play_all(
     if compiles and not compiled.is_there():
         compiles = False
         warnings.warn(SLOW, stacklevel=3)
-    if compiles and len(out.status):
-        play_compiled(source, out, cores, done, watcher)
-    else:
-        done(0)
+    done(0)
+    first = play_early(source, out, done, watcher) if compiles else 0
+    if compiles and first < len(out.status):
+        play_compiled(source, out, first, cores, done, watcher)
     hard = np.asarray(out.status < 0)
     for k in np.flatnonzero(hard).tolist():
-        try:
-            run = source.run(k, measures_policies=False)
-        except SceneError:
-            out.status[k] = CANNOT_START
-        else:
-            _write(source, out, k, run)
-            if watcher is not None:
-                watcher.see(k, run)
+        play_in_python(source, out, k, watcher)
         done(1)
     return hard
+
+
+def play_in_python(source: Source, out: Out, k: int, watcher: Any) -> None:
+    """Play shot ``k`` as a single run, and write down its results."""
+    try:
+        run = source.run(k, measures_policies=False)
+    except SceneError:
+        out.status[k] = CANNOT_START
+    else:
+        _write(source, out, k, run)
+        if watcher is not None:
+            watcher.see(k, run)
+
+
+def play_early(source: Source, out: Out, done: Done, watcher: Any) -> int:
+    """Play shots in Python where that takes less time than to compile; return how many.
+
+    What shots of this form took in this process before counts, too. The bits are the same.
+    """
+    form, count = loop_form(source.scene), len(out.status)
+    wanted = (loop.play_shots, *(watcher.compiles if watcher is not None else ()))
+    if all(compiled.has_form(each, form) for each in wanted):
+        return 0
+    took = ahead = 0.0  # s
+    for k in range(count):
+        if spent[form] + ahead >= EARLY:
+            return k
+        began = time.perf_counter()
+        play_in_python(source, out, k, watcher)
+        done(1)
+        now = time.perf_counter() - began
+        took, spent[form] = took + now, spent[form] + now
+        ahead = (count - k - 1) * took / (k + 1)
+    return count
 
 
 def _is_known(source: Source) -> bool:
@@ -170,34 +202,47 @@ def _threads(asked: int | None) -> int:
     return argument("threads", asked, whole(1))
 
 
-def play_compiled(source: Source, out: Out, threads: int, done: Done, watcher: Any) -> None:
-    """Play all ordinary shots, chunk by chunk on some threads; hard ones keep their mark."""
-    form = loop_form(source.scene)
-    play, count = compiled.play_shots(*form), len(out.status)
-    table = table_of(source.scene, form.differ)
+def play_compiled(
+    source: Source, out: Out, first: int, threads: int, done: Done, watcher: Any
+) -> None:
+    """Play all ordinary shots from the ``first`` one on, in chunks; hard ones keep their mark."""
+    form, count = loop_form(source.scene), len(out.status)
+    table, play = table_of(source.scene, form.differ), play_of(form)
 
     def work(part: slice) -> int:
         play_chunk(play, source, table, out, part, watcher)
         return int((out.status[part] >= 0).sum())  # Hard ones are not done yet.
 
-    if not play.signatures:
-        with compiled.turn(play):
-            work(slice(0, 0))  # This compiles, in the thread that an interrupt reaches.
-    single.remember(form, play)
-    compiled.note_form(loop.play_shots, form)
     if watcher is not None:
         watcher.watch(slice(0, 0), tracks(0, 0))
     done(0)
-    if count == 1:  # A thread would take longer than the shot.
-        done(work(slice(0, 1)))
+    if first + 1 == count:  # A thread would take longer than the shot.
+        done(work(slice(first, count)))
         return
     with ThreadPoolExecutor(threads) as pool:
         try:  # Each thread has one part waiting.
-            for played in results(pool, work, _chunks(count, threads), 2 * threads):
+            for played in results(pool, work, _chunks(first, count, threads), 2 * threads):
                 done(played)
         except BaseException:
             out.halt[0] = 1
             raise
+
+
+def prepare(scene: Scene, law: Law) -> None:
+    """Compile the loop for shots of a scene ahead, or load it, where numba knows them."""
+    if compiled.is_there() and can_compile(scene, law):
+        play_of(loop_form(scene))
+
+
+def play_of(form: Form) -> Any:
+    """Return the compiled loop of a form; compile it, or load it, if it is not there yet."""
+    play = compiled.play_shots(*form)
+    if not play.signatures:
+        with compiled.turn(play):  # This is the thread that an interrupt reaches.
+            play(np.zeros(1, dtype=form.work), *nothing(form.sides), 0, 0)
+    single.remember(form, play)
+    compiled.note_form(loop.play_shots, form)
+    return play
 
 
 def results(
@@ -218,10 +263,10 @@ def results(
             each.cancel()
 
 
-def _chunks(count: int, threads: int) -> list[slice]:
-    """Share the shots out, so that each thread has some."""
-    size = min(CHUNK, max(FEW, -(-count // threads)))
-    return [slice(first, min(first + size, count)) for first in range(0, count, size)]
+def _chunks(first: int, count: int, threads: int) -> list[slice]:
+    """Share the shots from the ``first`` one on out, so that each thread has some."""
+    size = min(CHUNK, max(FEW, -(-(count - first) // threads)))
+    return [slice(k, min(k + size, count)) for k in range(first, count, size)]
 
 
 def play_chunk(

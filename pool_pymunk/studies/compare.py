@@ -220,6 +220,7 @@ class Beside:
     """
 
     replays = False
+    compiles = ()  # `compare` takes a second.
 
     def __init__(self, run: Run, reference: Reference, out: Out) -> None:
         self.reference, self.duration = reference, out.duration

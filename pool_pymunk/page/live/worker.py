@@ -9,16 +9,16 @@ import threading
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 
-from pool_pymunk.fast import compiled, simulate_many
+from pool_pymunk.fast.many import prepare
 from pool_pymunk.model import Scene
 from pool_pymunk.page.live.answers import Answers, Reply, refusal
+from pool_pymunk.physics.laws import Law
 from pool_pymunk.safety.interrupts import block_sigint
 
 READY = "ready"
 # s; a question waits as long for its turn, and for a process that begins: compiling the shots of a
 # scene with arcs took 103 s on two cores with a load of 8.
 WAIT = 300.0
-MOMENT = 1e-9  # s; a shot of this duration makes numba compile all that the scene needs
 
 BUSY = refusal(503, "the server is busy with another shot: try again")
 BEGINS = refusal(503, "the server is getting ready: try again in some seconds")
@@ -86,8 +86,8 @@ def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     answers = Answers(scene)
-    if compiles and compiled.is_there():
-        simulate_many(scene, max_time=MOMENT)
+    if compiles:
+        prepare(scene, Law())
     pipe.send(READY)
     while True:
         try:
