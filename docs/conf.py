@@ -38,6 +38,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 smartquotes = False
+highlight_language = "none"  # Blocks without a language are commands and what they print.
 add_module_names = False
 toc_object_entries_show_parents = "hide"
 

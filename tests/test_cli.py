@@ -372,6 +372,7 @@ def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
     options = ("--shot", 3, "--solvers", "pymunk,pymunk-discrete,event-driven", "--budget", 0.2)
     result = typed("tradeoff", "report", *options, "--samples", 8, "--out", tmp_path)
     assert result.returncode == 0, result.stderr
+    assert "time for Simulation 3" in result.stdout
     assert "Within 0.001 in: pymunk at" in result.stdout
     assert (tmp_path / "tradeoff.png").stat().st_size > 20_000
     assert (tmp_path / "tradeoff.svg").exists()

@@ -42,7 +42,7 @@ def draw_gallery(folder: Path) -> None:
     picture(overlay, folder / "overlay.png", when="end", dpi=DPI)
     film(overlay, folder / "overlay.gif", GIF)
     for run in simulate_all(load("follow-and-draw"), solver=reference_solver().name):
-        picture(run, folder / f"{run.name}-end.png", when="end", dpi=DPI / 2.0)
+        picture(run, folder / f"{run.name}-end.png", when="end", dpi=DPI)
 
 
 if __name__ == "__main__":

@@ -15,9 +15,12 @@ from dataclasses import replace
 from html import escape
 from pathlib import Path
 
-from pool_pymunk import Run, Scene, load, simulate, simulate_all
-from pool_pymunk.cli.common import stem
-from pool_pymunk.render import FilmSettings, film, picture
+from pool_pymunk import Run, Scene, load, simulate
+from pool_pymunk.cli.common import simulate_beside, stem
+from pool_pymunk.cli.render import save_films, save_pictures
+from pool_pymunk.render import FilmSettings, Show
+from pool_pymunk.results.words import counted
+from pool_pymunk.studies.grid import Column
 
 FILM = FilmSettings(size=(1280, 720), fps=30.0)
 DPI = 150.0
@@ -32,7 +35,10 @@ figure {{ margin: 1.5rem 0; break-inside: avoid }} figcaption {{ font-size: 0.9r
 table {{ border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums }}
 th, td {{ padding: 0.1rem 0.6rem; text-align: right; border-bottom: 1px solid #ddd }}
 th:first-child, td:first-child {{ text-align: left }} tr {{ break-inside: avoid }}
-@media print {{ video {{ display: none }} h2 {{ break-before: page }} }}
+@media print {{
+  body {{ margin: 0 auto }} video {{ display: none }} h2 {{ break-before: page }}
+  h1 + h2 {{ break-before: avoid }} figure {{ margin: 0.8rem auto; width: 80% }}
+}}
 </style></head><body>
 <h1>{title}</h1>
 {body}
@@ -95,13 +101,13 @@ def figures(runs: Sequence[Run]) -> Iterator[str]:
     """Yield each shot's section: its film, and its start and end with captions."""
     number = 0
     for run in runs:
-        contacts = sum(event.is_contact for event in run.events)
+        contacts = counted(sum(event.is_contact for event in run.events), "contact")
         yield f"<h2>{escape(run.name)}</h2>\n<video controls src='{stem(run)}.mp4'></video>"
         for when, caption in (
             ("start", f"{run.name} at its start. The arrow is the velocity of the struck ball."),
             (
                 "end",
-                f"{run.name} at its end, after {run.duration:.2f} s and {contacts} contacts, with "
+                f"{run.name} at its end, after {run.duration:.2f} s and {contacts}, with "
                 f"the tracks of all balls that moved. Slices of {run.dt:g} s, law {run.law}.",
             ),
         ):
@@ -112,23 +118,25 @@ def figures(runs: Sequence[Run]) -> Iterator[str]:
             )
 
 
-def hand_in(folder: Path, settings: FilmSettings = FILM, dt: float | None = None) -> None:
-    """Fill the folder; ``dt`` (s) is the length of the slices, by default the report's own."""
+def hand_in(folder: Path, settings: FilmSettings = FILM, dt: float | None = None) -> Path:
+    """Fill the folder, and return its page; ``dt`` (s) is the length of the slices."""
     folder.mkdir(parents=True, exist_ok=True)
     scene = load("report")
-    runs = list(simulate_all(scene, solver="time-slice", dt=dt))
-    for run in runs:
-        film(run, folder / f"{stem(run)}.mp4", settings)
-        for when in ("start", "end"):
-            picture(run, folder / f"{stem(run)}-{when}.png", when=when, dpi=DPI)
+    slices = Column("time-slice", dt)  # by default the report's own
+    runs = [run for [run] in simulate_beside(scene, scene.shots, [slices])]
+    shows = [Show((run,)) for run in runs]
+    save_films(shows, folder, ".mp4", settings)
+    save_pictures(shows, folder, ".png", DPI)
     with (folder / "ends.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([COLUMNS, *rows(runs)])
     ends = [f"<h2>Where the balls end</h2>\n{table(runs)}"]
     last = [f"<h2>On Simulation 4</h2>\n<p>{escape(on_simulation_4(scene))}</p>"]
     body = "\n".join([*figures(runs), *ends, *last])
     page = PAGE.format(title=escape(scene.title), body=body)
-    (folder / "hand-in.html").write_text(page, encoding="utf-8")
+    written = folder / "hand-in.html"
+    written.write_text(page, encoding="utf-8")
+    return written
 
 
 if __name__ == "__main__":
-    hand_in(Path(sys.argv[1] if len(sys.argv) > 1 else "renders/handin"))
+    print(hand_in(Path(sys.argv[1] if len(sys.argv) > 1 else "renders/handin")))

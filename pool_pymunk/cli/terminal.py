@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import rich.progress as bars
 from rich.console import Console
-from rich.terminal_theme import DEFAULT_TERMINAL_THEME
+from rich.terminal_theme import TerminalTheme
 from rich.text import Text
 
 from pool_pymunk.results.table import ResultTable
@@ -28,6 +28,11 @@ if TYPE_CHECKING:
 
 WIDTH = 160  # characters of a line in a pipe, which has no width of its own, unless COLUMNS says it
 DRAWN = 100  # characters of a line in a drawing, which can then be read at the width of a page
+# On white, each colour of a drawing can be read: black, red, green, yellow and so on, as terminals
+# number them. Their yellow is hard to read there, so it is brown.
+BLACK, WHITE, BROWN = (0, 0, 0), (255, 255, 255), (138, 75, 0)
+COLORS = [BLACK, (170, 0, 0), (0, 110, 0), BROWN, (0, 0, 170), (128, 0, 128), (0, 100, 110), BLACK]
+PAPER = TerminalTheme(WHITE, BLACK, COLORS)
 PACE = 0.1  # s between two moves of the progress bar
 FIRST, SECOND = 0.7, 1.2  # s until a pipe has a line; the second if no estimate is known
 RARER = 8.0  # The next line comes after this many times as long.
@@ -58,7 +63,7 @@ def draw(path: Path, title: str, *parts: str | Printed) -> None:
     """Draw lines and tables as they look on a terminal, with black on white, into an SVG file."""
     console = Console(file=io.StringIO(), record=True, width=DRAWN)
     console.print(*(Text(part) if isinstance(part, str) else part for part in parts), sep="\n")
-    drawn = console.export_svg(title=title, theme=DEFAULT_TERMINAL_THEME)
+    drawn = console.export_svg(title=title, theme=PAPER)
     without_hosts = re.sub(r"@font-face {.*?}", "", drawn, flags=re.DOTALL)
     with whole(path) as part:
         part.write_text(without_hosts, encoding="utf-8")

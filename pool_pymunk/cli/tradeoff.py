@@ -74,7 +74,7 @@ def _report(
     result: lib.grid.Tradeoff, left_out: Mapping[str, str], seed: int, folder: Path
 ) -> None:
     """Print the table and what it says, and write the files."""
-    lib.terminal.show("Errors at the end and time for all shots\n", _printed(result))
+    lib.terminal.show(f"Errors at the end and time for {result.measured_shots}\n", _printed(result))
     common.say(lib.grid.sentences(result))
     common.say([*common.left_out_sentences(left_out), *common.warnings_of(result.warned)])
     same = {"spread": result.spread, "seed": seed, **lib.grid.machine()}

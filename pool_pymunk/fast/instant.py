@@ -17,7 +17,7 @@ from pool_pymunk.physics.path import motion_at
 
 
 def latest_of(w: Work, i: int, j: int) -> float:
-    """Return the latest time (s) of contacts that may be of one instant with this one of ``i``."""
+    """Return until when (s) contacts come at the same instant as this one of ball ``i``."""
     speed = w.ball[i].speed
     if j >= 0:
         speed = max(speed, w.ball[j].speed)

@@ -28,7 +28,7 @@ Color = tuple[float, float, float, float]
 Stroke = tuple[list[Array], Array, list[float]]  # straight pieces, their colours and widths
 CAPITAL = 0.73  # height of the font's capitals and digits, in its size
 CORNERS = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])  # the first is preferred
-CLEARLY = 0.3  # in half heights of a label; a better corner has this much more room
+CLEARLY = 0.3  # A label moves to a corner with this much more room, in half heights of the label.
 BOLD = FontProperties(family="DejaVu Sans", weight="bold")
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 SOFT = 14  # A soft shadow or light consists of this number of circles.

@@ -112,7 +112,7 @@ def _approach(panel: _Panel, units: Units) -> None:
     panel.line(b - 0.1 * u, b + u, "-.")
     if abs(offset) > 0.05:
         panel.arrow(foot + 0.9 * u, b + 0.9 * u, INK, "<->", 1.0)
-    label = f"offset {units.from_si(hit.offset, 'length') + 0.0:.4g} {units.length}"
+    label = f"offset {units.from_si(hit.offset, 'length') + 0.0:.6g} {units.length}"
     panel.text(foot + u + offset / 2 * across, label)
     panel.velocity(a, hit.a.velocity, "A", BEFORE)
     panel.velocity(b, hit.b.velocity, "B", BEFORE)

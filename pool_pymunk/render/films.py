@@ -81,7 +81,10 @@ def frame_count(what: Run | Show, settings: FilmSettings) -> int:
 
 def _frames(show: Show, settings: FilmSettings, progress: Progress | None) -> Iterator[Pixels]:
     """Draw the frames of one shot; the last one stays."""
-    for frame in Stage(show, settings).frames():
+    stage = Stage(show, settings)
+    if progress is not None:
+        progress(0)  # Frames are counted from here on: the stage takes as long as hundreds of them.
+    for frame in stage.frames():
         if progress is not None:
             progress(1)
         yield frame

@@ -18,8 +18,8 @@ from pool_pymunk.model import Scene, State
 from pool_pymunk.model.outline import sweep
 from pool_pymunk.physics.contact import Vector
 
-# m; gaps of the starts. A gap of 1e-6 m is invisible; some are four times as wide, because a few
-# draws seldom meet the worst one.
+# m; gaps of the starts. Nobody sees a gap of 1e-6 m. A few draws seldom meet the worst gaps, so the
+# widest ones are four times as wide.
 NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10)
 TURN = 2e-11  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
 DECIDED = 1e-5  # m; a run that moves ends less by narrow gaps may only amplify them
@@ -76,10 +76,10 @@ def _touching(scene: Scene, start: State) -> Rows:
 def nudged(scene: Scene, start: State, number: int) -> State:
     """Return a start in which what touches has gaps, which differ from number to number.
 
-    Mostly one gap opens alone, because then its contact is sure to come after the others: a narrow
-    gap for an even number, a wide one for an odd one. Every fourth even number opens none, and
-    every fourth odd one all. Balls that touch nothing move by ``NARROW`` at most, and velocities
-    and rolls change by ``TURN``; with number 0 moving balls close what they touch.
+    An even number opens a narrow gap, and an odd number a wide one. Mostly one gap opens alone, so
+    that its contact comes after the others. Every fourth even number opens no gap, and every
+    fourth odd number opens all. Balls that touch nothing move by ``NARROW`` at most, and velocities
+    and rolls change by ``TURN``. With number 0 moving balls close the gaps to what they touch.
     """
     (turn, k), is_wide = divmod(number // 2, 4), number % 2
     rng, rows = np.random.default_rng(number), touching(scene, start)

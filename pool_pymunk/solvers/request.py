@@ -345,7 +345,8 @@ def warn_of_gained_energy(trace: Trace, scene: Scene, law: str) -> None:
         who = [b.id for b, rows in each if any(row[0] == first for row in rows[1:])]
         trace.warn(
             f"law {law} added energy in {counted(len(gains), 'contact')}: "
-            f"{100.0 * sum(gains.values()) / initial:.3g} % of the energy at the start. The first "
-            f"was that of ball{'s' * (len(who) > 1)} {', '.join(who)}",
+            f"{100.0 * sum(gains.values()) / initial:.3g} % of the energy at the start. This is a "
+            "fault of the law, not of the solver. The first was that of "
+            f"ball{'s' * (len(who) > 1)} {', '.join(who)}",
             first,
         )

@@ -36,6 +36,7 @@ Shots = Sequence[Shot | None]
 
 TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
 MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but at most MOST_STEPS; shorter trials are not made.
+LONGEST = 45  # letters; if the names of shots are longer together, the shots are counted
 MOST_REPEATS = 7  # More runs hardly lower the least of seven times.
 LONG_TRIAL = 0.1  # s; after a shorter trial of the fewest steps there is one of more
 LEAST_COST = 2e-3  # s; about what a run of few steps takes
@@ -125,6 +126,15 @@ class Tradeoff:
     def left_out(self) -> tuple[str, ...]:
         """Name the other shots: no error can be measured there."""
         return tuple(run.name for run in self.references if run not in self.sound)
+
+    @property
+    def measured_shots(self) -> str:
+        """Name the shots that are measured, or count them if their names are long."""
+        measured, shots = len(self.sound), len(self.scene.shots)
+        if measured >= shots:
+            return "all shots"
+        names = ", ".join(run.name for run in self.sound)
+        return names if len(names) <= LONGEST else f"{measured} of {shots} shots"
 
     @property
     def warned(self) -> list[Run]:

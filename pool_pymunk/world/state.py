@@ -68,11 +68,11 @@ class LiveState:
         self.damped: set[int] = set()  # the balls that move and are slowed by callbacks
         self.ball_of: dict[int, TableBall] = {}  # the balls on the table, by the ids of bodies
         self.sent: list[int] = []  # balls that were sent off while pymunk was stepping
-        # In the present step the table has put these bodies at positions with velocities, and has
-        # sent these balls off: what others have done to them in the step does not count.
+        # In the present step the table has set these positions and velocities of bodies, and has
+        # sent these balls off. So what others did to them in this step does not count.
         self.carried: dict[TableBall, tuple[float, ...]] = {}
         self.sent_off: set[TableBall] = set()
-        # The table or a step has moved these bodies since somebody was last looked for.
+        # These balls have moved since the table last looked for changes by others.
         self.stirred: set[TableBall] = set()
         self.joined: list[pymunk.Body | pymunk.Shape] = []  # what has come to the table since
         self.error: Exception | None = None
