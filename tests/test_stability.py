@@ -489,4 +489,4 @@ def test_the_picture_is_the_table_that_is_printed(cells: list[Cell], tmp_path: P
         console.print(table, *suite.notes(cells), sep="\n")
     words = re.findall(r"\w[\w.-]*", printed.get())
     assert len(words) > 50 and not [word for word in words if word not in drawn]
-    assert "at [red]" in drawn and "fill: #808000" in drawn and not hosts
+    assert "at [red]" in drawn and "fill: #8a4b00" in drawn and not hosts
