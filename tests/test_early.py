@@ -14,6 +14,7 @@ from shots import check_bits, in_the_loop, needs_numba
 
 from pool_pymunk import Batch, Uncertainty, load, sensitivity, simulate_many
 from pool_pymunk.fast import compiled, many
+from pool_pymunk.fast.tables import Form
 
 SHOTS = 5
 
@@ -31,7 +32,12 @@ def compiling(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     in_the_loop(monkeypatch)
     asked, play_of = list[object](), many.play_of
     monkeypatch.setattr(compiled, "has_form", lambda *_: False)
-    monkeypatch.setattr(many, "play_of", lambda form: (asked.append(form), play_of(form))[1])
+
+    def noted(form: Form) -> Any:
+        asked.append(form)
+        return play_of(form)
+
+    monkeypatch.setattr(many, "play_of", noted)
     monkeypatch.setattr(many, "spent", many.spent.__class__(float))
     return asked
 

@@ -26,7 +26,8 @@ from hypothesis import strategies as st
 from programs import TIMEOUT, interrupt, is_alive, start, wait_until
 
 from pool_pymunk import SOLVERS, Run, Scene, Shot, State, load, simulate
-from pool_pymunk.fast import compiled
+from pool_pymunk.fast import compiled, many
+from pool_pymunk.fast.tables import loop_form
 from pool_pymunk.model.scenario import bundled, loads
 
 pytest.importorskip("starlette")
@@ -662,17 +663,18 @@ def test_who_comes_while_another_is_played_waits(player: Worker) -> None:
 def test_what_clouds_need_is_compiled_before_the_first(
     compiles: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Rolling balls and arcs have loops of their own, so it is the scene itself that is played."""
+    """Rolling balls and arcs have loops of their own, so it is the scene's own loop."""
     done: list[object] = []
     monkeypatch.setattr(signal, "signal", lambda *_: None)
     monkeypatch.setattr(compiled, "is_there", lambda: True)
-    monkeypatch.setattr(worker, "simulate_many", lambda scene, **_: done.append(scene))
+    monkeypatch.setattr(many, "can_compile", lambda *_: True)
+    monkeypatch.setattr(many, "play_of", done.append)
     here, there = multiprocessing.Pipe()
     here.send(("aim", b"{}"))
     monkeypatch.setattr(there, "send", done.append)
     here.close()
     worker.work(there, ROLLS, compiles)
-    assert done[:-1] == [ROLLS] * compiles + [worker.READY]
+    assert done[:-1] == [loop_form(ROLLS)] * compiles + [worker.READY]
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from pool_pymunk.physics.sides import Arc, Face, Rim, RoundSide
 # These kinds of sides are compiled, each with how it is read from its numbers.
 KINDS: dict[type, Callable[[Any], Any]] = {
     Face: lambda p: Face((p[0], p[1]), (p[2], p[3]), (p[4], p[5]), p[6], p[7]),
-    RoundSide: lambda p: RoundSide((p[0], p[1]), p[2]),
+    RoundSide: lambda p: RoundSide((p[0], p[1]), p[2], (p[3], p[4]), (p[5], p[6])),
     Rim: lambda p: Rim((p[0], p[1]), p[2]),
     Arc: lambda p: Arc((p[0], p[1]), p[2], (p[3], p[4]), (p[5], p[6]), p[7]),
 }

@@ -23,6 +23,7 @@ from pool_pymunk.physics.moving import (
     time_of_meeting,
 )
 from pool_pymunk.physics.path import Path
+from pool_pymunk.physics.sides import away
 
 Four = tuple[float, float, float, float]
 STILL = 0.0, 0.0, 0.0, 0.0
@@ -33,7 +34,7 @@ def nearest_standing(side: Any, sides: Sides, now: float, x: float, y: float, r:
     found, least = side.first, math.inf
     if side.last > side.first + 1:
         for k in range(side.first, side.last):
-            far = abs(gap(sides[k], x, y, r))
+            far = away(gap(sides[k], x, y, r), sides[k].core + r)
             if far < least:
                 found, least = k, far
     return sides[found]
@@ -56,7 +57,9 @@ def put(side: Any, of_body: Any, frame: Four) -> None:
             read_face(of_body.numbers), frame
         )
     else:
-        (p[0], p[1]), p[2] = put_round(read_round(of_body.numbers), frame)
+        (p[0], p[1]), p[2], (p[3], p[4]), (p[5], p[6]) = put_round(
+            read_round(of_body.numbers), frame
+        )
 
 
 def motion_of(side: Any) -> Motion:

@@ -228,9 +228,15 @@ class Table(Part):
 
         Each has the cushion's face or arc, and its first corner if that sticks out into the table.
         """
-        corners = {k: (RoundSide(self.edges[k].start),) for k in self.reflex_corners}
+        corners = {k: (self._corner(k),) for k in self.reflex_corners}
         sides = ((edge.side, *corners.get(k, ())) for k, edge in enumerate(self.edges))
         return tuple(Wall(each, 0.0, 0.0, k) for k, each in enumerate(sides))
+
+    def _corner(self, k: int) -> RoundSide:
+        """Return the corner that joins cushions k - 1 and k, between their normals."""
+        edge, before = self.edges[k], self.edges[k - 1]
+        (x, y), (u, v) = edge.heading(False), before.heading(True)
+        return RoundSide(edge.start, 0.0, (-y, x), (-v, u))
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:

@@ -115,8 +115,10 @@ def put_face(face: Face, frame: Four) -> Face:
 
 def put_round(side: RoundSide, frame: Four) -> RoundSide:
     """Return a round side of a body where its frame is."""
-    (x, y), (px, py, c, s) = side.center, frame
-    return RoundSide((px + x * c - y * s, py + x * s + y * c), side.radius)
+    (x, y), radius, (fx, fy), (lx, ly) = side
+    px, py, c, s = frame
+    first, last = (fx * c - fy * s, fx * s + fy * c), (lx * c - ly * s, lx * s + ly * c)
+    return RoundSide((px + x * c - y * s, py + x * s + y * c), radius, first, last)
 
 
 # -- where a body is -------------------------------------------------------------------------------

@@ -187,10 +187,16 @@ class Face(NamedTuple):
 
 
 class RoundSide(NamedTuple):
-    """A round side is a circle, or with radius 0 a corner."""
+    """A round side is a circle, or with radius 0 a corner.
+
+    Balls hit it from all around. Where other sides begin, a persistent contact with it ends: it is
+    between the directions ``first`` and ``last``, counter-clockwise. A whole circle has (0, 0).
+    """
 
     center: Vector
     radius: float = 0.0
+    first: Vector = (0.0, 0.0)
+    last: Vector = (0.0, 0.0)
 
     @property
     def core(self) -> float:
@@ -201,7 +207,8 @@ class RoundSide(NamedTuple):
         return math.sqrt(dx * dx + dy * dy) - self.radius - r
 
     def shape(self, x: float, y: float, r: float) -> tuple[int, Shape]:
-        return circle(self.center[0], self.center[1], 1.0, self.radius + r)
+        (cx, cy), radius, (fx, fy), (lx, ly) = self
+        return ROUND, (cx, cy, 1.0, radius + r, fx, fy, lx, ly)
 
     def normal(self, x: float, y: float) -> Vector:
         return unit(x - self.center[0], y - self.center[1])
@@ -509,7 +516,7 @@ class Wall:
         """Return the side whose surface is nearest to a ball of radius ``r`` at (x, y)."""
         if len(self.sides) == 1:
             return self.sides[0]
-        return min(self.sides, key=lambda side: abs(side.gap(x, y, r)))
+        return min(self.sides, key=lambda side: away(side.gap(x, y, r), core_of(side) + r))
 
 
 def pocket(center: Vector, radius: float, number: int) -> Wall:
@@ -517,6 +524,16 @@ def pocket(center: Vector, radius: float, number: int) -> Wall:
     wall = Wall((Rim(center, radius),), 0.0, 0.0, number)
     wall.center = center
     return wall
+
+
+def away(gap: float, depth: float) -> float:
+    """Return how far (m) a surface is from a ball, for the choice of the nearest one.
+
+    This is the gap, which is negative where the ball has sunk in by rounding. So the face next to a
+    corner wins, in whose circle the ball has sunk less deep. Deeper than its ``depth`` (m) the ball
+    is behind the surface.
+    """
+    return gap if gap >= -depth else -gap
 
 
 def core_of(side: Any) -> float:

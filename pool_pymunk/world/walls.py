@@ -283,4 +283,9 @@ def sides_of(shape: pymunk.Shape) -> tuple[Face | RoundSide, ...]:
     outline = zip(corners, corners[1:] + corners[:1], strict=True)
     # The faces are those of a polygon's outside.
     faces = [face_between(b, a, shape.radius) for a, b in outline]
-    return (*faces, *(RoundSide(corner, shape.radius) for corner in corners))
+    beside = zip([faces[-1], *faces[:-1]], faces, strict=True)
+    rounds = [
+        RoundSide(corner, shape.radius, before.outward, after.outward)
+        for corner, (before, after) in zip(corners, beside, strict=True)
+    ]
+    return (*faces, *rounds)
