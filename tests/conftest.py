@@ -116,7 +116,9 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 
 @pytest.fixture(autouse=True)
-def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+def single_runs_are_played_in_python(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Other tests may have loaded the compiled loop; a test that loads it uses it from then on."""
     remember = single.remember
 
@@ -130,7 +132,8 @@ def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(contacts, "LOOPS", [])
     monkeypatch.setattr(changes, "FASTER", [])
     monkeypatch.setattr(single, "follow_run", lambda *_: None)
-    monkeypatch.setattr(many, "EARLY", 0.0)  # s; a few shots are compiled, too.
+    if request.node.get_closest_marker("compiled"):
+        monkeypatch.setattr(many, "EARLY", 0.0)  # s; a few shots are compiled, too.
 
 
 @pytest.fixture(autouse=True)

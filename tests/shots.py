@@ -124,6 +124,7 @@ def uncompiled(*_: bool) -> Any:
 
 def in_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     """Play shots by the loop that numba compiles, but in Python."""
+    monkeypatch.setattr(many, "EARLY", 0.0)
     monkeypatch.setattr(compiled, "is_there", lambda: True)
     monkeypatch.setattr(compiled, "play_shots", uncompiled)
     monkeypatch.setattr(many, "can_compile", can_compile)

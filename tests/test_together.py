@@ -342,7 +342,8 @@ def test_redundant_contacts_have_friction_that_no_listing_changes(
 
 CONTACT = np.dtype(
     [("a", int), ("b", int), ("normal", float, 2), ("gap", float),
-     ("pair", [("m_a", float), ("m_b", float), ("restitution", float), ("friction", float)])]
+     ("pair", [("m_a", float), ("m_b", float), ("restitution", float), ("friction", float)]),
+     ("drift", float, (0,))]
 )  # fmt: skip
 Arrays = namedtuple("Arrays", "response factor wanted unit pushes rest pushing chosen shares")
 
@@ -355,7 +356,7 @@ def test_compiled_impulses_have_the_same_bits() -> None:
         cluster = random_cluster(seed)
         closing, after = cluster.closing(), dict(cluster.velocity)
         impulses, count = at_once(closing, after), len(closing)
-        rows = [(c.a, c.b, c.normal, c.gap, c.pair) for c in closing]
+        rows = [(c.a, c.b, c.normal, c.gap, c.pair, ()) for c in closing]
         velocity, own = np.array(list(cluster.velocity.values())), room(count)
         arrays = [np.array(getattr(own, name)) for name in together.ROOM]
         arrays.append(np.zeros(len(after) + 1, int))

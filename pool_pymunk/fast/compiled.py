@@ -14,6 +14,7 @@ import os
 import platform
 import sys
 import tempfile
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from functools import cache
@@ -157,9 +158,10 @@ def hash_of(folder: Path, name: str) -> str:
 
 
 def _note(function: Callable[..., int], form: tuple[bool, ...]) -> Path:
-    """Return the file of a note: other machines and other versions of numba compile anew."""
+    """Return the file of a note: other machines, folders and versions of numba compile anew."""
     flags = "".join(f"{flag:d}" for flag in form)
-    where = f"{flags}-{metadata.version('numba')}-{platform.node()}"
+    folder = zlib.crc32(function.__code__.co_filename.encode())
+    where = f"{flags}-{metadata.version('numba')}-{platform.node()}-{folder:08x}"
     return cache_folder(function) / f"{function.__name__}-{where}.ready"
 
 
