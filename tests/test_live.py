@@ -133,6 +133,17 @@ def test_a_table_with_a_bumper_is_left_to_python(played: Counter[bool]) -> None:
     assert played[False] > 0
 
 
+def test_a_wall_that_is_put_up_in_play_is_met_as_in_python() -> None:
+    def put_up(table: Billiards, step: int) -> None:
+        if step % 20 == 7:
+            table.strike(table.on_table()[0], (1.0, -1.0))
+        if step == 20:
+            edge = pymunk.Segment(table.space.static_body, (0.0, 0.05), (9.0, 0.05), 0.0)
+            table.add_wall(edge, 0.5, 0.1)
+
+    check_same(some_scene("rectangle", 7), 60, put_up)
+
+
 @pytest.mark.parametrize("hears", [True, False])
 @pytest.mark.parametrize("kind", ["rectangle", "pockets", "rack", "frozen", "crowd"])
 def test_steps_are_those_of_python(kind: str, hears: bool, played: Counter[bool]) -> None:
