@@ -14,11 +14,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import pymunk
 import pytest
 
 from pool_pymunk import Ball, Billiards, Friction, Restitution, Scene, Table, load
 from pool_pymunk.engine import contacts
-from pool_pymunk.fast import ahead
+from pool_pymunk.fast import ahead, many
+from pool_pymunk.fast.tables import loop_form
 from pool_pymunk.solvers.pymunk_space import set_up
 from pool_pymunk.solvers.record import Settings
 
@@ -40,9 +42,9 @@ def broken(seed: int, scene: Scene) -> Billiards:
     return table
 
 
-def discs(count: int = 500) -> Scene:
+def discs(count: int = 500, columns: int = 25) -> Scene:
     """Return discs that roll, a radius apart, and set off at 1 m/s in random directions."""
-    rnd, radius, columns = random.Random(1), 0.03, 25
+    rnd, radius = random.Random(1), 0.03
     angles = [rnd.uniform(0.0, math.tau) for _ in range(count)]
     balls = tuple(
         Ball(
@@ -73,7 +75,8 @@ def cases() -> dict[str, Scene]:
     sliding = replace(eight, friction=slides, shots=eight.shots[:2])
     return {
         "a break of eight-ball": eight, "the same balls sliding": sliding,
-        "500 discs that roll": discs(),
+        "500 discs that roll": discs(), "16 discs and two spinners": discs(16, 4),
+        "200 discs and two spinners": discs(200, 20),
     }  # fmt: skip
 
 
@@ -82,18 +85,27 @@ def started(scene: Scene) -> Billiards:
     return set_up(scene, scene.start(None), Settings(DT), "joint")
 
 
-def tables(scene: Scene) -> Iterator[Billiards]:
-    """Yield tables with breaks of a scene; without a cue ball, one whose balls move already."""
+def tables(scene: Scene, turns: bool) -> Iterator[Billiards]:
+    """Yield tables with breaks of a scene; without a cue ball, one whose balls move already.
+
+    Where something ``turns``, it is two bars in the gaps between balls, which turn at 4 rad/s.
+    """
     if any(ball.cue for ball in scene.balls):
         yield from (broken(seed, scene) for seed in range(BREAKS))
-    else:
-        yield started(scene)
+        return
+    table = started(scene)
+    for k in (0, len(scene.balls) - 1) if turns else ():
+        (x, y), gap = scene.balls[k].position, 0.045 if k == 0 else -0.045
+        body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        body.position, body.angular_velocity = (x + gap, y + gap), 4.0
+        table.add_wall(pymunk.Segment(body, (-0.03, 0.0), (0.03, 0.0), 0.002), 0.9)
+    yield table
 
 
-def longest(scene: Scene, hears: Callable[[Any], object] | None) -> list[float]:
+def longest(scene: Scene, turns: bool, hears: Callable[[Any], object] | None) -> list[float]:
     """Return the longest step (ms) of each table."""
     found = []
-    for table in tables(scene):
+    for table in tables(scene, turns):
         table.on_contact = hears
         found.append(max(steps(table)))
     return found
@@ -109,13 +121,14 @@ def test_compiled_steps_are_faster(benchmark: Any, name: str) -> None:
 def main() -> None:
     print("| what is played | on_contact | in Python, ms | compiled, ms |\n|---|---|---:|---:|")
     for name, scene in cases().items():
-        ahead.compile(scene)
-        longest(scene, None)  # The record is made once.
+        turns = "spinners" in name
+        many.play_of(loop_form(scene)._replace(moves=turns, differ=turns))
+        longest(scene, turns, None)  # The record is made once.
         for hears in (None, lambda _: None):
             rows = []
             for is_compiled in (False, True):
                 kept, contacts.LOOPS[:] = contacts.LOOPS[:], contacts.LOOPS[:1] * is_compiled
-                found = longest(scene, hears)
+                found = longest(scene, turns, hears)
                 contacts.LOOPS[:] = kept
                 rows.append(f"{statistics.median(found):.1f} ({max(found):.0f})")
             print(f"| {name} | {'yes' if hears else 'no'} | {rows[0]} | {rows[1]} |")
