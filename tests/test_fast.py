@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -565,6 +566,18 @@ def test_an_interrupt_ends_it_at_once() -> None:
     process.communicate(timeout=60)
     assert process.returncode != 0
     assert time.perf_counter() - began < 3.0  # All shots take nine seconds.
+
+
+@needs_numba
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such locks")
+def test_who_loads_shots_waits_for_nobody_who_compiles_others() -> None:
+    fcntl = import_module("fcntl")
+    finished(script(None))
+    with ExitStack() as stack:
+        for lock in compiled.cache_folder().glob("*/play_shots.lock"):
+            fcntl.flock(stack.enter_context(lock.open("a")), fcntl.LOCK_EX)
+        assert finished(script(None))[2] == ""
 
 
 def cut_short(path: Path) -> None:

@@ -14,6 +14,7 @@ import os
 import platform
 import sys
 import tempfile
+import time
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
@@ -38,6 +39,7 @@ except ImportError:  # Windows has no such locks; there each process compiles.
     fcntl = None  # type: ignore[assignment]
 
 PACKAGE = "pool_pymunk."
+WRITING = 0.3  # s; to seal six loops takes 0.08 s.
 CACHE = "POOL_PYMUNK_CACHE"  # This environment variable names another folder.
 
 # The loop allocates nothing and needs no reference counts: without them it is 1.2 times as fast.
@@ -95,8 +97,8 @@ def play_shots(*form: bool) -> Any:
 
 @cache
 def _say_that_it_compiles() -> None:
-    time = "a minute or two" if can_link() else "some minutes"
-    print(f"Compiling such shots for this machine: this takes {time}, once.", file=sys.stderr)
+    needs = "a minute or two" if can_link() else "some minutes"
+    print(f"Compiling such shots for this machine: this takes {needs}, once.", file=sys.stderr)
 
 
 @cache
@@ -309,11 +311,17 @@ class SealedCache:
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return what is compiled for a signature, or None."""
-        is_sound = is_whole(self._folder, self._name)
+        is_sound = is_whole(self._folder, self._name) or self._is_whole_soon()
         found = self._cache.load_overload(signature, context) if is_sound else None
         if found is None:
             self._compiles()
         return found
+
+    def _is_whole_soon(self) -> bool:
+        """Tell whether the files are whole again in a moment, which it takes to write them."""
+        if (self._folder / f"{self._name}.sha256").exists():
+            time.sleep(WRITING)
+        return is_whole(self._folder, self._name)
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep what was compiled; if it cannot be written, it is compiled again next time."""

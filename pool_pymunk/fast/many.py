@@ -8,6 +8,7 @@ import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import nullcontext
 from itertools import islice
 from typing import Any, TypeVar
 
@@ -238,7 +239,11 @@ def play_of(form: Form) -> Any:
     """Return the compiled loop of a form; compile it, or load it, if it is not there yet."""
     play = compiled.play_shots(*form)
     if not play.signatures:
-        with compiled.turn(play):  # This is the thread that an interrupt reaches.
+        is_there = compiled.has_form(
+            loop.play_shots, form
+        )  # Then nobody else has to be waited for.
+        with nullcontext() if is_there else compiled.turn(play):
+            # This is the thread that an interrupt reaches.
             play(np.zeros(1, dtype=form.work), *nothing(form.sides), 0, 0)
     single.remember(form, play)
     compiled.note_form(loop.play_shots, form)
