@@ -182,7 +182,7 @@ def test_what_moves_a_ball_is_put_back(what: str) -> None:
     """A ball that is still there slows down and bounces as ever."""
     space, table = world(1.0, deceleration=100.0)
     wall_at(table, 200.0, 1.0)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     table.strike(one, (300.0, 0.0))
     for _ in range(3):
         space.step(DT)
@@ -198,7 +198,7 @@ def test_walls_and_pockets_that_are_taken_out_are_gone(alone: bool) -> None:
     gate, _ = wall_at(table, 200.0, 1.0), wall_at(table, 600.0, 1.0)
     table.add_pocket((400.0, 0.0), 10.0)
     [hole] = [shape for shape in space.shapes if isinstance(shape, pymunk.Circle)]
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     space.remove(gate)
     assert table.predict(one, (100.0, 0.0)).pocket == 0
     space.remove(hole)
@@ -410,7 +410,7 @@ def test_a_velocity_function_that_returns_no_number_is_refused() -> None:
 @pytest.mark.parametrize("how", ["velocity", "impulse", "position"])
 def test_a_table_that_is_alone_follows_what_is_set_by_hand(how: str) -> None:
     _, table = world(1.0, deceleration=100.0, alone=True)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     table.step(DT)
     if how == "velocity":
         one.body.velocity = 300.0, 0.0
@@ -425,7 +425,7 @@ def test_a_table_that_is_alone_follows_what_is_set_by_hand(how: str) -> None:
 
 def test_a_table_that_is_alone_plays_what_is_set_by_hand() -> None:
     _, table = world(1.0, deceleration=100.0, alone=True)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     one.body.velocity = 300.0, 0.0
     table.play()
     assert one.body.position == pytest.approx((450.0, 0.0), abs=1e-9)
@@ -434,7 +434,7 @@ def test_a_table_that_is_alone_plays_what_is_set_by_hand() -> None:
 @pytest.mark.parametrize("what", ["gravity", "damping", "ball 0: force"])
 def test_a_table_that_is_alone_refuses_what_acts_in_a_step(what: str) -> None:
     space, table = world(1.0, alone=True)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     if what == "gravity":
         space.gravity = 0.0, -10.0
     elif what == "damping":
@@ -486,7 +486,7 @@ def test_a_new_ball_overlaps_none_that_was_moved_since_the_last_step() -> None:
 
 def test_a_path_is_that_after_a_push() -> None:
     space, table = world(1.0, deceleration=100.0)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     space.step(DT)
     one.body.velocity = 0.0, -100.0
     assert one.path.at(table.time)[1] == (0.0, -100.0)
@@ -571,7 +571,7 @@ def test_a_push_in_each_step_leaves_friction_as_it_is(fps: int, friction: str) -
         space, 1 / fps, pair=same_balls(1.0, 0.0), deceleration=100.0,
         friction="joint" if friction == "joint" else "callback",
     )  # fmt: skip
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     table.strike(one, (300.0, 0.0))
     for _ in range(fps):
         one.body.velocity = one.body.velocity.rotated(0.5 / fps)
@@ -692,7 +692,7 @@ def test_a_function_of_ones_own_acts_beside_friction_by_callbacks() -> None:
     for settings in ({"friction": "callback"}, {"rolling": 10.0}):
         space, table = world(1.0, deceleration=50.0, **settings)
         wall_at(table, 200.0, 1.0)
-        one = small_ball(table, 0.0)
+        one = ball(table, 0.0)
         one.body.velocity_func = limit
         table.strike(one, (400.0, 0.0))
         speeds = []
@@ -716,7 +716,7 @@ def test_a_wall_on_a_body_that_has_moved_is_no_way_around_the_refusal() -> None:
 def test_a_pocket_on_a_body_that_has_moved_is_no_way_around_it_either() -> None:
     space, table = world(1.0)
     wall_at(table, 200.0)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     space.static_body.position = 50.0, 0.0
     table.add_pocket((400.0, 0.0), 10.0)
     with pytest.raises(ValueError, match=r"^wall 0: body.position"):
@@ -726,7 +726,7 @@ def test_a_pocket_on_a_body_that_has_moved_is_no_way_around_it_either() -> None:
 @pytest.mark.parametrize("what", ["shapes", "constraints", "velocity_func", "position_func"])
 def test_a_table_that_is_alone_refuses_others(what: str) -> None:
     space, table = world(1.0, alone=True)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     if what == "shapes":
         space.add(pymunk.Segment(space.static_body, (50, -50), (50, 50), 1.0))
     elif what == "constraints":
@@ -799,7 +799,7 @@ def test_a_callback_that_takes_a_ball_out_and_fails_is_heard_of() -> None:
 @pytest.mark.parametrize("how", ["strike", "by hand", "a new ball"])
 def test_a_ball_that_is_too_fast_for_the_clock_is_refused(how: str) -> None:
     space, table = world(1.0)
-    one = small_ball(table, 0.0)
+    one = ball(table, 0.0)
     table.time = 1e4
     with pytest.raises(ValueError, match=r"velocity = .*so fast that the clock"):
         if how == "strike":

@@ -81,8 +81,9 @@ class Walls:
             self.movers[place] = Mover(shape.body, shape, wall.moving, wall.number)
             state.engine.movers[wall.number] = place
             self.movers[place].stand()
-        if state.moving:  # A path that began before the wall was there may have crossed it then.
-            state.change_surface(state.surface, state.patches)
+        paths = state.engine.paths
+        if any(paths[i].t < state.now for i in state.moving):  # They may have crossed it then.
+            state.predict_anew()
         if state.phase is Phase.TELLING:  # pymunk reports only in the next step what is near.
             for i in state.moving:
                 state.engine.meet_wall(i, place)
