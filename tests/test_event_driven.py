@@ -28,6 +28,7 @@ from scenes import (
     largest_distance,
     seeds,
     some_slow,
+    takes_long,
 )
 
 from pool_pymunk import (
@@ -519,7 +520,9 @@ def bank_shot(k: int) -> Scene:
     )
 
 
-@pytest.mark.parametrize("solver", ["time-slice", "pymunk-discrete"])
+@pytest.mark.parametrize(
+    "solver", ["time-slice", pytest.param("pymunk-discrete", marks=takes_long)]
+)
 def test_the_others_converge_to_it_with_order_one_down_to_1e_5(solver: str) -> None:
     """A contact is late by any share of a step, so only the mean over some shots has an order."""
     scenes = [bank_shot(k) for k in range(6)]

@@ -132,7 +132,7 @@ def test_normals_may_stand_still_in_the_last_moment() -> None:
     assert off(run, base) < 1e-20
 
 
-@pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=(pytest.mark.slow, takes_long))])
 @pytest.mark.parametrize(
     "name",
     ["struck 3", *(pytest.param(f"persistent {k}", marks=pytest.mark.slow) for k in (1, 3))],
