@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import random
 import statistics
@@ -123,6 +124,8 @@ def main() -> None:
     for name, scene in cases().items():
         turns = "spinners" in name
         many.play_of(loop_form(scene)._replace(moves=turns, differ=turns))
+        gc.collect()
+        gc.freeze()  # as `pool_pymunk.compile` does
         longest(scene, turns, None)  # The record is made once.
         for hears in (None, lambda _: None):
             rows = []
