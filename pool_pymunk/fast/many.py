@@ -39,7 +39,7 @@ POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so many shots take some hundred times longer than with the extra " \
     "fast: pip install 'pool-pymunk[fast]'"  # fmt: skip
 # s; Python plays shots that take less time than this where their loop is not compiled yet. It is a
-# third of the time that compilation takes (`python -m tests.loops`).
+# quarter of the time that compilation takes (`python -m tests.loops`, docs/speed.md).
 EARLY = 20.0
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
@@ -172,7 +172,8 @@ def play_in_python(source: Source, out: Out, k: int, watcher: Any) -> None:
 def play_early(source: Source, out: Out, done: Done, watcher: Any) -> int:
     """Play shots in Python where that takes less time than to compile; return how many.
 
-    What shots of this form took in this process before counts, too. The bits are the same.
+    What shots of this form took in this process before counts, too. Ends have the same bits, and
+    derivatives are the same to rounding.
     """
     form, count = loop_form(source.scene), len(out.status)
     wanted = (loop.play_shots, *(watcher.compiles if watcher is not None else ()))
@@ -239,11 +240,9 @@ def play_of(form: Form) -> Any:
     """Return the compiled loop of a form; compile it, or load it, if it is not there yet."""
     play = compiled.play_shots(*form)
     if not play.signatures:
-        is_there = compiled.has_form(
-            loop.play_shots, form
-        )  # Then nobody else has to be waited for.
+        # To load it, nobody is waited for. This is the thread that an interrupt reaches.
+        is_there = compiled.has_form(loop.play_shots, form)
         with nullcontext() if is_there else compiled.turn(play):
-            # This is the thread that an interrupt reaches.
             play(np.zeros(1, dtype=form.work), *nothing(form.sides), 0, 0)
     single.remember(form, play)
     compiled.note_form(loop.play_shots, form)
