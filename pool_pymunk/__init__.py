@@ -143,15 +143,16 @@ _HOMES = {
 
 
 def _load(name: str) -> Any:
-    """Return what the package exports under this name."""
+    """Return what the package exports under this name, and keep it here."""
     for home, names in _HOMES.items():
         if name in names.split():
-            return getattr(import_module(f"{__name__}.{home}"), name)
+            found = globals()[name] = getattr(import_module(f"{__name__}.{home}"), name)
+            return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted({*globals(), *__all__})
 
 
 if not TYPE_CHECKING:  # Then a type checker would accept any name.

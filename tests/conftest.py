@@ -30,7 +30,7 @@ from pool_pymunk.fast.records import Out
 from pool_pymunk.fast.shots import Source
 from pool_pymunk.fast.tables import Form, can_compile, walls_differ
 from pool_pymunk.physics import changes
-from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers import grouped
 
 settings.register_profile(
     "fixed",
@@ -127,7 +127,7 @@ def single_runs_are_played_in_python(
             remember(form, play)
 
     monkeypatch.setattr(single, "remember", remember_compiled)
-    monkeypatch.setattr(event_driven, "FASTER", [])
+    monkeypatch.setattr(grouped, "FASTER", [])
     monkeypatch.setattr(asked, "PRESSES", [])
     monkeypatch.setattr(contacts, "LOOPS", [])
     monkeypatch.setattr(changes, "FASTER", [])

@@ -23,8 +23,9 @@ from hard_scenes import exact
 from scenes import seeds, share_of
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
+from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
 from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.solvers.frozen import NARROW, TURN, WIDE, nudged, touching
+from pool_pymunk.solvers.frozen import CLOSED, NARROW, TURN, WIDE, nudged, touching
 
 R = 0.05
 
@@ -237,3 +238,12 @@ def test_a_scene_keeps_the_touching_balls_of_the_start_that_was_asked_for() -> N
     apart = scene.state((((0.5, 0.5), (0.8, 0.5)), velocity))
     gone = frozen._replace(off=frozenset({"b"}))
     assert [len(touching(scene, start)) for start in (frozen, apart, gone, frozen)] == [1, 0, 0, 1]
+
+
+@pytest.mark.parametrize(("x", "y", "r"), [(0.0, 0.0, R), (1.3, -0.4, R), (1e6, 2.0, 0.03)])
+def test_what_touches_is_what_the_engine_lets_touch_in_a_moment(
+    x: float, y: float, r: float
+) -> None:
+    widest = CLOSED * (abs(x) + abs(y) + r)
+    for gap in (0.0, widest, math.nextafter(widest, 1.0), 2.0 * widest):
+        assert (gap <= widest) == is_closed(gap / NEARLY_CLOSED, x, y, r)

@@ -17,9 +17,11 @@ HOME = Path(pool_pymunk.__file__).parent
 
 # The floors stand from the ground up. A room may import from every floor below its own.
 FLOORS = (
-    ("physics", "safety"),
-    ("model", "engine"),
-    ("results", "world"),
+    ("physics", "safety", "core"),
+    ("model",),
+    ("results",),
+    ("engine",),
+    ("world",),
     ("solvers", "report"),
     ("fast",),
     ("studies",),

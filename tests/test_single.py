@@ -19,7 +19,7 @@ from pool_pymunk.engine.policies import Variant
 from pool_pymunk.fast import ahead, single
 from pool_pymunk.fast.loop import PIECE
 from pool_pymunk.fast.press import RecordPress
-from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers import grouped
 
 EXACT = "event-driven"
 pytestmark = needs_numba
@@ -37,7 +37,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[str]]:
         return trace
 
     monkeypatch.setattr(single, "solve", counted)
-    monkeypatch.setattr(event_driven, "FASTER", [])
+    monkeypatch.setattr(grouped, "FASTER", [])
     yield count
 
 
@@ -151,7 +151,7 @@ def test_persistent_contacts_of_the_engine_are_compiled(
     scene: Scene, solver: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ahead.compile(load("report"))
-    monkeypatch.setattr(event_driven, "FASTER", [])
+    monkeypatch.setattr(grouped, "FASTER", [])
     rolls = [replace(ball, roll=1.0) for ball in scene.balls]
     balls = [
         replace(ball, velocity=(0.3, 0.4)) if ball.velocity == (0.0, 0.0) else ball

@@ -2,6 +2,6 @@
 
 :mod:`~pool_pymunk.engine.contacts` moves the balls and lets happen what is due;
 :mod:`~pool_pymunk.engine.instants` and :mod:`~pool_pymunk.engine.answers` answer contacts by the
-law, and :mod:`~pool_pymunk.engine.policies` has variants of what has no exact answer. Balls that
-stay in contact move in :mod:`~pool_pymunk.engine.modes`.
+law, and :mod:`~pool_pymunk.engine.policies` has the errors of a run's variants. Balls that stay in
+contact move in :mod:`~pool_pymunk.engine.modes`.
 """

@@ -6,10 +6,8 @@ import math
 
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
+from pool_pymunk.results.trace import NEVER_SETTLES as NEVER_SETTLES
 
-# A run is given up after this many events, unless the user says otherwise, and after this many
-# instants and pieces without one. So a run takes some minutes at most.
-NEVER_SETTLES = 1_000_000
 # ``python -m tests.halved`` plays 54 hard runs with half and with twice such a number. Where no
 # comment says more, ends move by less than 3e-9 m (figures of warnings may change).
 NEARLY_NOW = 1e-6  # radii; contacts this near in time may be of one instant, and their gaps decide

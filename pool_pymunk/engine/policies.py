@@ -1,20 +1,19 @@
-"""Policies answer what has no exact answer; variants of a run show what they and rounding decide.
+"""A variant of a run has small errors, which are random, but the same ones each time.
 
-A variant has small errors, which are random, but the same ones each time. Python and numba draw
-them alike.
+So it shows what policies and rounding decide. Python and numba draw the errors alike.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from pool_pymunk.engine.decisions import CONVERGED, NEARLY_CLOSED
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.errors import SURE
-from pool_pymunk.physics.laws import Slip
 from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.physics.path import NOISE
+from pool_pymunk.results.variants import AS_IT_IS as AS_IT_IS
+from pool_pymunk.results.variants import Variant as Variant
 
 Motion = tuple[float, float, float, float]  # x, y (m), vx, vy (m/s)
 
@@ -25,30 +24,6 @@ FIRST = 1_000  # draws are left out, because those of near seeds are alike at fi
 # of the velocities in a variant with a nudged start: balls that a hit leaves together part later
 KICK = 1e-12
 GAPS = 1e-13, 4e-6  # m; as wide as gaps at the start (solvers/frozen.py)
-
-
-class Variant(NamedTuple):
-    """A variant of a run shows what policies and rounding decide."""
-
-    seed: int | None = None  # of random errors of places and velocities, of the size of rounding
-    nudge: int | None = None  # the number of a nudge of the start (solvers/frozen.py)
-    coarser: float = 1.0  # so many times as much is left out of contacts that persist
-    slip: Slip | None = None  # of balls whose slip is rounding, where the law jumps
-
-    @property
-    def sure(self) -> float:
-        """A figure is this many times the change that this variant shows.
-
-        Variants of a slip are all that there are; others are some of many. If c times as much is
-        left out, errors are at least sqrt(c) times as large: bounces have the square of a speed as
-        their height. So the run errs by at most the change over sqrt(c) - 1.
-        """
-        if self.slip is not None:
-            return 1.0
-        return SURE if self.coarser == 1.0 else SURE / (math.sqrt(self.coarser) - 1.0)
-
-
-AS_IT_IS = Variant()
 
 
 class Errors:

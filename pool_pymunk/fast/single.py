@@ -48,7 +48,7 @@ from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import NO_FRICTION, Law
 from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
 from pool_pymunk.physics.path import Path
-from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers import grouped
 from pool_pymunk.solvers.exact import EngineTrace, pockets
 from pool_pymunk.solvers.record import Settings
 
@@ -73,8 +73,8 @@ def remember(form: Form, play: Any) -> None:
         asked.PRESSES.append(Presses(form, play))
     if not contacts.LOOPS:
         contacts.LOOPS.append(partial(Loop, loaded))
-    if solve not in event_driven.FASTER:
-        event_driven.FASTER.append(solve)
+    if solve not in grouped.FASTER:
+        grouped.FASTER.append(solve)
 
 
 class SceneArrays(NamedTuple):

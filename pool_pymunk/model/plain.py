@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from numbers import Integral, Real
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_args, get_type_hints
@@ -32,6 +31,7 @@ from pool_pymunk.model.problems import (
     shown,
     suggestion,
 )
+from pool_pymunk.physics.laws import LAWS, Law, find_law
 
 Value = TypeVar("Value")
 Reader = Callable[..., Value]
@@ -179,9 +179,16 @@ def name(value: Any) -> str:
     found = text(value)
     if not found.strip():
         raise Unfit("must not be empty")
-    if any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in found):
+    if not found.isprintable() and not _is_line(found):
         raise Unfit("must be one line of text without control characters")
     return found
+
+
+def _is_line(text: str) -> bool:
+    """Tell whether a text has neither line breaks nor control characters."""
+    from unicodedata import category  # Most names are printable, and need not wait for it.
+
+    return all(category(letter) not in ("Cc", "Zl", "Zp") for letter in text)
 
 
 def color(value: Any) -> str:
@@ -304,7 +311,8 @@ class Part:
     KEYS: ClassVar[Keys]
 
     def __init_subclass__(cls) -> None:
-        cls.KEYS = getattr(cls, "KEYS", {}) | keys_of(cls)
+        if "KEYS" not in cls.__dict__:  # A dataclass with slots is made twice, with the same keys.
+            cls.KEYS = getattr(cls, "KEYS", {}) | keys_of(cls)
 
     def __post_init__(self) -> None:
         given = {name: getattr(self, name) for name in self.KEYS}
@@ -343,3 +351,20 @@ def read_pair(key: str, value: Any) -> tuple[float, float]:
         return x, y
     except ValueError:  # Unfit, or not two
         raise setting_error(key, shown(value), "must be two numbers") from None
+
+
+def check_choice(key: str, value: Any, choices: Sequence[str]) -> None:
+    """Refuse what is none of the choices."""
+    if value not in choices:
+        which = "one of " * (len(choices) > 1) + ", ".join(choices)
+        raise setting_error(key, value, f"must be {which}{suggestion(value, choices)}")
+
+
+def read_law(law: Any) -> Law:
+    """Return the law of that name, or the law itself."""
+    if isinstance(law, type) and issubclass(law, Law):
+        raise setting_error("law", law.__name__, f"is a class; an object is {law.__name__}()")
+    if not isinstance(law, Law) and not (isinstance(law, str) and law in LAWS):
+        message = f"must be one of {', '.join(LAWS)}, or an object of the class Law"
+        raise setting_error("law", law, message + suggestion(law, LAWS))
+    return find_law(law)

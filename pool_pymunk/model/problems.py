@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from itertools import islice
 
 import numpy as np
@@ -132,7 +130,11 @@ def key_of(name: str) -> str:
     >>> key_of("8"), key_of("ball 8")
     ('8', '"ball 8"')
     """
-    return name if re.fullmatch("[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
+    if re.fullmatch("[A-Za-z0-9_-]+", name):
+        return name
+    import json
+
+    return json.dumps(name, ensure_ascii=False)
 
 
 def listed(names: Collection[str]) -> str:
@@ -159,6 +161,8 @@ def suggestion(name: object, known: Iterable[str]) -> str:
 
 def most_like(name: object, known: Iterable[str]) -> str:
     """Return the known name that is most like this one, or an empty text."""
+    from difflib import get_close_matches
+
     alike = get_close_matches(str(name)[:MOST_SHOWN], list(known), n=1)
     return alike[0] if alike else ""
 

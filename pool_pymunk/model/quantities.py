@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Annotated
 
 from pool_pymunk.model.plain import Key, Part, between, choice, finite, problems_of
@@ -68,6 +67,8 @@ def quantity(key: str, text: str, kind: str, units: Units, low: float = -math.in
         ...
     pool_pymunk.SceneError: radius = "big": must be a length, such as 1 cm (m, cm, mm, in)
     """
+    from fractions import Fraction  # Nobody but this function needs it.
+
     known, typed = QUANTITIES[kind], text.strip()
     longest_first = sorted(known, key=len, reverse=True)
     unit = next((one for one in longest_first if typed.endswith(one)), "")

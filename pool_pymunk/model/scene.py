@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import (
@@ -41,9 +41,11 @@ from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import NO_ROLLING, State, read_state
 from pool_pymunk.physics import sides
 from pool_pymunk.physics.contact import Pair
-from pool_pymunk.physics.patches import Patches, patches_of
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.safety.files import whole
+
+if TYPE_CHECKING:
+    from pool_pymunk.physics.patches import Patches
 
 SomePart = TypeVar("SomePart")
 Located = Sequence[tuple[Location, SomePart]]
@@ -154,6 +156,8 @@ class Scene(Part):
     @cached_property
     def ground(self) -> Patches:
         """The patches of the table, as solvers ask them."""
+        from pool_pymunk.physics.patches import patches_of
+
         forms = [(patch.corners, patch.center, patch.radius) for patch in self.patches]
         own = [(patch.surface, patch.rolling) for patch in self.patches]
         return patches_of(forms, own, self.physics.gravity, self.surface)
@@ -163,7 +167,7 @@ class Scene(Part):
         """Surface friction decelerates a sliding ball by a = mu_s g (m/s^2, Eq. 10)."""
         return self.friction.surface * self.physics.gravity
 
-    @property
+    @cached_property
     def always_rests(self) -> bool:
         """Tell whether friction brings every ball to rest."""
         return slowest(self.friction, self.physics, self.patches) > 0.0

@@ -53,3 +53,8 @@ class Event:
         said |= {"cushion": self.cushion, "pocket": self.pocket, "patch": self.patch}
         said |= dict(zip(IMPULSES, self.impulses, strict=True))
         return {key: value for key, value in said.items() if value is not None}
+
+
+def two(balls: tuple[str, ...]) -> tuple[str, str]:
+    """Return the ids of a contact's balls; the second text is empty where there is one ball."""
+    return (balls[0], balls[1] if len(balls) > 1 else "")

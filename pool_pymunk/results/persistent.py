@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import roll_rates
 
 if TYPE_CHECKING:
+    from pool_pymunk.engine.recorder import Persisted
     from pool_pymunk.results.run import Run
 
 Spell = tuple[float, float]  # from when to when (s)

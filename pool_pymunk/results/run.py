@@ -7,7 +7,7 @@ changes. Up to the next one the acceleration is constant, so a Run knows the pos
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -16,23 +16,23 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.engine.policies import Variant
 from pool_pymunk.model import Point, Scene, Shot, State, Units
 from pool_pymunk.model.plain import argument, choice, made
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
 from pool_pymunk.physics.surface import GYRATION
-from pool_pymunk.results.contacts import ContactRow, contact_rows, contacts_table
-from pool_pymunk.results.events import IMPULSES, Event
-from pool_pymunk.results.persistent import PersistentContact, spells, turning
-from pool_pymunk.results.table import Columns, ResultTable, TableColumn
+from pool_pymunk.results.events import IMPULSES, Event, two
+from pool_pymunk.results.variants import Variant
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
     from pool_pymunk.physics.laws import Law
     from pool_pymunk.render import Figure
-    from pool_pymunk.results.trace import Step
+    from pool_pymunk.results.contacts import ContactRow
+    from pool_pymunk.results.persistent import PersistentContact
+    from pool_pymunk.results.table import ResultTable
+    from pool_pymunk.results.trace import Step, Trace
     from pool_pymunk.studies.derivatives import Derivatives
 
 Times = Array | Sequence[float] | float
@@ -40,11 +40,9 @@ Times = Array | Sequence[float] | float
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
-# of tables of events and of persistent contacts
-PUSHES = [TableColumn(push, unit="N s") for push in (*IMPULSES, "impulse_x", "impulse_y")]
-EVENTS: Columns = ("t", "kind", "ball", "other", "cushion", "pocket", *PUSHES[:3])
-SPELL = (TableColumn("since", unit="s"), TableColumn("until", unit="s"))
-PERSISTENT: Columns = (*SPELL, "ball", "other", "cushion", *PUSHES[3:])
+
+# These fields are made when somebody asks for one of them; until then there is the trace.
+LATE, TRACE = ("knots", "events"), "_trace"
 
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
@@ -110,9 +108,23 @@ class Run:
         both = zip(self.knots, other.knots, strict=True)
         return same and all(np.array_equal(mine, its, equal_nan=True) for mine, its in both)
 
+    if not TYPE_CHECKING:  # Then a type checker would accept any name.
+
+        def __getattr__(self, name: str) -> Any:
+            """Make the breakpoints or the events of a run whose trace still has them."""
+            own = self.__dict__
+            trace = own.get(TRACE) if name in LATE else None
+            if trace is None:
+                return object.__getattribute__(self, name)
+            own["knots"] = tuple([np.array(rows) for rows in trace.knots])
+            own["events"] = trace.events_of(self.scene)
+            own.pop(TRACE, None)
+            return own[name]
+
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what plays the run again: a callback or a law may not be picklable."""
-        return {**self.__dict__, "again": None, "law_used": None}
+        made = {name: getattr(self, name) for name in LATE}
+        return {**self.__dict__, **made, "again": None, "law_used": None}
 
     def __hash__(self) -> int:
         return hash((self.scene, self.shot, self.solver, self.dt, self.events, self.duration))
@@ -210,6 +222,8 @@ class Run:
         The change (m/s^2) is that of a ball alone, or while a contact persists that to the next
         breakpoint.
         """
+        from pool_pymunk.results.persistent import spells, turning
+
         return tuple(
             np.column_stack((rows[:, 0], rows[:, 7:9], turning(rows, spells(self, ball.id))))
             for ball, rows in zip(self.scene.balls, self.knots, strict=True)
@@ -223,15 +237,7 @@ class Run:
         >>> run.energy_at(run.duration), run.energy_at([0.0]) == run.energy["initial"]
         (array(0.), array([ True]))
         """
-        return np.asarray(self._energies(times).sum(axis=-1))
-
-    def _energies(self, times: Times) -> Array:
-        """Return the kinetic energy (J) of each ball at times (s): (T, N), or (N,) for one time."""
-        mass = np.array([ball.mass for ball in self.scene.balls])
-        energy: Array = 0.5 * ((self.at(times)[1] ** 2).sum(axis=-1) * mass)
-        if self.scene.surface.rolls:
-            energy += 0.5 * GYRATION * ((self.roll_at(times) ** 2).sum(axis=-1) * mass)
-        return energy
+        return np.asarray(energies_of(self, times).sum(axis=-1))
 
     def on_table(self, times: Times) -> NDArray[np.bool_]:
         """Tell which balls are on the table at any ``times`` (s).
@@ -271,6 +277,8 @@ class Run:
         fast balls spin, so its contacts have neither kind nor loss of energy.
         ``to_frame("contacts")`` has the rows in SI.
         """
+        from pool_pymunk.results.contacts import contact_rows
+
         return contact_rows(self)
 
     @cached_property
@@ -473,30 +481,9 @@ class Run:
 
     def _table(self, what: str, units: Units | None = None) -> ResultTable:
         """Return one of the run's tables; samples and contacts are in ``units``, by default SI."""
-        if what == "events":
-            return ResultTable(EVENTS, (
-                (e.t, e.kind, *_two(e.balls), e.cushion, e.pocket, *e.impulses) for e in self.events
-            ))  # fmt: skip
-        if what == "persistent":
-            return ResultTable(PERSISTENT, (
-                (c.since, c.until, *_two(c.balls), c.cushion, *c.impulse) for c in self.persistent
-            ))  # fmt: skip
-        units = argument("units", units or Units(), made(Units))
-        if what == "contacts":
-            return contacts_table(self.contacts, units)
-        lengths = (TableColumn(axis, unit=units.length) for axis in "xy")
-        speeds = (TableColumn(f"v{axis}", unit=units.speed) for axis in "xy")
-        time, energy = TableColumn("t", unit="s"), TableColumn("energy", unit="J")
-        return ResultTable((time, "ball", *lengths, *speeds, energy), self._samples_in(units))
+        from pool_pymunk.results.run_tables import table_of
 
-    def _samples_in(self, units: Units) -> Iterator[list[float | str]]:
-        """Yield a row for each time and ball."""
-        length, speed = units.to_si(1.0, "length"), units.to_si(1.0, "speed")
-        energies = self._energies(self.t)[..., np.newaxis]
-        samples = np.concatenate((self.position / length, self.velocity / speed, energies), axis=2)
-        for t, rows in zip(self.t.tolist(), samples.tolist(), strict=True):
-            for ball, row in zip(self.scene.balls, rows, strict=True):
-                yield [t, ball.id, *row]
+        return table_of(self, what, argument("units", units or Units(), made(Units)))
 
     def write_npz(self, path: str | Path) -> None:
         """Write samples (SI), the balls' ids, events and persistent contacts as a NumPy archive.
@@ -519,13 +506,13 @@ class Run:
             balls=np.array([ball.id for ball in self.scene.balls]),
             event_t=np.array([event.t for event in self.events]),
             event_kind=np.array([event.kind for event in self.events], dtype=str),
-            event_balls=np.array([_two(event.balls) for event in self.events], dtype=str),
+            event_balls=np.array([two(event.balls) for event in self.events], dtype=str),
             event_cushion=cushions,
             event_pocket=np.array([event.pocket or "" for event in self.events], dtype=str),
             **impulses,
             persistent_since=np.array([each.since for each in contacts]),
             persistent_until=np.array([each.until for each in contacts]),
-            persistent_balls=np.array([_two(each.balls) for each in contacts], dtype=str),
+            persistent_balls=np.array([two(each.balls) for each in contacts], dtype=str),
             persistent_cushion=sides,
             persistent_impulse=np.array([each.impulse for each in contacts]).reshape(-1, 2),
         )
@@ -559,6 +546,14 @@ class Run:
         self._table("contacts", units).csv(path)
 
 
+def made_later(run: Run, trace: Trace) -> Run:
+    """Return a run whose breakpoints and events are made from its trace once they are asked for."""
+    for name in LATE:
+        del run.__dict__[name]
+    run.__dict__[TRACE] = trace
+    return run
+
+
 # Every file that `run --out` writes of a shot: the end of its name, and the method that writes it.
 FILES = (
     (".npz", Run.write_npz),
@@ -579,8 +574,13 @@ def read_times(times: object) -> Array:
     return found.astype(float)
 
 
-def _two(balls: tuple[str, ...]) -> tuple[str, str]:
-    return (balls[0], balls[1] if len(balls) > 1 else "")
+def energies_of(run: Run, times: Times) -> Array:
+    """Return the kinetic energy (J) of each ball at times (s): (T, N), or (N,) for one time."""
+    mass = np.array([ball.mass for ball in run.scene.balls])
+    energy: Array = 0.5 * ((run.at(times)[1] ** 2).sum(axis=-1) * mass)
+    if run.scene.surface.rolls:
+        energy += 0.5 * GYRATION * ((run.roll_at(times) ** 2).sum(axis=-1) * mass)
+    return energy
 
 
 def points(rows: Array) -> tuple[Point, ...]:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
-from pool_pymunk.engine.policies import Variant
-from pool_pymunk.engine.recorder import Begun, Persisted
-from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.path import Path, standing
 from pool_pymunk.physics.surface import NO_ROLL, Surface
+from pool_pymunk.results.events import Event
+from pool_pymunk.results.variants import Variant
 
 if TYPE_CHECKING:
-    from pool_pymunk.model import Point, State
+    from pool_pymunk.engine.recorder import Begun, Persisted
+    from pool_pymunk.model import Point, Scene, State
 
+# A run is given up after this many events, unless the user says otherwise, and after this many
+# instants and pieces without one. So a run takes some minutes at most.
+NEVER_SETTLES = 1_000_000
 
 # t (s), x, y (m), vx, vy (m/s), ax, ay (m/s^2), and where balls roll wx, wy (m/s)
 Breakpoint = tuple[float, ...]
@@ -22,15 +25,16 @@ UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface determines
 NONE = (0.0, 0.0)
 
 # the impulse of a contact; what adds it up is asked for it at the end
-Push = Impulse | Callable[[], Impulse] | None
+Impulses = tuple[float, float, float | None]
+Push: TypeAlias = "Impulses | Callable[[], Impulses] | None"
 # the time, the kind, the balls, the number of the cushion, pocket or patch, a contact's impulse
-Row = tuple[float, str, tuple[int, ...], int | None, Push]
+Row: TypeAlias = "tuple[float, str, tuple[int, ...], int | None, Push]"
 
 PATCH = "patch"  # This is the kind of event at which a ball crosses the border of a patch.
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
 # What groups in persistent contact do: after so many events, with so many breakpoints of its balls,
 # a piece begins, or a ball is let go at a time (s).
-Step = tuple[int, tuple[int, ...], Begun | tuple[int, float]]
+Step: TypeAlias = "tuple[int, tuple[int, ...], Begun | tuple[int, float]]"
 
 POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
 
@@ -56,10 +60,10 @@ PIECES = 2  # So many short paths of persistent contacts take as long as an even
 class Trace:
     """A solver writes down a trace while it runs; balls are numbers, as in ``scene.balls``."""
 
-    def __init__(self, start: State, paths: Sequence[Path] = ()) -> None:
-        """Begin with a start, or with ``paths`` from it, which tell how the balls slow down."""
+    def __init__(self, start: State, known: Sequence[Point] = ()) -> None:
+        """Begin with a start, and with the accelerations (m/s^2) if they are ``known``."""
         rolls = start.roll or ((),) * len(start.position)
-        pulls = [path[5:7] for path in paths] or (UNKNOWN,) * len(start.position)
+        pulls = known or (UNKNOWN,) * len(start.position)
         self.knots: list[list[Breakpoint]] = [
             [(0.0, *p, *v, *a, *w)]
             for p, v, a, w in zip(start.position, start.velocity, pulls, rolls, strict=True)
@@ -175,6 +179,23 @@ class Trace:
         self.policies.update([policy] if policy else [])
         first, times = self.warned.get(text, (t, 0))
         self.warned[text] = first, times + 1
+
+    def events_of(self, scene: Scene) -> tuple[Event, ...]:
+        """Return the events with the ids of balls and pockets, and with the impulses."""
+        ids, pockets = tuple(scene.index), scene.pockets
+        found = []
+        for t, kind, balls, where, push in self.events:
+            names = tuple([ids[i] for i in balls])
+            if kind == POCKET and where is not None:
+                found.append(Event(t, kind, names, pocket=pockets[where].id))
+            elif kind == PATCH:
+                found.append(Event(t, kind, names, patch=where))
+            elif push is None:
+                found.append(Event(t, kind, names, where))
+            else:
+                pushes = push() if callable(push) else push
+                found.append(Event(t, kind, names, where, None, *pushes))
+        return tuple(found)
 
     @property
     def warnings(self) -> tuple[str, ...]:

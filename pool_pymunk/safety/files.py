@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import resources
 from pathlib import Path
 
 from pool_pymunk.safety.interrupts import raise_pending, uninterrupted
@@ -31,6 +29,8 @@ def check_place(path: Path, is_folder: bool = False) -> None:
     there = next(place for place in places if place.exists())
     if not there.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
+    import tempfile  # Only who writes waits for it.
+
     try:
         tempfile.TemporaryFile(dir=there).close()
     except OSError as error:  # Rights do not tell: root has all, and some folders take no files.
@@ -52,6 +52,8 @@ def whole(path: Path) -> Iterator[Path]:
     >>> target.read_text(), len(list(target.parent.iterdir()))
     ('all of it', 1)
     """
+    import tempfile
+
     raise_pending()
     path.parent.mkdir(parents=True, exist_ok=True)
     part = None
@@ -74,7 +76,7 @@ def whole(path: Path) -> Iterator[Path]:
 
 def bundled() -> dict[str, Path]:
     """Return the scenarios that come with the package, by name."""
-    here = Path(str(resources.files("pool_pymunk")))
+    here = Path(__file__).parent.parent
     own = here / "scenarios"
     folder = own if own.is_dir() else here.parent / "scenarios"
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}

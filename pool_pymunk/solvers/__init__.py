@@ -1,7 +1,8 @@
 """The solvers, one file each, and :func:`simulate`, which calls them by name.
 
 A solver is a function of a scene, the state to start from and :class:`Settings`; it returns the
-:class:`~pool_pymunk.results.trace.Trace` that it kept. Its :class:`Solver` record stands beside it.
+:class:`~pool_pymunk.results.trace.Trace` that it kept. Its :class:`Solver` record stands in
+:mod:`pool_pymunk.solvers.registry`.
 """
 
 from __future__ import annotations

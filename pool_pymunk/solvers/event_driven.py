@@ -1,74 +1,145 @@
 """The exact solver jumps from contact to contact, because motion between them is closed-form.
 
-It has no time step, and it errs by rounding alone. The contact engine
-(:mod:`pool_pymunk.engine.contacts`) finds what is near a ball by boxes around the balls' paths.
+It has no time step, and it errs by rounding alone. The core plays the run
+(:mod:`pool_pymunk.core.engine`); where a contact would persist, the run is played again by
+:mod:`pool_pymunk.solvers.grouped`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Sequence
 
-from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.near import boxes_around
-from pool_pymunk.engine.recorder import Recorder
+from pool_pymunk.core.engine import NEVER_SETTLES, Engine
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.record import Note, Record
+from pool_pymunk.core.variant import Errors
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.path import sets_off
-from pool_pymunk.physics.surface import NO_ROLL
-from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.exact import begin, cut_off, pockets
-from pool_pymunk.solvers.record import Settings, Solver
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
+from pool_pymunk.results.variants import Variant
+from pool_pymunk.results.words import without_slip
+from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
+from pool_pymunk.solvers.record import OnTime, Settings
 
-# The compiled loop, once it is loaded, puts in here what plays a run faster, with the same bits, or
-# returns None (pool_pymunk/fast/single.py).
-Faster = Callable[[Scene, State, Settings], Trace | None]
-FASTER: list[Faster] = []
+LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     """Simulate exactly; ``settings.dt`` has no meaning here, and events carry their true times."""
-    for play in FASTER if settings.compiled else ():
-        played = play(scene, start, settings)
-        if played is not None:
-            return played
-    law, pair = settings.law_of(scene), cache(scene.pair)
-    engine = ContactEngine(law, pair, scene.surface, Recorder())
-    engine.lay(scene.surface, scene.ground)
-    engine.compiled = settings.compiled
-    rolls = start.roll or (NO_ROLL,) * len(scene.balls)
-    starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
-    for i, (ball, *motion) in enumerate(starts):
-        engine.add_ball(engine.path_at(i, 0.0, *motion), ball.radius, ball.mass)
-    engine.walls = [*scene.cushions, *pockets(scene)]
-    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
-    for id_ in start.off:
-        engine.remove(scene.index[id_])
-    if engine.is_finite:
-        engine.predict([i for i, path in enumerate(engine.paths) if sets_off(path)])
-    trace = begin(scene, start, settings, engine)
-    latest = math.inf if settings.max_time is None else settings.max_time
-    engine.advance(latest)
-    trace.steps = engine.tally.answered
-    trace.status = _status(engine, latest)
-    is_cut = trace.status == "max_time" and latest < math.inf
-    cut_off(trace, engine, latest if is_cut else engine.now)
+    trace = play(scene, start, settings)
+    if trace is None:
+        from pool_pymunk.solvers.grouped import solve as solve_by_groups
+
+        return solve_by_groups(scene, start, settings)
     return trace
 
 
-def _status(engine: ContactEngine, latest: float) -> str:
+def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
+    """Play a run by the core; return None if a contact would persist in it."""
+    if settings.variant.coarser != 1.0:
+        return None
+    law, table = settings.law_of(scene), table_of(scene)
+    balls = balls_of(scene, start, table)
+    trace = Trace(start, [pull_of(ball.path) for ball in balls])
+    record = Listener(trace, settings.on_time)
+    engine = Engine(table, balls, law_in_core(law), record)
+    vary(engine.errors, settings.variant)
+    engine.most_events = settings.max_events
+    for id_ in start.off:
+        i = scene.index[id_]
+        engine.remove(balls[i], start.position[i])
+    engine.begin_run()
+    latest = math.inf if settings.max_time is None else settings.max_time
+    engine.advance(latest)
+    if engine.begins_to_persist:
+        return None
+    keep(trace, engine, record, latest)
+    tell(trace, record.notes, scene, law)
+    return trace
+
+
+class Listener(Record):
+    """This record writes into a trace, and lets others do something now and then."""
+
+    def __init__(self, trace: Trace, on_time: OnTime | None) -> None:
+        super().__init__(trace.knots, bool(trace.no_roll))
+        self.on_time = on_time
+
+    def pause(self, t: float) -> None:
+        if self.on_time is not None:
+            self.on_time(t)
+
+
+def pull_of(path: Path) -> tuple[float, float]:
+    """Return the acceleration (m/s^2) on a path."""
+    return path.ax, path.ay
+
+
+def vary(errors: Errors, variant: Variant) -> None:
+    """Let a run have the errors of a variant."""
+    if variant.nudge is not None:
+        errors.kick(variant.nudge)
+    elif variant.seed is not None:
+        errors.round_off(variant.seed)
+    if variant.slip is not None:
+        errors.slip = variant.slip
+
+
+# -- what is kept of a run -------------------------------------------------------------------------
+
+
+def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
+    """Keep how a run has ended, and where the balls are that still move then."""
+    trace.events = list(record.events)
+    trace.instants = record.instants
+    trace.duration = record.duration
+    trace.steps = engine.answered
+    trace.status = status_of(engine, latest)
+    if trace.status == "settled":
+        return
+    is_cut = trace.status == "max_time" and latest < math.inf
+    t = latest if is_cut else engine.now
+    if engine.idle >= NEVER_SETTLES:
+        trace.warn(
+            f"the run was given up after {engine.idle} instants without an event, "
+            "because surface friction presses balls together",
+            t,
+        )
+    trace.duration = engine.now = t
+    for ball, rows in zip(engine.balls, trace.knots, strict=True):
+        path = ball.path
+        if path.end > t or rows[-1][3:5] != NONE:
+            x, y, vx, vy = path.at(t)
+            pull = pull_of(path) if path.end > t else NONE
+            trace.breakpoint(ball.number, t, (x, y), (vx, vy), pull, engine.roll_of(ball))
+
+
+def status_of(engine: Engine, latest: float) -> str:
     """Tell why the run ended."""
     if not engine.is_finite:
         return "non_finite"
     if engine.upcoming() < math.inf:
         return "max_time" if engine.upcoming() > latest else "max_events"
-    drifts = any(path.end == math.inf for path in engine.paths)
+    drifts = any(ball.path.end == math.inf for ball in engine.balls)
     return "max_time" if drifts else "settled"
 
 
-SOLVER = Solver(
-    name="event-driven", solve=solve, about="exact: from contact to contact", dt=None, exact=True,
-    engine=True, rolls=True, patches=True,
-    no_tolerance="it is exact and has no step: no tolerance is needed",
-    color="#000000", marker="*",
-)  # fmt: skip
+def tell(trace: Trace, notes: Sequence[Note], scene: Scene, law: Law) -> None:
+    """Put what no event says into words."""
+    ids = [ball.id for ball in scene.balls]
+    for note in notes:
+        balls = [ids[i] for i in note.balls]
+        if note.hits is None:
+            trace.warn(
+                without_slip(law.name, f"the hit of balls {' and '.join(balls)}"),
+                note.t, ZERO_SLIP,
+            )  # fmt: skip
+            continue
+        text = (
+            f"inelastic collapse of balls {', '.join(balls)}: after {LISTED} hits at one "
+            f"instant {note.hits:,} more followed, which are no events"
+        )
+        if not note.is_over:
+            text += ". The rest is one plastic hit without friction"
+        trace.warn(text, note.t, None if note.is_over else COLLAPSE)

@@ -55,7 +55,7 @@ class EngineTrace(Trace, Recorder):
     hears_pieces = True
 
     def __init__(self, scene: Scene, start: State, paths: Sequence[Path], law: Law) -> None:
-        super().__init__(start, paths)
+        super().__init__(start, [path[5:7] for path in paths])
         self.scene, self.law = scene, law
         self._steps: list[Step] = []
         self.groups = self._steps

@@ -7,26 +7,37 @@ most 4e-6 m.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
 from pool_pymunk.model import Scene, State
-from pool_pymunk.model.outline import sweep
 from pool_pymunk.physics.contact import Vector
+from pool_pymunk.physics.motion import EPSILON
 
 # m; gaps of the starts. Nobody sees a gap of 1e-6 m. A few draws seldom meet the worst gaps, so the
 # widest ones are four times as wide.
 NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10)
 TURN = 2e-11  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
 DECIDED = 1e-5  # m; a run that moves ends less by narrow gaps may only amplify them
-HAIR = 1e-9  # of a radius and of a place; closed gaps are below 1.2e-13 of these (``is_closed``)
+# of a radius and of a place; a gap up to so wide closes in a moment, says the contact engine
+CLOSED = 512.0 * EPSILON
+HAIR = 1e-9  # of a radius and of a place; more than CLOSED
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 
 Rows = NDArray[np.float64]
+Touch = tuple[int, int, Vector]  # a ball, another ball or a wall, and the normal
+
+
+class Spot(NamedTuple):
+    """A spot is where a ball of this number lies (m), and its radius (m)."""
+
+    x: float
+    y: float
+    r: float
+    number: int
 
 
 def touching(scene: Scene, start: State) -> Rows:
@@ -44,33 +55,46 @@ def touching(scene: Scene, start: State) -> Rows:
 def _touching(scene: Scene, start: State) -> Rows:
     places = start.position
     each = enumerate(zip(scene.balls, places, strict=True))
-    discs = [(i, x, y, ball.radius) for i, (ball, (x, y)) in each if ball.id not in start.off]
-    found: list[tuple[int, int, Vector]] = []  # ball, other ball or wall, and normal
-    spans = {i: (x - r, x + r + HAIR * (abs(x) + abs(y) + r)) for i, x, y, r in discs}
-    for j, i in sweep(spans):
-        (x, y), (u, v), r = places[i], places[j], scene.balls[i].radius
-        distance = math.hypot(x - u, y - v)
-        if is_closed((distance - r - scene.balls[j].radius) / NEARLY_CLOSED, x, y, r):
-            found.append((i, j, ((x - u) / distance, (y - v) / distance)))
-    if scene.table is not None and scene.table.is_rectangle and not scene.posts:
-        # Most discs lie well within a rectangle, and touch no cushion.
-        (x0, y0, x1, y1), hair = scene.table.bounds, HAIR * sum(map(abs, scene.table.bounds))
-        gaps = [min(x - x0, x1 - x, y - y0, y1 - y) - r for _, x, y, r in discs]
-        discs = [disc for disc, gap in zip(discs, gaps, strict=True) if gap <= hair]
-    for i, x, y, r in discs:
-        for k, wall in enumerate(scene.cushions):
-            side = wall.nearest(x, y, r)
-            gap = side.gap(x, y, r)
-            if -r < gap <= r and is_closed(gap / NEARLY_CLOSED, x, y, r):
-                found.append((i, len(places) + k, side.normal(x, y)))
+    discs = [Spot(x, y, ball.radius, i) for i, (ball, (x, y)) in each if ball.id not in start.off]
+    found = [*_touching_balls(discs), *_touching_walls(scene, discs)]
     rows = np.zeros((len(found), 2 * len(places)))
-    rank = {i: k for k, i in enumerate(_order(start))}
+    rank = {i: k for k, i in enumerate(_order(start))} if found else {}
     found.sort(key=lambda each: sorted(rank.get(i, i) for i in each[:2]))
     for row, (i, j, (nx, ny)) in zip(rows, found, strict=True):
         row[2 * i : 2 * i + 2] = nx, ny
         if j < len(places):
             row[2 * j : 2 * j + 2] = -nx, -ny
     return rows
+
+
+def _touching_balls(discs: Sequence[Spot]) -> Iterator[Touch]:
+    """Yield what touches, by a sweep along x; the ball that is listed later comes first."""
+    active: list[tuple[float, Spot]] = []  # the right end of each with a hair more, and the disc
+    for disc in sorted(discs, key=lambda disc: disc.x - disc.r):
+        hair = HAIR * (abs(disc.x) + abs(disc.y) + disc.r)
+        active = [one for one in active if one[0] >= disc.x - disc.r]
+        for _, near in active:
+            if abs(disc.y - near.y) - disc.r - near.r <= hair:
+                later, earlier = (disc, near) if disc.number > near.number else (near, disc)
+                (x, y, r, i), (u, v, q, j) = later, earlier
+                distance = math.hypot(x - u, y - v)
+                if distance - r - q <= CLOSED * (abs(x) + abs(y) + r):
+                    yield i, j, ((x - u) / distance, (y - v) / distance)
+        active.append((disc.x + disc.r + hair, disc))
+
+
+def _touching_walls(scene: Scene, discs: Sequence[Spot]) -> Iterator[Touch]:
+    """Yield which balls touch which walls; their numbers come after those of the balls."""
+    if scene.table is not None and scene.table.is_rectangle and not scene.posts:
+        # Most discs lie well within a rectangle, and touch no cushion.
+        (x0, y0, x1, y1), hair = scene.table.bounds, HAIR * sum(map(abs, scene.table.bounds))
+        discs = [d for d in discs if min(d.x - x0, x1 - d.x, d.y - y0, y1 - d.y) - d.r <= hair]
+    for x, y, r, i in discs:
+        for k, wall in enumerate(scene.cushions):
+            side = wall.nearest(x, y, r)
+            gap = side.gap(x, y, r)
+            if -r < gap <= r and gap <= CLOSED * (abs(x) + abs(y) + r):
+                yield i, len(scene.balls) + k, side.normal(x, y)
 
 
 def nudged(scene: Scene, start: State, number: int) -> State:

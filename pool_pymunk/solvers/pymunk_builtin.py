@@ -20,7 +20,7 @@ from pool_pymunk.model.scene import ball_ball_restitution
 from pool_pymunk.physics.contact import split
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.record import Settings, Solver, Stepping
+from pool_pymunk.solvers.record import Settings, Stepping
 
 BALL, CUSHION = 1, 2
 CUE, OTHER = 0b01, 0b10  # These are categories: each kind of ball has its own cushions.
@@ -159,14 +159,3 @@ class Builtin(Stepping):
             elif i in self.moving:
                 self.trace.stop(i, self.time, (x, y))
             (self.moving.add if moves else self.moving.discard)(i)
-
-
-SOLVER = Solver(
-    name="pymunk-builtin", solve=solve, about="a baseline: stock pymunk", dt=1 / 240, late=True,
-    own_law=True,
-    limits="another contact law, with spin and its own rules for touching balls; contacts come up "
-    "to a step late",
-    ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4),
-    no_tolerance="its physics is not the scene's, so no step brings it within a tolerance",
-    color="#999999", marker="X",
-)  # fmt: skip

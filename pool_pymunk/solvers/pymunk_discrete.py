@@ -28,7 +28,7 @@ from pool_pymunk.physics.impulses import impulse_of
 from pool_pymunk.physics.laws import respond
 from pool_pymunk.results.trace import Push, Trace
 from pool_pymunk.results.words import without_slip
-from pool_pymunk.solvers.record import Settings, Solver, Stepping
+from pool_pymunk.solvers.record import Settings, Stepping
 
 BALL, CUSHION = 1, 2  # These are the collision types of the shapes.
 # of an arc's radius; its segments are so thick because they lie up to 4e-5 radii off the arc.
@@ -185,13 +185,3 @@ class Discrete(Stepping):
     def cut_off(self) -> None:
         for i, body in ((i, self.bodies[i]) for i in self.moving):
             self.trace.breakpoint(i, self.time, body.position, body.velocity)
-
-
-SOLVER = Solver(
-    name="pymunk-discrete", solve=solve, about="the method in one file", dt=1e-4,
-    options={"friction": ("callback",)}, late=True, finest=5e-6,
-    limits="answers overlaps at the end of a step, one after the other: it misses grazes and what "
-    "tunnels, and every contact comes up to a step late",
-    ladder=(1 / 60, 1 / 120, 1 / 240, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5),
-    quick_stability_steps=(1e-3,), color="#56b4e9", marker="s",
-)  # fmt: skip

@@ -15,7 +15,7 @@ from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import begin, cut_off
-from pool_pymunk.solvers.record import Settings, Solver
+from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world.billiards import Billiards, FrictionBy
 
 
@@ -93,12 +93,3 @@ def cushion_shapes(scene: Scene, space: pymunk.Space) -> list[pymunk.Shape]:
             around = [*edge.points(), edge.end]
             found.append(pymunk.Poly(ground, around, radius=AROUND * edge.arc_radius))
     return [*found, *(pymunk.Circle(ground, p.radius, p.position) for p in scene.posts)]
-
-
-SOLVER = Solver(
-    name="pymunk", solve=solve, about="in a pymunk space, contacts inside the step", dt=1 / 240,
-    options={"friction": ("joint", "callback")}, exact=True, engine=True, rolls=True, patches=True,
-    finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
-    stability_steps=(1 / 60, 1 / 240, 1 / 1000), quick_stability_steps=(1 / 60,),
-    color="#009e73", marker="o",
-)  # fmt: skip

@@ -6,13 +6,13 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple
 
-from pool_pymunk.engine.decisions import NEVER_SETTLES
-from pool_pymunk.engine.policies import AS_IT_IS, Variant
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.trace import NEVER_SETTLES, Trace
+from pool_pymunk.results.variants import AS_IT_IS, Variant
 
 OnTime = Callable[[float], object]
 Steps = tuple[float, ...]  # s, from coarse to fine
@@ -40,6 +40,21 @@ class Settings(NamedTuple):
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""
         return self.law or LAWS[scene.physics.law]
+
+
+@dataclass(frozen=True)
+class InFile:
+    """This is the function ``solve`` of a file in this folder, which is imported when it is due."""
+
+    name: str
+
+    def load(self) -> Callable[..., Trace]:
+        """Import the file, and return its function."""
+        solve: Callable[..., Trace] = import_module(f"pool_pymunk.solvers.{self.name}").solve
+        return solve
+
+    def __call__(self, *run: Any, **options: str) -> Trace:
+        return self.load()(*run, **options)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +100,11 @@ class Solver:
         steps = self.ladder + self.stability_steps + self.quick_stability_steps
         if self.dt is None and (self.late or self.finest or steps):
             raise ValueError(f"solver {self.name}: it has no step, but its record speaks of steps")
+
+    def load(self) -> None:
+        """Import the solver's file, if that is not done yet: no run's time has this in it."""
+        if isinstance(self.solve, InFile):
+            self.solve.load()
 
     def plays(self, scene: Scene) -> bool:
         """Tell whether it plays all that a scene has."""

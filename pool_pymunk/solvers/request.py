@@ -4,55 +4,42 @@ from __future__ import annotations
 
 import math
 import time
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
 from numbers import Integral
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from pool_pymunk.engine.decisions import NEVER_SETTLES
-from pool_pymunk.engine.policies import AS_IT_IS, Variant
-from pool_pymunk.model import Pocket, Scene, Shot, State
-from pool_pymunk.model.plain import Reader, Value, argument, size, whole
+from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.model.plain import (
+    Reader,
+    Value,
+    argument,
+    check_choice,
+    read_law,
+    size,
+    whole,
+)
 from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.physics.path import from_breakpoint, motion_at
-from pool_pymunk.results.events import Event
-from pool_pymunk.results.persistent import contacts_of
-from pool_pymunk.results.run import Run, read_times
-from pool_pymunk.results.trace import PATCH, POCKET, ZERO_SLIP, Row, Trace
+from pool_pymunk.results.run import Run, made_later, read_times
+from pool_pymunk.results.trace import NEVER_SETTLES, POCKET, ZERO_SLIP, Trace
+from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.results.words import counted
-from pool_pymunk.solvers import (
-    event_driven,
-    pymunk_builtin,
-    pymunk_discrete,
-    pymunk_space,
-    time_slice,
-)
 from pool_pymunk.solvers.frozen import DECIDED, nudged, touching
 from pool_pymunk.solvers.record import OnTime, Settings, Solver
-from pool_pymunk.world.checks import check_choice, read_law, refuse_contacts
+from pool_pymunk.solvers.registry import PYMUNK
+from pool_pymunk.solvers.registry import SOLVERS as SOLVERS
+
+if TYPE_CHECKING:
+    from pool_pymunk.results.persistent import PersistentContact
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
 LONG = 1.0  # s; where a run takes longer and has variants, compiled shots are loaded for them
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
-
-SOLVERS: dict[str, Solver] = {
-    solver.name: solver
-    for solver in (
-        pymunk_space.SOLVER,
-        pymunk_discrete.SOLVER,
-        pymunk_builtin.SOLVER,
-        event_driven.SOLVER,
-        time_slice.SOLVER,
-    )
-}
 
 
 def find_solver(name: str) -> Solver:
@@ -103,6 +90,7 @@ class Request(NamedTuple):
             friction = "rolling" if scene.surface.rolls else "surface"
             never = f"without {friction} friction the balls of this start never come to rest"
             raise setting_error("max_time", None, f"is missing: {never}")
+        self.solver.load()
         began = time.perf_counter()
         trace = self._solve(state)
         wall_time = time.perf_counter() - began
@@ -149,10 +137,13 @@ class Request(NamedTuple):
         is_long = measures and wall_time > LONG and bool(trace.instants or trace.policies)
         is_fast = is_long and self._loads()
         is_measured = measures and (wall_time <= QUICK or is_fast)
+        touches = trace.instants or (is_measured and len(touching(self.scene, state)))
+        is_open = measures and bool(touches)
+        if not (is_open or trace.policies):
+            return 0.0
         moves = cache(lambda variant: farthest(trace, self._solve(state, variant)))
-        is_open = trace.instants or (is_measured and len(touching(self.scene, state)))
-        tries = (moves(each) > DECIDED for each in trace.nudges(0) if is_measured)
-        if measures and is_open and (any(tries) or not is_measured):
+        tries = (moves(each) > DECIDED for each in (trace.nudges(0) if is_open else ()))
+        if is_open and (not is_measured or any(tries)):
             trace.order_decides()
         if not trace.policies:
             return 0.0
@@ -178,32 +169,32 @@ class Request(NamedTuple):
     def _run(
         self, shot: Shot | None, start: State, trace: Trace, wall_time: float, shift: float | None
     ) -> Run:
-        ids, holes = tuple(self.scene.index), self.scene.pockets
-        events = tuple([_event(row, ids, holes) for row in trace.events])
-        taken = {event.balls[0] for event in events if event.pocket is not None}
-        return Run(
+        ids = tuple(self.scene.index)
+        taken = [ids[balls[0]] for _, kind, balls, _, _ in trace.events if kind == POCKET]
+        run = Run(
             scene=self.scene,
             shot=shot,
             solver=self.solver.name,
             law=self.law,
             dt=self.settings.dt,
-            knots=tuple([np.array(rows) for rows in trace.knots]),
-            events=events,
+            knots=(),
+            events=(),
             status=trace.status,
             duration=trace.duration,
             steps=trace.steps,
             warnings=trace.warnings,
             wall_time=wall_time,
             sample_times=self.times,
-            off=start.off | taken,
+            off=start.off.union(taken),
             policies=frozenset(trace.policies),
-            persistent=contacts_of(trace.persisted, ids),
+            persistent=_persistent(trace, ids),
             known_groups=None if trace.groups is None else tuple(trace.groups),
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,
             law_used=None if self.solver.own_law else self.settings.law_of(self.scene),
         )
+        return made_later(run, trace)
 
     def _again(
         self,
@@ -220,17 +211,13 @@ class Request(NamedTuple):
         return self._run(shot, start, trace, 0.0, None)
 
 
-def _event(row: Row, ids: Sequence[str], holes: Sequence[Pocket]) -> Event:
-    """Return the event with the balls' ids, with the pocket's, and with its impulse."""
-    t, kind, balls, where, push = row
-    names = tuple([ids[i] for i in balls])
-    if kind == POCKET and where is not None:
-        return Event(t, kind, names, pocket=holes[where].id)
-    if kind == PATCH:
-        return Event(t, kind, names, patch=where)
-    if push is None:
-        return Event(t, kind, names, where)
-    return Event(t, kind, names, where, None, *(push() if callable(push) else push))
+def _persistent(trace: Trace, ids: Sequence[str]) -> tuple[PersistentContact, ...]:
+    """Return the contacts that persisted."""
+    if not trace.persisted:
+        return ()
+    from pool_pymunk.results.persistent import contacts_of
+
+    return contacts_of(trace.persisted, ids)
 
 
 def request(
@@ -249,8 +236,10 @@ def request(
     """Check what a run is asked for, as :func:`~pool_pymunk.simulate_all` takes it."""
     _check_scene(scene)
     method = find_solver(solver)
-    if method is pymunk_space.SOLVER:
-        refuse_contacts(options.pop("contacts", None), stacklevel=4)
+    if method is PYMUNK and "contacts" in options:
+        from pool_pymunk.world.checks import refuse_contacts
+
+        refuse_contacts(options.pop("contacts"), stacklevel=4)
     for key, value in options.items():
         if key not in method.options:
             known = ", ".join(method.options) or "it has none"
@@ -270,7 +259,7 @@ def request(
         others = ", ".join(name for name, other in SOLVERS.items() if other.patches)
         message = f"does not play patches, and the scene has some (these do: {others})"
         raise setting_error("solver", solver, message)
-    if isinstance(law, str):
+    if isinstance(law, str) and law != scene.physics.law:
         scene = replace(scene, physics=replace(scene.physics, law=law))
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)
     settings = Settings(
@@ -330,14 +319,16 @@ def farthest(one: Trace, other: Trace) -> float:
 
 def warn_of_gained_energy(trace: Trace, scene: Scene, law: str) -> None:
     """Warn if a law added kinetic energy: how much, how often, and where first."""
-    initial, changes = 0.0, defaultdict[float, float](float)  # J, by time
+    initial, changes = 0.0, dict[float, float]()  # J, by time
     for ball, rows in zip(scene.balls, trace.knots, strict=True):
-        half = 0.5 * ball.mass
-        initial += kinetic_energy(ball.mass, *rows[0][3:5])
-        for (began, _, _, vx, vy, ax, ay, *_), (t, _, _, ux, uy, *_) in pairwise(rows):
-            time = t - began
-            wx, wy = vx + time * ax, vy + time * ay
-            changes[t] += half * (ux * ux + uy * uy - wx * wx - wy * wy)
+        half, (vx, vy) = 0.5 * ball.mass, rows[0][3:5]
+        initial += half * (vx * vx + vy * vy)
+        for row, after in pairwise(rows):
+            t, ux, uy = after[0], after[3], after[4]
+            time = t - row[0]
+            vx, vy = row[3] + time * row[5], row[4] + time * row[6]
+            change = half * (ux * ux + uy * uy - vx * vx - vy * vy)
+            changes[t] = changes.get(t, 0.0) + change
     gains = {t: gain for t, gain in changes.items() if gain > GAINED * initial}
     if gains:
         first = min(gains)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from inspect import signature
 from typing import Any, NamedTuple
 
 import pymunk
 
 from pool_pymunk.model import places
-from pool_pymunk.model.plain import argument, finite, point, size
-from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown, suggestion
+from pool_pymunk.model.plain import argument, check_choice, finite, point, size
+from pool_pymunk.model.plain import read_law as read_law
+from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown
 from pool_pymunk.physics.contact import Pair, Vector
-from pool_pymunk.physics.laws import LAWS, Law, find_law
 from pool_pymunk.physics.moving import MovingWall
 from pool_pymunk.physics.path import Path, is_too_fast
 from pool_pymunk.physics.sides import Side, Wall
@@ -97,23 +97,6 @@ def _takes_two(function: Callable[..., object]) -> bool:
     except ValueError:  # A built-in function may have no signature.
         return True
     return True
-
-
-def check_choice(key: str, value: Any, choices: Sequence[str]) -> None:
-    """Refuse what is none of the choices."""
-    if value not in choices:
-        which = "one of " * (len(choices) > 1) + ", ".join(choices)
-        raise setting_error(key, value, f"must be {which}{suggestion(value, choices)}")
-
-
-def read_law(law: Any) -> Law:
-    """Return the law of that name, or the law itself."""
-    if isinstance(law, type) and issubclass(law, Law):
-        raise setting_error("law", law.__name__, f"is a class; an object is {law.__name__}()")
-    if not isinstance(law, Law) and not (isinstance(law, str) and law in LAWS):
-        message = f"must be one of {', '.join(LAWS)}, or an object of the class Law"
-        raise setting_error("law", law, message + suggestion(law, LAWS))
-    return find_law(law)
 
 
 def read_surface(deceleration: Any, rolling: Any) -> Surface:

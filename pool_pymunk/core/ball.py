@@ -1,0 +1,120 @@
+"""A ball on the table: what it is, on which path it is, and until when that is looked at."""
+
+from __future__ import annotations
+
+from typing import Final, final
+
+from mypy_extensions import i64
+
+from pool_pymunk.core.motion.patches import OPEN
+from pool_pymunk.core.motion.path import NOISE, Path
+from pool_pymunk.core.motion.times import INF
+
+EVERYTHING: Final = 0xFFFFFFFF  # all bits
+NEARLY_NOW: Final = 1e-6  # radii; contacts this near in time may be of one instant
+
+
+@final
+class Ball:
+    """A ball has a number, a radius (m), a mass (kg), and its present path.
+
+    ``noise`` (m/s) of its velocity may be rounding, ``speed`` (m/s) is the highest on its path.
+    ``rested`` (s) is when it came to rest, infinite while it moves. Its path meets a wall at
+    ``end`` (s), and its hits are found up to ``horizon`` (s), within the box from ``low_x`` to
+    ``high_y`` (m). ``patch`` is that of the table in which it is, or -1. The bits of ``categories``
+    and ``mask`` say what it is, and whom it may meet. The engine owns it; all others ask it.
+    """
+
+    __slots__ = ("categories", "crossed", "crossings", "end", "high_x", "high_y", "hit", "hits",
+                 "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass", "noise", "number",
+                 "patch", "path", "radius", "rested", "seen", "speed")  # fmt: skip
+
+    def __init__(
+        self, number: int, radius: float, mass: float, path: Path, is_cue: bool = False
+    ) -> None:
+        self.number = number
+        self.radius = radius
+        self.mass = mass
+        self.path = path
+        self.is_cue = is_cue
+        self.noise = 0.0
+        self.speed = 0.0
+        self.rested = INF if path.moves else -INF
+        self.end = INF
+        self.horizon = INF
+        self.is_off = False
+        self.patch = OPEN
+        self.crossed = -INF  # s; when it crossed a border last, and how often at that instant
+        self.crossings = 0
+        self.hits = 0  # so many, each soon after the one before; the last at ``hit`` (s)
+        self.hit = -INF
+        self.categories: i64 = EVERYTHING
+        self.mask: i64 = EVERYTHING
+        self.seen = 0  # the number of the search for near balls that last saw it
+        self.low_x = INF
+        self.low_y = INF
+        self.high_x = -INF
+        self.high_y = -INF
+
+    def lead(self, path: Path, noise: float) -> None:
+        """Put the ball on a path; ``noise`` (m/s) of its velocity may be rounding."""
+        self.path, fastest = path, path.fastest
+        # A ball that sets off without a velocity has no highest speed yet.
+        self.speed = fastest if fastest > 0.0 or path.slows else INF
+        self.noise = noise
+
+    def set_off(self, path: Path) -> None:
+        """Put the ball on a path whose velocity has only the noise of its numbers."""
+        self.lead(path, NOISE * path.fastest)
+
+    def ignores(self, categories: i64, mask: i64) -> bool:
+        """Tell whether it goes through another ball, or a wall, by the bits of both."""
+        return self.categories & mask == 0 or categories & self.mask == 0
+
+    def time_for(self, share: float) -> float:
+        """Return how long (s) it takes at its highest speed for a share of its radius."""
+        return share * self.radius / self.speed if self.speed > 0.0 else 0.0
+
+    # -- its box -----------------------------------------------------------------------------------
+
+    def put_box(self, since: float, end: float) -> None:
+        """Put a box around the path from a time (s) to another one."""
+        path, r = self.path, self.radius
+        x, y, ex, ey = path.x, path.y, path.x, path.y
+        last = end if end < path.end else path.end
+        if last == INF:
+            ex = far_off(x, path.vx, path.ax)
+            ey = far_off(y, path.vy, path.ay)
+        elif path.end > path.t:
+            s = last - path.t
+            ex = x + s * (path.vx + s * path.ax / 2.0)
+            ey = y + s * (path.vy + s * path.ay / 2.0)
+        if since > path.t and path.end > path.t:
+            x, y = path.place(since)
+        r += 2.0 * NEARLY_NOW * r + 1e-9 * (abs(x) + abs(y))
+        self.low_x, self.high_x = min(x, ex) - r, max(x, ex) + r
+        self.low_y, self.high_y = min(y, ey) - r, max(y, ey) + r
+        if not path.slows:
+            self._widen_box(since, last, r)
+
+    def _widen_box(self, since: float, last: float, r: float) -> None:
+        """Let the box hold the places at which a bent path turns back between two times (s)."""
+        path, s = self.path, last - since
+        x, y, vx, vy = path.at(since)
+        if vx * path.ax < 0.0 and abs(vx) < abs(path.ax) * s:
+            x -= vx * vx / (2.0 * path.ax)
+        if vy * path.ay < 0.0 and abs(vy) < abs(path.ay) * s:
+            y -= vy * vy / (2.0 * path.ay)
+        self.low_x, self.high_x = min(self.low_x, x - r), max(self.high_x, x + r)
+        self.low_y, self.high_y = min(self.low_y, y - r), max(self.high_y, y + r)
+
+    def take_box_away(self) -> None:
+        """Let the box hold nothing."""
+        self.low_x = self.low_y = INF
+        self.high_x = self.high_y = -INF
+
+
+def far_off(x: float, v: float, a: float) -> float:
+    """Return where a coordinate leads that goes on for ever, from its place, rate and bend."""
+    rate = a if a != 0.0 else v
+    return x if rate == 0.0 else (INF if rate > 0.0 else -INF)

@@ -1,0 +1,266 @@
+"""An instant answers what is due: a contact that comes alone, or several at once.
+
+- *One instant*: contacts belong to one instant if their gaps are closed, to rounding, at the time
+  of the first. At a corner, for example, both cushions answer.
+- *Rounds*: what closes after an answer is the next round of the same instant. After many rounds all
+  that touches here is answered, round after round, until nothing closes.
+- *Inelastic collapse*: after ``LISTED`` hits at one instant the others are played out. They are no
+  events; a warning gives their number.
+- *Pockets*: a ball leaves the table when its centre comes to a pocket's rim, and has no part in
+  contacts of that instant.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+from pool_pymunk.core import pressing
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.collapse import go_on
+from pool_pymunk.core.contact.contact import HIT, MISSED, Contact, Disc
+from pool_pymunk.core.contact.rounds import (
+    answer_lone,
+    kick,
+    loses_speed,
+    play_out,
+    press_together,
+    resolve,
+    roll_after,
+    tell,
+)
+from pool_pymunk.core.motion.path import NOISE
+from pool_pymunk.core.motion.times import EPSILON, INF
+from pool_pymunk.core.present import Present, is_new
+from pool_pymunk.core.queue import Due
+from pool_pymunk.core.walls.wall import Pocket
+
+# After this many rounds of contacts at one instant, what touches is looked at once. With 1 or 6,
+# one end of 54 hard runs moves by up to 1e-6 m.
+FEW_ROUNDS: Final = 3
+# More hits at one instant are a collapse, and are not listed one by one. With 50 or 200, one end of
+# 54 hard runs moves by up to 3e-6 m, and a run may list half or twice as many events.
+LISTED: Final = 100
+
+
+@final
+class Instant:
+    """An instant began at a time (s), had some rounds, and these contacts have met in it.
+
+    The engine hands it what is due, and asks it afterwards which balls are ``changed`` and which
+    pairs have ``missed`` each other: it predicts anew what they meet.
+    """
+
+    def __init__(self) -> None:
+        self.began = -INF
+        self.rounds = 0
+        self.met: list[Due] = []
+        self.collapses = 0  # of more than two contacts, so far
+        self.changed: list[Ball] = []
+        self.missed: list[Contact] = []
+
+    def _begin(self) -> None:
+        """Forget what has met, as another instant begins or all is over in this one."""
+        self.rounds = 0
+        if len(self.met) > 0:
+            self.met = []
+
+    def answer(self, present: Present, dues: list[Due]) -> None:
+        """Answer contacts of one instant."""
+        self.changed, self.missed = [], []
+        dues = self._take_all_in(present, dues)
+        if len(dues) == 1:
+            self._answer_alone(present, dues[0])
+        elif len(dues) > 1 and not pressing.absorbs(present, dues):
+            self._answer_several(present, dues)
+
+    def _take_all_in(self, present: Present, dues: list[Due]) -> list[Due]:
+        """Let pockets take balls in, and return the contacts of the others."""
+        if not any([due.wall is not None and due.wall.is_pocket for due in dues]):
+            return dues
+        for due in dues:
+            if isinstance(due.wall, Pocket) and not due.a.is_off:
+                present.take_in(due.a, due.wall)
+        self.met = [due for due in self.met if is_on_table(due)]
+        return [due for due in dues if is_on_table(due)]
+
+    # -- one contact -------------------------------------------------------------------------------
+
+    def _answer_alone(self, present: Present, due: Due) -> None:
+        """Answer a contact that comes alone; mostly it is a hit, and the law answers it."""
+        a, b = present.disc(due.a), None if due.b is None else present.disc(due.b)
+        one = present.contact(a, b, due.wall)
+        closing, slow = one.closing, pressing.slow_speed(present, one)
+        if closing * closing < slow and pressing.absorbs(present, [due]):
+            return
+        fastest = due.a
+        if due.b is not None and due.b.speed > fastest.speed:
+            fastest = due.b
+        has_many = self._has_many_rounds(present, fastest)
+        self._note_met(due)
+        noise = one.noise
+        if has_many or closing <= noise or (b is not None and jumps(present, one)):
+            self._answer_round(present, [due], has_many)
+            return
+        square = a.square if b is None else max(a.square, b.square)
+        one.kind = HIT
+        answer_lone(present, one)
+        if len(self.met) > 2:
+            present.recorder.order_unknown(present.now)
+        kick(present, one)
+        tell(present, one)
+        square = max(square, a.square if b is None else max(a.square, b.square))
+        self._send_off(present, one, max(NOISE * math.sqrt(square), noise))
+        pressing.look_after(present, one, slow)
+
+    def _send_off(self, present: Present, one: Contact, noise: float) -> None:
+        """Give the balls of a lone hit their new paths; ``noise`` (m/s) may be rounding."""
+        a, b = one.a, one.b
+        roll = roll_after(present, [one], a)
+        present.begin(a.ball, (a.x, a.y), (a.vx, a.vy), roll, noise)
+        self.changed.append(a.ball)
+        if b is not None:
+            present.begin(b.ball, (b.x, b.y), (b.vx, b.vy), present.roll_of(b.ball), noise)
+            self.changed.append(b.ball)
+
+    # -- rounds ------------------------------------------------------------------------------------
+
+    def _has_many_rounds(self, present: Present, fastest: Ball) -> bool:
+        """Count a round of this instant, and tell if there were many."""
+        path = fastest.path
+        if present.now - self.began > present.instant_at(fastest, path.x, path.y):
+            self._begin()
+            self.began = present.now
+        self.rounds += 1
+        return self.rounds > FEW_ROUNDS
+
+    def _note_met(self, due: Due) -> None:
+        """Note what has met at this instant, once."""
+        if is_new(due, self.met):
+            self.met.append(due)
+
+    def _answer_several(self, present: Present, dues: list[Due]) -> None:
+        """Answer several contacts of this instant."""
+        fastest = dues[0].a
+        for due in dues:
+            if due.a.speed > fastest.speed:
+                fastest = due.a
+            if due.b is not None and due.b.speed > fastest.speed:
+                fastest = due.b
+        has_many = self._has_many_rounds(present, fastest)
+        for due in dues:
+            self._note_met(due)
+        self._answer_round(present, dues, has_many)
+
+    def _answer_round(self, present: Present, dues: list[Due], has_many: bool) -> None:
+        """Answer a round of contacts, or after many rounds all that touches."""
+        discs: list[Disc] = []
+        contacts = read(present, dues, discs)
+        if len(contacts) > 1 or len(self.met) > 2:
+            present.recorder.order_unknown(present.now)
+        missed: list[Contact] = []
+        if has_many:
+            dues = self._answer_cluster(present, contacts, discs, missed)
+        else:
+            resolve(present, contacts, discs, missed)
+        self.changed = [each.ball for each in discs if each.changed]
+        for one in missed:
+            if not (has_many and (one.a.changed or (one.b is not None and one.b.changed))):
+                self.missed.append(one)
+        for due in dues:
+            pressing.look_after_round(present, due)
+
+    def _answer_cluster(
+        self, present: Present, first: list[Contact], discs: list[Disc], missed: list[Contact]
+    ) -> list[Due]:
+        """Answer all that touches here, round after round, until nothing closes.
+
+        The contacts that are read already come first. Return what touches.
+        """
+        dues = present.touching(self.met, [])
+        contacts = read(present, dues, discs)
+        find_gaps(present, contacts)
+        turn = [one for one in contacts if any([other.is_same(one) for other in first])]
+        hits = 0
+        while len(turn) > 0 and present.may_go_on:
+            if hits > LISTED and loses_speed(present.law, contacts):  # They may have no end.
+                self.collapses += 1 if len(contacts) > 2 else 0
+                play_out(present, contacts, discs, self.collapses)
+                break
+            if any([present.squeezes.is_squeezed(each.ball) for each in discs]):
+                press_together(present, contacts, discs)
+                break
+            hits += resolve(present, turn, discs, missed)
+            turn = next_round(present, contacts, discs)
+        self._begin()
+        return dues
+
+
+def is_on_table(due: Due) -> bool:
+    """Tell whether no pocket has taken in a ball of a contact."""
+    return not (due.a.is_off or (due.b is not None and due.b.is_off))
+
+
+def jumps(present: Present, one: Contact) -> bool:
+    """Tell whether the law jumps at a hit of two balls."""
+    return present.law.jumps(one.parts_of_a(), one.parts_of_b(), one.pair)
+
+
+# -- contacts --------------------------------------------------------------------------------------
+
+
+def read(present: Present, dues: list[Due], discs: list[Disc]) -> list[Contact]:
+    """Read contacts, and their balls; where two cushions lie on one line, they are one."""
+    found: list[Contact] = []
+    for due in dues:
+        a = disc_of(present, discs, due.a)
+        b = None if due.b is None else disc_of(present, discs, due.b)
+        one = present.contact(a, b, due.wall)
+        if b is not None or not any([one.is_same(other) for other in found]):
+            found.append(one)
+    return found
+
+
+def disc_of(present: Present, discs: list[Disc], ball: Ball) -> Disc:
+    """Return the disc of a ball; put a new one among the others by its number."""
+    k = len(discs)
+    while k > 0 and discs[k - 1].ball.number >= ball.number:
+        k -= 1
+        if discs[k].ball is ball:
+            return discs[k]
+    disc = present.disc(ball)
+    discs.insert(k, disc)
+    return disc
+
+
+def find_gaps(present: Present, contacts: list[Contact]) -> None:
+    """Find the gaps (m) of contacts, which are 0 where rounding hides them."""
+    for one in contacts:
+        a, b = one.a, one.b
+        gap = present.gap(Due(present.now, HIT, a.ball, None if b is None else b.ball, one.wall))
+        size = abs(a.x) + abs(a.y) + a.ball.radius
+        one.gap = max(gap if gap > 2.0 * EPSILON * size else 0.0, 0.0)
+
+
+def next_round(present: Present, contacts: list[Contact], discs: list[Disc]) -> list[Contact]:
+    """Go on to the contacts of the cluster that hit next."""
+    noise, moves = 0.0, False
+    for each in discs:
+        moves = moves or each.moved != MISSED
+        noise = max(noise, each.ball.noise)
+    if not moves:
+        return []
+    squeezes = present.squeezes
+    if squeezes.is_idle:
+        return go_on(contacts, noise)
+    for one in contacts:
+        b = one.b
+        if squeezes.is_squeezed(one.a.ball) or (b is not None and squeezes.is_squeezed(b.ball)):
+            one.pair = one.pair.with_restitution(0.0)
+    return go_on([one for one in contacts if not is_jammed(present, one)], noise)
+
+
+def is_jammed(present: Present, one: Contact) -> bool:
+    """Tell whether a wall goes through the ball of a contact."""
+    wall = one.wall
+    return wall is not None and wall.moves and present.squeezes.goes_through(one.a.ball, wall)

@@ -1,0 +1,314 @@
+"""The engine moves balls along their paths and answers contacts in the order of time.
+
+When a ball sets off on a new path, the engine predicts its contacts with walls and with the paths
+of other balls, and puts them in a queue. The earliest prediction happens next. What comes at one
+instant is answered by :mod:`pool_pymunk.core.contact.instant`.
+
+- *Grazing*: a path that is tangent up to rounding misses a corner.
+- *Touching*: two balls that touch have a contact now if they close faster than rounding explains.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Final, final
+
+from pool_pymunk.core import pressing
+from pool_pymunk.core.ball import NEARLY_NOW, Ball
+from pool_pymunk.core.contact.instant import Instant
+from pool_pymunk.core.contact.laws import Law
+from pool_pymunk.core.motion.pairs import pair_time
+from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.near import MANY, Grid, Near, overlap
+from pool_pymunk.core.present import Present, is_new
+from pool_pymunk.core.queue import BORDER, HIT, LOOK, STOP, Due, Queue, hit_at, key_of
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.table import Table
+from pool_pymunk.core.walls.moving import MovingWall
+from pool_pymunk.core.walls.wall import Wall
+
+# A ball crosses at most so many borders at one instant. More would come only where each of two
+# patches turns a path into the other one, just where it is tangent to their border.
+MOST_CROSSINGS: Final = 4
+# A run is given up after this many events, unless the user says otherwise, and after this many
+# instants without one. So a run takes some minutes at most.
+NEVER_SETTLES: Final = 1_000_000
+PAUSE: Final = 0.01  # s; the recorder may do something else so often
+OFTEN: Final = 15  # The clock is looked at after so many instants, a power of two less one.
+
+
+@final
+class Engine(Present):
+    """The engine has balls on a table, and plays what happens to them up to a time.
+
+    Solvers ask it. Balls begin on their first paths at the time 0.
+
+    >>> from pool_pymunk.core.contact.laws import Coulomb
+    >>> from pool_pymunk.core.motion.patches import Patches
+    >>> from pool_pymunk.core.motion.path import standing
+    >>> from pool_pymunk.core.motion.surface import Sliding
+    >>> table = Table([], Sliding(0.5), Patches([], []), 1.0, 1.0, 0.0)
+    >>> path = table.surface.path(0.0, (0.0, 0.0), (2.0, 0.0), (0.0, 0.0))
+    >>> balls = [Ball(0, 0.03125, 0.2, path), Ball(1, 0.03125, 0.2, standing(0.0, 1.8125, 0.0))]
+    >>> engine = Engine(table, balls, Coulomb(), Recorder())
+    >>> engine.begin_run()
+    >>> engine.advance(INF)
+    >>> engine.events, engine.now, [ball.path.place(engine.now) for ball in balls]
+    (3, 4.0, [(1.75, 0.0), (4.0625, 0.0)])
+    """
+
+    def __init__(self, table: Table, balls: list[Ball], law: Law, recorder: Recorder) -> None:
+        super().__init__(table, balls, law, recorder)
+        self.queue = Queue()
+        self.instant = Instant()
+        self.movers: list[MovingWall] = []
+        self.chooses = False  # Some balls go through others, by their bits.
+        self.answered = 0  # so many things that were due
+        self.heard = 0.0  # s, of the machine's clock; when the recorder has last paused the play
+        self.near = Near(balls) if len(balls) < MANY else Grid(balls)
+        self.has_patches = len(table.patches.borders) > 0
+
+    def begin_run(self) -> None:
+        """Begin a run: predict what the balls meet that move."""
+        for place, wall in enumerate(self.table.walls):
+            wall.place = place
+            if isinstance(wall, MovingWall):
+                self.movers.append(wall)
+        for ball in self.balls:
+            if not ball.is_off:
+                ball.set_off(ball.path)
+                self._look_for_loss(ball)
+                self.near.put(ball, 0.0, INF)
+        if self.is_finite:
+            self._predict([ball for ball in self.balls if ball.path.moves and not ball.is_off])
+
+    # -- playing -----------------------------------------------------------------------------------
+
+    def advance(self, until: float) -> None:
+        """Play what is due up to a time (s), within the bounds of the run."""
+        queue = self.queue
+        while self.may_go_on and self.idle < NEVER_SETTLES and not self.begins_to_persist:
+            t = queue.upcoming()
+            if t > until or t == INF:
+                break
+            self._next(queue.pop())
+
+    def upcoming(self) -> float:
+        """Return the time (s) at which something is due next; infinite if nothing is."""
+        return self.queue.upcoming()
+
+    def _next(self, due: Due) -> None:
+        """Play what is due: a look ahead, an end of a path, or the contacts of an instant."""
+        if due.t > self.now:
+            self.now = due.t
+        if due.kind == LOOK:
+            self._look_ahead(due.a)
+            self._meet_others(due.a, None)
+            return
+        self.answered += 1
+        if self.answered & OFTEN == 0:
+            self._pause()
+        if due.kind == HIT:
+            self._answer(due)
+        elif due.kind == STOP:
+            self._end_path(due.a)
+        else:
+            self._cross_border(due.a)
+
+    def _pause(self) -> None:
+        """Let the recorder do something else now and then: compiled code hears no interrupt."""
+        now = time.monotonic()
+        if now - self.heard > PAUSE:
+            if self.heard > 0.0:
+                self.recorder.pause(self.now)
+            self.heard = now
+
+    def _answer(self, first: Due) -> None:
+        """Answer a hit, and all others of its instant; then predict what follows."""
+        wall, ball, instant = first.wall, first.a, self.instant
+        if wall is not None and wall.moves and self.squeezes.meet(ball, wall):
+            self.jam(ball, wall)
+            self._predict([ball])  # It may meet others behind the wall.
+            return
+        instant.answer(self, self._due_now(first))
+        changed = instant.changed
+        if len(changed) == 1:
+            self._predict_few(changed[0], None)
+        elif len(changed) == 2:
+            self._predict_few(changed[0], changed[1])
+        elif len(changed) > 2:
+            self._predict(changed)
+        for one in instant.missed:
+            a, b = one.a.ball, one.b
+            if b is not None and min(a.path.end, b.ball.path.end) > self.now:
+                self._meet(a, b.ball)
+
+    def _due_now(self, first: Due) -> list[Due]:
+        """Return a hit, and all others of its instant: those that are closed already."""
+        queue, latest = self.queue, self._latest(first)
+        if queue.upcoming() > latest:
+            return [first]
+        found, later = [first], list[Due]()
+        while queue.upcoming() <= latest and len(queue.line) > 0:
+            due = queue.pop()
+            if due.kind != HIT or due.t > self._latest(due) or not self.is_closed(due, 1.0):
+                later.append(due)
+            elif is_new(due, found):
+                found.append(due)
+        for due in later:
+            queue.push(due)
+        found.sort(key=key_of)
+        return found
+
+    def _latest(self, due: Due) -> float:
+        """Return the latest time (s) of contacts that may be of the same instant as this one."""
+        speed = due.a.speed
+        if due.b is not None:
+            speed = max(speed, due.b.speed)
+        return self.now + (NEARLY_NOW * due.a.radius / speed if speed > 0.0 else 0.0)
+
+    def _end_path(self, ball: Ball) -> None:
+        """Let a ball rest at the end of its path, or go on as the surface says."""
+        path = ball.path
+        if self.table.surface.then(path) is None:
+            self.put_to_rest(ball, path.end)
+            return
+        then = self.table.surface_of(ball.patch).then(path)
+        if then is not None and then.moves:
+            self.events += 1
+            self.recorder.roll(ball, then.t)
+            self.lead(ball, then)
+        else:
+            self.put_to_rest(ball, path.end)
+        self._predict_few(ball, None)
+
+    # -- patches -----------------------------------------------------------------------------------
+
+    def _next_crossing(self, ball: Ball) -> float:
+        """Return when (s) a ball crosses into another patch, or infinity."""
+        t, _patch = self.table.patches.crossing(ball.path, ball.patch, self.now)
+        is_stuck = t <= self.now and self.now == ball.crossed and ball.crossings >= MOST_CROSSINGS
+        return INF if is_stuck else t
+
+    def _cross_border(self, ball: Ball) -> None:
+        """Let a ball go on in the patch into which its path leads now."""
+        t, patch = self.table.patches.crossing(ball.path, ball.patch, self.now)
+        if t <= self.now:
+            ball.crossings = ball.crossings + 1 if ball.crossed == self.now else 1
+            ball.crossed = self.now
+            x, y, vx, vy = ball.path.at(self.now)
+            roll = self.roll_of(ball)
+            ball.patch = patch
+            self.events += 1
+            self.recorder.crossed(ball, patch, self.now)
+            path = self.table.surface_of(patch).path(self.now, (x, y), (vx, vy), roll)
+            if path.moves:
+                self.lead(ball, path)
+            else:
+                self.rest_here(ball)
+        self._predict_few(ball, None)
+
+    # -- what is due -------------------------------------------------------------------------------
+
+    def _predict(self, balls: list[Ball]) -> None:
+        """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
+        for ball in balls:
+            self._predict_end(ball)
+            self._look_ahead(ball)
+        for k, ball in enumerate(balls):
+            for other in self.near.around(ball):
+                if k == 0 or not is_among(other, balls, k):
+                    self._meet(ball, other)
+
+    def _predict_few(self, a: Ball, b: Ball | None) -> None:
+        """Predict so for one ball, or for two that have hit each other."""
+        self._predict_end(a)
+        self._look_ahead(a)
+        if b is not None:
+            self._predict_end(b)
+            self._look_ahead(b)
+        self._meet_others(a, None)
+        if b is not None:
+            self._meet_others(b, a)
+
+    def _predict_end(self, ball: Ball) -> None:
+        """Predict where the path of a ball ends: at a wall, at a border, or at rest."""
+        path, end = ball.path, INF
+        if ball.speed > 0.0 or path.moves:
+            for wall in self.table.walls:
+                end = min(end, self._meet_wall(ball, wall))
+            if end < INF:
+                end += ball.time_for(NEARLY_NOW)
+            if self.has_patches:
+                t = self._next_crossing(ball)
+                if t < INF:
+                    self.queue.push(Due(t, BORDER, ball, None, None))
+                    end = min(end, t)
+            if end == INF and path.end < INF:
+                self.queue.push(Due(path.end, STOP, ball, None, None))
+        else:
+            for mover in self.movers:
+                self._meet_wall(ball, mover)
+        ball.end = end
+
+    def _meet_wall(self, ball: Ball, wall: Wall) -> float:
+        """Predict when a ball meets a wall, and return that time (s), or infinity."""
+        if self.chooses and ball.ignores(wall.categories, wall.mask):
+            return INF
+        if wall.moves and self.squeezes.goes_through(ball, wall):
+            return INF
+        t = wall.time_of_contact(ball.path, ball.radius, self.now)
+        if t == INF:
+            return t
+        hit = Due(t, HIT, ball, None, wall)
+        if pressing.takes(self, hit):
+            return INF
+        self.queue.push(hit)
+        return t
+
+    def _look_ahead(self, ball: Ball) -> None:
+        """Look at the path of a ball up to its horizon."""
+        path, end, now = ball.path, ball.end, self.now
+        horizon = self.near.horizon(path, now)
+        if horizon < end and horizon < path.end:
+            end = horizon
+            self.queue.push(Due(end, LOOK, ball, None, None))
+        ball.horizon = end
+        self.near.put(ball, now, end)
+
+    def _meet_others(self, ball: Ball, known: Ball | None) -> None:
+        """Predict which others a ball meets, up to its horizon; one is known already."""
+        for other in self.near.candidates(ball):
+            if overlap(ball, other) and other is not ball and other is not known:
+                self._meet(ball, other)
+
+    def _meet(self, a: Ball, b: Ball) -> None:
+        """Predict when two balls meet."""
+        if self.chooses and a.ignores(b.categories, b.mask):
+            return
+        until, noise = min(a.horizon, b.horizon), max(a.noise, b.noise)
+        if a.number > b.number:
+            a, b = b, a
+        t = pair_time(a.path, b.path, a.radius + b.radius, self.now, until, noise)
+        if t < INF:
+            hit = hit_at(t, a, b, None)
+            if not pressing.takes(self, hit):
+                self.queue.push(hit)
+
+    # -- walls that move ---------------------------------------------------------------------------
+
+    def begin_step(self) -> None:
+        """Look for hits of walls that have begun a new motion."""
+        self.squeezes.begin_step()
+        for ball in self.balls:
+            if not ball.is_off:
+                for wall in self.movers:
+                    self._meet_wall(ball, wall)
+
+
+def is_among(ball: Ball, balls: list[Ball], count: int) -> bool:
+    """Tell whether a ball is one of the first ones."""
+    for k in range(count):
+        if balls[k] is ball:
+            return True
+    return False

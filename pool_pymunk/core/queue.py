@@ -1,0 +1,130 @@
+"""A queue keeps what is due, the earliest first. It is void once a ball of it has a new path."""
+
+from __future__ import annotations
+
+from typing import Final, final
+
+from mypy_extensions import i64
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.walls.wall import Wall
+
+# What may be due, in the order of one time: ends of paths and borders come before all hits, and
+# these come in the order of their balls.
+BORDER: Final = 0  # A ball crosses into another patch.
+STOP: Final = 1  # A path ends.
+LOOK: Final = 2  # The path of a ball was looked at until here.
+HIT: Final = 3  # Two balls meet, or a ball and a wall.
+
+# A shorter queue is not searched for what is void.
+SHORT: Final = 1000
+
+
+@final
+class Due:
+    """This is due at ``t`` (s): a ball hits another one, or a wall, or something else.
+
+    A hit of two balls has the lower number first. The engine and instants ask it.
+    """
+
+    __slots__ = ("a", "b", "kind", "other_path", "path", "t", "wall")
+
+    def __init__(self, t: float, kind: int, a: Ball, b: Ball | None, wall: Wall | None) -> None:
+        self.t = t
+        self.kind = kind
+        self.a = a
+        self.b = b
+        self.wall = wall
+        self.path: Path = a.path
+        self.other_path: Path = a.path if b is None else b.path
+
+    @property
+    def is_void(self) -> bool:
+        """This tells whether one of its balls has another path by now."""
+        b = self.b
+        return self.a.path is not self.path or (b is not None and b.path is not self.other_path)
+
+    @property
+    def key(self) -> tuple[bool, int, int]:
+        """The order of hits of one instant: pairs by their balls' numbers, then walls."""
+        b, wall = self.b, self.wall
+        if b is not None:
+            return False, self.a.number, b.number
+        return True, self.a.number, -1 if wall is None else wall.place
+
+    def is_same(self, other: Due) -> bool:
+        """Tell whether another one is of the same two sides."""
+        return self.a is other.a and self.b is other.b and self.wall is other.wall
+
+    def comes_before(self, other: Due) -> bool:
+        """Tell whether it is due before another one; of two stops the first one to be put in is."""
+        if self.t != other.t:
+            return self.t < other.t
+        if self.kind < LOOK or other.kind < LOOK:
+            return self.kind < other.kind or (
+                self.kind == BORDER and other.kind == BORDER and self.a.number < other.a.number
+            )
+        if self.a is not other.a:
+            return self.a.number < other.a.number
+        return self.kind < other.kind or (self.kind == other.kind and self.key < other.key)
+
+
+def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
+    """Return the hit of a ball on another one, or on a wall, at a time (s)."""
+    if b is not None and b.number < a.number:
+        return Due(t, HIT, b, a, None)
+    return Due(t, HIT, a, b, wall)
+
+
+def key_of(due: Due) -> tuple[bool, int, int]:
+    """Return the order of a hit, by which a list is sorted."""
+    return due.key
+
+
+@final
+class Queue:
+    """A queue is a list of what is due, the earliest last; the engine owns it."""
+
+    def __init__(self) -> None:
+        self.line: list[Due] = []
+        self.full = SHORT
+
+    def clear(self) -> None:
+        """Forget all that is due."""
+        self.line.clear()
+
+    def push(self, due: Due) -> None:
+        """Put in what is due, before all that comes before it or is due at the same time."""
+        line = self.line
+        low: i64 = 0
+        high: i64 = len(line)
+        while low < high:
+            middle = (low + high) >> 1
+            if due.comes_before(line[middle]):
+                low = middle + 1
+            else:
+                high = middle
+        line.insert(low, due)
+        if len(line) > self.full:
+            self._leave_out_void()
+
+    def pop(self) -> Due:
+        """Take out what is due first."""
+        return self.line.pop()
+
+    def upcoming(self) -> float:
+        """Return the time (s) at which something is due next; infinite if nothing is."""
+        line = self.line
+        while len(line) > 0:
+            due = line[-1]
+            if not due.is_void:
+                return due.t
+            line.pop()
+        return INF
+
+    def _leave_out_void(self) -> None:
+        """Leave out what is void; then the queue may double its length."""
+        self.line = [due for due in self.line if not due.is_void]
+        self.full = max(SHORT, 2 * len(self.line))

@@ -1,0 +1,116 @@
+"""A scene is put into the core here: walls, surface, patches, balls and law as the core has them.
+
+The core knows no scene, and its laws, sides and surfaces take plain numbers. Those of a user's own
+are adapted (:mod:`pool_pymunk.solvers.own`).
+"""
+
+from __future__ import annotations
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact import laws as core_laws
+from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.patches import Border, Circle, Line, Patches
+from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
+from pool_pymunk.core.table import Table
+from pool_pymunk.core.walls.arc import Arc
+from pool_pymunk.core.walls.face import Face
+from pool_pymunk.core.walls.round import RoundSide
+from pool_pymunk.core.walls.side import Side
+from pool_pymunk.core.walls.wall import Pocket, Wall
+from pool_pymunk.model import Scene, State
+from pool_pymunk.physics import laws, patches, sides, surface
+from pool_pymunk.solvers.own import OwnLaw, OwnSide, OwnSurface
+
+BUILT_IN: dict[type[laws.Law], core_laws.Law] = {
+    laws.Coulomb: core_laws.Coulomb(),
+    laws.Published: core_laws.Published(),
+    laws.Weakening: core_laws.Weakening(),
+}
+
+
+class ScenePairs(Table):
+    """This table asks a scene for the coefficients of two balls, because it has its own."""
+
+    scene: Scene
+
+    def pair(self, a: Ball, b: Ball) -> Pair:
+        return Pair(*self.scene.pair(a.number, b.number))
+
+
+def law_in_core(law: laws.Law) -> core_laws.Law:
+    """Return a law as the core takes it."""
+    return BUILT_IN.get(type(law)) or OwnLaw(law)
+
+
+def table_of(scene: Scene) -> Table:
+    """Return the table of a scene; the scene keeps it."""
+    known = scene.found.get(table_of)
+    if known is None:
+        known = scene.found[table_of] = _table_of(scene)
+    assert isinstance(known, Table)
+    return known
+
+
+def _table_of(scene: Scene) -> Table:
+    walls = [wall_in_core(wall) for wall in scene.cushions]
+    walls += [Pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
+    e, cue = scene.restitution.ball_ball, scene.restitution.cue_ball
+    coefficients = e or 0.0, (e if cue is None else cue) or 0.0, scene.friction.ball_ball
+    kind = Table if type(scene).pair is Scene.pair else ScenePairs
+    table = kind(
+        walls, surface_in_core(scene.surface), patches_in_core(scene.ground), *coefficients
+    )
+    if isinstance(table, ScenePairs):
+        table.scene = scene
+    return table
+
+
+def wall_in_core(wall: sides.Wall) -> Wall:
+    """Return a wall as the core has it."""
+    own = [side_in_core(side) for side in wall.sides]
+    return Wall(own, wall.restitution, wall.friction, wall.number, wall.kick)
+
+
+def side_in_core(side: sides.Side) -> Side:
+    """Return a side as the core has it."""
+    if isinstance(side, sides.Face):
+        return Face(*side)
+    if isinstance(side, sides.RoundSide):
+        return RoundSide(*side)
+    if isinstance(side, sides.Arc):
+        return Arc(*side)
+    return OwnSide(side)
+
+
+def surface_in_core(own: surface.Surface) -> Surface:
+    """Return a surface as the core has it."""
+    if isinstance(own, surface.Sliding):
+        return Sliding(own.pull)
+    if isinstance(own, surface.Rolling):
+        return Rolling(own.pull, own.drag)
+    return OwnSurface(own)
+
+
+def patches_in_core(ground: patches.Patches) -> Patches:
+    """Return patches as the core has them."""
+    borders = list[Border]()
+    for patch, is_round, *numbers in ground.borders:
+        x, y, u, v = numbers
+        if is_round:
+            borders.append(Circle(int(patch), (x, y), u))
+        else:
+            borders.append(Line(int(patch), (x, y), (u, v)))
+    return Patches(borders, [surface_in_core(each) for each in ground.surfaces])
+
+
+def balls_of(scene: Scene, start: State, table: Table) -> list[Ball]:
+    """Return the balls of a scene, which set off from a start."""
+    found, patches = list[Ball](), table.patches
+    rolls = start.roll or ((0.0, 0.0),) * len(scene.balls)
+    starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
+    for i, (ball, place, velocity, roll) in enumerate(starts):
+        patch = patches.at(*place)
+        path = table.surface_of(patch).path(0.0, place, velocity, roll)
+        found.append(Ball(i, ball.radius, ball.mass, path, ball.cue))
+        found[i].patch = patch
+    return found
