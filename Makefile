@@ -90,7 +90,7 @@ test-browser: $(VENV)/browser-installed
 PYODIDE := build/pyodide
 test-pyodide: $(VENV)/installed
 	npm install --silent --no-audit --no-fund --prefix $(PYODIDE) pyodide@314
-	$(BIN)/python tests/browser_python/shots.py >$(PYODIDE)/shots.json
+	$(BIN)/python tests/browser_python/report_shots.py >$(PYODIDE)/shots.json
 	node tests/browser_python/play.mjs $(PYODIDE)/shots.json $(PYODIDE)/node_modules/pyodide pool_pymunk \
 		"$$($(BIN)/python -c 'import mypy_extensions; print(mypy_extensions.__file__)')"
 

@@ -39,7 +39,6 @@ from pool_pymunk.solvers import event_driven
 SHOTS = 100  # random ones of each bundled scene
 MANY = 5_000  # random scenes; they are played by the HANDFUL, of which a few are QUICK
 HANDFUL, QUICK = 25, 24
-IS_COMPILED = bool(getattr(pool_pymunk, "compiled", False))
 
 
 def wrong(cases: Iterable[Case]) -> list[str]:
@@ -78,7 +77,7 @@ def test_random_scenes_of_all_kinds(handful: int) -> None:
 # -- compiled or not -------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(not IS_COMPILED, reason="the core is not compiled here")
+@pytest.mark.skipif(not pool_pymunk.compiled, reason="the core is not compiled here")
 @pytest.mark.seeded
 @pytest.mark.parametrize("count", [60, pytest.param(2_000, marks=pytest.mark.slow)])
 def test_compiled_code_and_plain_python_have_the_same_bits(count: int) -> None:

@@ -38,7 +38,7 @@ class Squeezes:
         self.squeezed: set[int] = set()
         self.jams: set[Key] = set()
         self.kicked: dict[Key, float] = {}  # s; when a wall has last kicked a ball
-        self.jammed: dict[Key, float] = {}  # s; when a jam was last told
+        self.jammed: dict[Key, float] = {}  # s; when the recorder last heard of a jam
 
     def begin_step(self) -> None:
         """Forget the hits of the last step; walls go on through balls until these are free."""

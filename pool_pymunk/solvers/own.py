@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from numbers import Real
-from operator import ior
 from typing import Any
 
 from pool_pymunk.core.ball import Ball
@@ -48,8 +47,11 @@ class OwnLaw(core_laws.Law):
         return parts_of(self.law.cushion(NT(*v), restitution, friction), v)
 
     def jumps(self, a: Plain, b: Plain, pair: CorePair) -> bool:
-        jumps = self.law.jumps(NT(*a), NT(*b), pair_of(pair))
-        return bool(jumps and ior(0, jumps))
+        jumps: Any = self.law.jumps(NT(*a), NT(*b), pair_of(pair))
+        said = 0
+        if jumps:
+            said |= jumps  # What is neither a truth value nor a whole number is refused.
+        return bool(said)
 
     def together(self, contacts: list[CoreContact], hits: Hits) -> bool:
         """Let the law answer contacts as it knows them; its single hits are noted."""

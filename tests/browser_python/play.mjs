@@ -13,7 +13,7 @@ const pyodide = await loadPyodide();
 pyodide.FS.mkdirTree("/home/web/pool_pymunk");
 pyodide.FS.mount(pyodide.FS.filesystems.NODEFS, { root: pkg }, "/home/web/pool_pymunk");
 pyodide.FS.writeFile("/home/web/mypy_extensions.py", readFileSync(extensions));
-pyodide.FS.writeFile("/home/web/shots.py", readFileSync(new URL("shots.py", import.meta.url)));
+pyodide.FS.writeFile("/home/web/report_shots.py", readFileSync(new URL("report_shots.py", import.meta.url)));
 const text = readFileSync(shots, "utf8");
 pyodide.globals.set("text", text);
 const [version, played] = pyodide.runPython(`
@@ -21,8 +21,8 @@ import os, sys
 os.environ["POOL_PYMUNK_PURE"] = "1"
 sys.dont_write_bytecode = True
 sys.path.insert(0, "/home/web")
-import shots
-sys.version.split()[0], shots.as_played(text)
+import report_shots
+sys.version.split()[0], report_shots.as_played(text)
 `);
 const wanted = JSON.parse(text).map((shot) => shot.became);
 let failed = 0;

@@ -3,7 +3,7 @@
 Python in a browser plays them without NumPy, so it cannot load a scene (`play.mjs`). It gets the
 numbers of table and balls as hexadecimal floats, a record for each shot, and what they became::
 
-    python tests/browser_python/shots.py >shots.json
+    python tests/browser_python/report_shots.py >shots.json
 """
 
 from __future__ import annotations
