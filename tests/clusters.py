@@ -1,4 +1,4 @@
-"""Random clusters of discs at one instant, and what the engine makes of them."""
+"""Random clusters of discs at one instant, and what both engines make of them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
+
+from core_clusters import answered_in_core
 
 from pool_pymunk.physics.contact import (
     NO_BALL,
@@ -71,7 +73,7 @@ def energy(masses: Sequence[float], velocity: Mapping[int, Vector]) -> float:
 def answered(
     contacts: Sequence[Contact], velocity: Mapping[int, Vector], law: Law = LAWS["coulomb"]
 ) -> dict[int, Vector]:
-    """Return the velocities after contacts of one instant, as the engine answers them."""
+    """Return the velocities after contacts of one instant, as both engines answer them alike."""
     after = dict(velocity)
 
     def by_law(contact: Contact, velocity: Velocities) -> None:
@@ -82,4 +84,5 @@ def answered(
             by_law(group[0], after)
         else:
             law.together(group, after, by_law)
+    assert repr(answered_in_core(contacts, velocity, law)) == repr(after)
     return after

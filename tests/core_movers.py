@@ -369,6 +369,37 @@ def pressing(rnd: random.Random, dt: float, steps: int) -> list[Pose]:
     return found
 
 
+def closing(rnd: random.Random, dt: float, steps: int) -> tuple[list[Mover], list[list[Pose]]]:
+    """Return two bars that are mirror images, and how they close on the table's middle line.
+
+    Between them is a corner, perhaps a narrow one, out of which the law drives balls fast.
+    """
+    body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    bar = sides_of(pymunk.Segment(body, (-0.4, 0.0), (0.4, 0.0), rnd.choice((0.0, 0.01))))
+    like, speed = mover(rnd)._replace(sides=bar), rnd.choice((0.1, 0.5, 1.0))
+    angle, apart = rnd.choice((0.0, 0.01, 0.05, 0.3)), rnd.uniform(0.15, 0.25)
+    tracks = [
+        [
+            Pose((1.0, 0.5 + up * (apart - k * dt * speed)), up * angle, (0.0, -up * speed), 0.0)
+            for k in range(steps)
+        ]
+        for up in (1.0, -1.0)
+    ]
+    return [like, like], tracks
+
+
+def on_middle_line(rnd: random.Random) -> Scene:
+    """Return balls on the table's middle line, which mostly rest."""
+    e, xs = rnd.choice((0.0, 0.5, 1.0)), rnd.sample((0.8, 0.9, 1.0, 1.06, 1.2), rnd.randint(1, 3))
+    balls = tuple(
+        Ball(str(k), (x, 0.5), R, M * rnd.choice((1.0, 1.0, 5.0)),
+             velocity=(rnd.uniform(-1.0, 1.0), 0.0) if rnd.random() < 0.3 else STAY)
+        for k, x in enumerate(sorted(xs))
+    )  # fmt: skip
+    rough = replace(friction(rnd), surface=0.0)
+    return Scene(balls, FENCE, Restitution(e, None, e), rough, law(rnd, LATEST))
+
+
 def packed(rnd: random.Random) -> Scene:
     """Return balls at an end of the table, which touch each other and it, or nearly do."""
     gap, rows = rnd.choice((0.0, 0.0, 1e-9, 1e-3, 0.02)), rnd.randint(1, 3)
@@ -399,7 +430,8 @@ def open_field(rnd: random.Random) -> Scene:
     return scattered(rnd, FENCE, rnd.randint(1, 9), (0.02, 0.05), **parts)
 
 
-KINDS = ("slid", "turned", "thrown", "still", "pressed")
+KINDS = ("slid", "turned", "thrown", "still", "pressed", "wedged")
+SCENES = {"pressed": packed, "wedged": on_middle_line}
 
 
 def play_of(name: str) -> Play:
@@ -408,7 +440,7 @@ def play_of(name: str) -> Play:
     rnd = random.Random(f"movers {kind} {seed}")
     while True:
         try:
-            scene = packed(rnd) if kind == "pressed" else open_field(rnd)
+            scene = SCENES.get(kind, open_field)(rnd)
             scene = rolling(rnd, scene) if rnd.random() < 0.3 else scene
             break
         except SceneError:
@@ -417,6 +449,8 @@ def play_of(name: str) -> Play:
     steps = round(0.5 / dt)
     if kind == "pressed":
         movers, tracks = [mover(rnd, (0.06, 0.9))], [pressing(rnd, dt, steps)]
+    elif kind == "wedged":
+        movers, tracks = closing(rnd, dt, steps)
     else:
         many = range(rnd.randint(1, 3))
         movers, tracks = [mover(rnd) for _ in many], [track(rnd, kind, dt, steps) for _ in many]

@@ -6,17 +6,21 @@ import math
 import random
 from collections.abc import Callable, Iterator
 from itertools import compress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from clusters import random_cluster
+from core_clusters import InCore
 from shots import needs_numba
 
+from pool_pymunk.core.contact.collapse import MOST_PARTS
+from pool_pymunk.core.contact.collapse import Collapse as CoreCollapse
+from pool_pymunk.core.contact.together import all_orders
 from pool_pymunk.engine.decisions import CONVERGED
 from pool_pymunk.fast import compiled, records
 from pool_pymunk.physics import collapse, together
-from pool_pymunk.physics.collapse import MOST_HITS, Collapse
+from pool_pymunk.physics.collapse import MOST_HITS
 from pool_pymunk.physics.contact import (
     NO_BALL,
     Contact,
@@ -27,6 +31,7 @@ from pool_pymunk.physics.contact import (
     groups,
 )
 from pool_pymunk.physics.laws import LAWS, respond
+from pool_pymunk.solvers.in_core import law_in_core
 
 Start = tuple[list[Contact], dict[int, Vector]]
 Answer = Callable[[Any, Velocities], None]
@@ -72,17 +77,39 @@ def answer(contacts: Any, velocity: Velocities) -> None:
             LAWS["coulomb"].together(group, velocity, one_hit)
 
 
-def played(start: Start, can_leap: bool, most: int = MOST_HITS) -> tuple[Collapse, Velocities]:
-    """Play out a collapse in Python."""
+class Played(NamedTuple):
+    """A collapse was played: it had these hits, it may be over, and many were ``leapt`` over."""
+
+    hits: int
+    is_over: bool
+    leapt: int
+    velocity: Velocities
+
+
+def played(start: Start, can_leap: bool, most: int = MOST_HITS) -> Played:
+    """Play out a collapse by the functions of the contact engine."""
     contacts, before = start
     velocity: Velocities = dict(before)
     c = together.Rows(collapse.FORM, len(contacts))
     c.can_leap, c.most = can_leap, most
     gaps = [contact.gap for contact in contacts]
     collapse.begin(c, contacts, len(contacts), gaps, CONVERGED)
+    answered = 0
     while collapse.next_hits(c, contacts, velocity) > 0:
-        answer(list(compress(contacts, c.hits)), velocity)
-    return Collapse(c.played, bool(c.is_over)), velocity
+        hitting = list(compress(contacts, c.hits))
+        answer(hitting, velocity)
+        answered += len(hitting)
+    return Played(c.played, bool(c.is_over), c.played - answered, velocity)
+
+
+def played_by_core(start: Start, can_leap: bool, most: int = MOST_HITS) -> Played:
+    """Play out the same collapse by the functions of the core."""
+    found, law, answered = InCore(*start), law_in_core(LAWS["coulomb"]), 0
+    c = CoreCollapse(found.contacts, CONVERGED, can_leap, most)
+    while hitting := c.next_hits():
+        found.answer(hitting, law)
+        answered += len(hitting)
+    return Played(c.played, c.is_over, c.played - answered, found.velocity)
 
 
 def farthest(one: Velocities, other: Velocities, before: Velocities) -> float:
@@ -92,64 +119,64 @@ def farthest(one: Velocities, other: Velocities, before: Velocities) -> float:
 
 # -- leaps -----------------------------------------------------------------------------------------
 
-
-@pytest.fixture
-def leaps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Return a list to which the cycles of each leap are added."""
-    leap, cycles = collapse.leap, list[int]()
-
-    def watched(*args: Any) -> int:
-        cycles.append(leap(*args))
-        return cycles[-1]
-
-    monkeypatch.setattr(collapse, "leap", watched)
-    return cycles
+by = pytest.mark.parametrize("by", [played, played_by_core])
 
 
-def test_leaps_come_to_what_hit_by_hit_comes_to(
-    monkeypatch: pytest.MonkeyPatch, leaps: list[int]
-) -> None:
+def test_the_core_plays_the_same_hits_and_leaps() -> None:
+    for start in starts(30):
+        for can_leap in (True, False):
+            one, other = (by(start, can_leap, 400) for by in (played, played_by_core))
+            assert repr(one) == repr(other)
+
+
+@by
+def test_leaps_come_to_what_hit_by_hit_comes_to(by: Any) -> None:
     """Collapses that a bound cuts off have no end to compare."""
-    monkeypatch.setattr(collapse, "MOST_IN_TIME", 100)
     compared = leapt = 0
     for seed in range(300):
-        start = squeezed(seed)
-        leaps.clear()
-        (one, with_leaps), (other, without) = (played(start, can, 3_000) for can in (True, False))
+        contacts, before = squeezed(seed)
+        closed = [contact._replace(gap=0.0) for contact in contacts]  # So it may leap at once.
+        one, other = (by((closed, before), can, 3_000) for can in (True, False))
         if one.is_over and other.is_over:
-            assert farthest(with_leaps, without, start[1]) < 1e-11, seed
-            compared, leapt = compared + 1, leapt + (sum(leaps) > 0)
+            assert farthest(one.velocity, other.velocity, before) < 1e-11, seed
+            compared, leapt = compared + 1, leapt + (one.leapt > 0)
     assert compared > 100
     assert leapt > 20
 
 
-def between(ratio: float) -> Start:
-    """Return a light ball at a cushion, and one that drives it there; e = 0.8, no friction."""
-    contacts = [
-        Contact(0, 1, (1.0, 0.0), Pair(1.0, ratio, 0.8, 0.0)),
-        Contact(0, NO_BALL, (1.0, 0.0), Pair(1.0, math.inf, 0.8, 0.0), 0),
-    ]
-    return contacts, {0: (0.0, 0.0), 1: (-1.0, 0.0)}
+def between(ratio: float, copies: int = 1) -> Start:
+    """Return a light ball at a cushion, and one that drives it there; e = 0.8, no friction.
+
+    There may be more such pairs of balls, of which each hits as the first one.
+    """
+    contacts = list[Contact]()
+    for i in range(0, 2 * copies, 2):
+        contacts += [
+            Contact(i, i + 1, (1.0, 0.0), Pair(1.0, ratio, 0.8, 0.0)),
+            Contact(i, NO_BALL, (1.0, 0.0), Pair(1.0, math.inf, 0.8, 0.0), 0),
+        ]
+    return contacts, {i: (-1.0 * (i % 2), 0.0) for i in range(2 * copies)}
 
 
-def test_a_leap_over_many_cycles_counts_their_hits() -> None:
+@by
+def test_a_leap_over_many_cycles_counts_their_hits(by: Any) -> None:
     """In each cycle the heavy ball loses a share of its speed that is as the light one's mass."""
     hits = []
     for ratio in (1e5, 1e6):
-        found, velocity = played(between(ratio), True)
+        found = by(between(ratio), True)
         assert found.is_over
-        assert fastest(velocity) < 1e-12
+        assert fastest(found.velocity) < 1e-12
         hits.append(found.hits)
     assert hits[0] > MOST_HITS
     assert hits[1] == pytest.approx(10 * hits[0], rel=0.01)
 
 
-def test_a_cycle_with_too_many_parts_is_not_leapt_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The cycle has two parts: the closing speeds of both contacts."""
-    monkeypatch.setattr(collapse, "MOST_PARTS", 1)
-    assert played(between(1e5), True, 100)[0] == Collapse(100, is_over=False)
-    monkeypatch.setattr(collapse, "MOST_PARTS", 2)
-    assert played(between(1e5), True, 100)[0].is_over
+@by
+def test_a_cycle_with_too_many_parts_is_not_leapt_over(by: Any) -> None:
+    """The cycle has a part for the closing speed of each contact: two for each pair of balls."""
+    for copies in (MOST_PARTS // 2, MOST_PARTS // 2 + 1):
+        found = by(between(1e5, copies), True)
+        assert found.is_over == (found.leapt > 0) == (2 * copies <= MOST_PARTS)
 
 
 # -- compiled --------------------------------------------------------------------------------------
@@ -199,9 +226,9 @@ def test_compiled_collapses_have_the_same_bits() -> None:
             answer([one for k, one in enumerate(contacts) if c.hits[k]], after)
             for i, v in after.items():
                 velocity[i] = v
-        found, expected = played(start, True, 300)
-        assert (c.played, bool(c.is_over)) == found
-        assert as_dict(velocity, before) == expected
+        found = played(start, True, 300)
+        assert (c.played, bool(c.is_over)) == found[:2]
+        assert as_dict(velocity, before) == found.velocity
         leapt += c.played > c.spent
     assert leapt > 20
 
@@ -250,5 +277,6 @@ def test_all_orders_are_there_once() -> None:
         o = together.Rows(together.ORDERS, count)
         together.find_all_orders(o, count)
         orders = {tuple(turn[:count]) for turn in o.turn[: o.orders]}
+        assert [turn[:count] for turn in o.turn[: o.orders]] == all_orders(count)
         assert len(orders) == o.orders == math.factorial(count)
         assert all(sorted(order) == list(range(count)) for order in orders)

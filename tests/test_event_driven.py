@@ -23,7 +23,6 @@ from oracle.reference import made, reference_run
 from scenes import (
     BASE_SEED,
     DATA,
-    contact_list,
     frozen_rack,
     largest_distance,
     seeds,
@@ -41,7 +40,15 @@ from pool_pymunk import (
     Table,
     simulate,
 )
+from pool_pymunk.core.contact.laws import Coulomb
+from pool_pymunk.core.engine import NEVER_SETTLES, Engine
+from pool_pymunk.core.near import Grid, Near
+from pool_pymunk.core.record import Record
 from pool_pymunk.engine import near
+from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers import event_driven, grouped
+from pool_pymunk.solvers.in_core import balls_of, table_of
+from pool_pymunk.solvers.record import Settings
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
 Point = tuple[float, float]
@@ -463,13 +470,11 @@ def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
             assert min(edge.distance(x, y) for edge in scene.table.edges) > R - 1e-9
 
 
-@pytest.mark.parametrize("surface", [0.0, 0.05])
-def test_boxes_in_an_array_are_as_good_as_one_by_one(
-    surface: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def many_discs(surface: float) -> Scene:
+    """Return 96 balls that all move, on a table."""
     rnd = random.Random(8)
     places = [(0.15 + 0.2 * (k % 12), 0.15 + 0.2 * (k // 12)) for k in range(96)]
-    scene = Scene(
+    return Scene(
         balls=tuple(
             disc(str(k), place, (rnd.gauss(0, 1), rnd.gauss(0, 1)))
             for k, place in enumerate(places)
@@ -479,16 +484,55 @@ def test_boxes_in_an_array_are_as_good_as_one_by_one(
         friction=Friction(surface),
         physics=Physics(max_time=1.0),
     )
-    runs = []
+
+
+@pytest.mark.parametrize("surface", [0.0, 0.05])
+def test_boxes_in_an_array_are_as_good_as_one_by_one(
+    surface: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, traces = many_discs(surface), list[Trace]()
     for many in (1, 10**9):
         monkeypatch.setattr(near, "MANY", many)
-        runs.append(exact(scene))
-    assert len(runs[0].events) > 300
-    assert contact_list(runs[0]) == contact_list(runs[1])
-    assert runs[0].final == runs[1].final
+        traces.append(grouped.solve(scene, scene.start(None), Settings(None, 1.0, compiled=False)))
+    assert len(traces[0].events) > 300
+    assert traces[0].knots == traces[1].knots
+
+
+@pytest.mark.parametrize("surface", [0.0, 0.05])
+def test_a_grid_is_as_good_as_a_look_through_all_boxes(surface: float) -> None:
+    scene, records = many_discs(surface), list[Record]()
+    for kind in (Near, Grid):
+        table = table_of(scene)
+        balls = balls_of(scene, scene.start(None), table)
+        records.append(Record([[] for _ in balls], False))
+        engine = Engine(table, balls, Coulomb(), records[-1])
+        engine.near = kind(balls)
+        engine.begin_run()
+        engine.advance(1.0)
+    assert len(records[0].events) > 300
+    assert records[0].events == records[1].events
+    assert records[0].knots == records[1].knots
 
 
 # -- limits ----------------------------------------------------------------------------------------
+
+
+def test_a_run_whose_instants_have_no_events_is_given_up() -> None:
+    scene = many_discs(0.05)
+    start, table = scene.start(None), table_of(scene)
+    balls = balls_of(scene, start, table)
+    trace = Trace(start)
+    record = event_driven.Listener(trace, None)
+    engine = Engine(table, balls, Coulomb(), record)
+    engine.begin_run()
+    engine.idle = NEVER_SETTLES - 1
+    engine.advance(0.5)
+    assert engine.events > 0
+    engine.idle = NEVER_SETTLES
+    engine.advance(1.0)
+    event_driven.keep(trace, engine, record, 1.0)
+    assert trace.status == "max_events" and trace.duration == engine.now <= 0.5
+    assert any("given up after 1000000 instants without an event" in line for line in trace.warned)
 
 
 def test_what_is_void_does_not_keep_a_run_from_settling() -> None:

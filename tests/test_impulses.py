@@ -9,6 +9,14 @@ from typing import Any
 import pytest
 
 from pool_pymunk import Law
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Contact as CoreContact
+from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.motion.patches import Patches
+from pool_pymunk.core.motion.path import sliding
+from pool_pymunk.core.motion.surface import Sliding as CoreSliding
+from pool_pymunk.core.record import Recorder as CoreRecorder
+from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.recorder import Recorder
@@ -19,6 +27,8 @@ from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Wall, face_between
 from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.physics.together import at_once
+from pool_pymunk.solvers.in_core import law_in_core, wall_in_core
+from pool_pymunk.solvers.own import path_of
 
 R = 0.05
 Row = tuple[float, float, float, float, float]  # x, y (m), vx, vy (m/s), mass (kg)
@@ -36,8 +46,11 @@ class Notes(Recorder):
 
 
 def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float = 0.8) -> Notes:
-    """Return what is reported of the first instant of balls on a plane without friction."""
-    notes = Notes()
+    """Return what is reported of the first instant of balls on a plane without friction.
+
+    The core reports the same.
+    """
+    notes, its = Notes(), played_by_core(law, rows, walls, e)
 
     def pair(i: int, j: int) -> Pair:
         return Pair(rows[i][4], rows[j][4], e, 0.1)
@@ -52,6 +65,36 @@ def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float =
     engine.predict(range(len(rows)))
     engine.next()
     notes.paths = engine.paths
+    assert repr(its.impulses) == repr(notes.impulses)
+    assert repr([path_of(ball.path) for ball in its.balls]) == repr(notes.paths)
+    return notes
+
+
+class CoreNotes(CoreRecorder):
+    """This recorder keeps the impulses that it hears of from the core, and has its balls."""
+
+    def __init__(self, balls: list[Ball]) -> None:
+        self.impulses: dict[tuple[int, ...], float] = {}
+        self.balls = balls
+
+    def contact(self, one: CoreContact, t: float) -> None:
+        balls = [disc.ball.number for disc in (one.a, one.b) if disc is not None]
+        cushion = 0 if one.wall is None else one.wall.number
+        self.impulses[(*balls, cushion)] = one.normal
+
+
+def played_by_core(law: Law, rows: Sequence[Row], walls: Sequence[Wall], e: float) -> CoreNotes:
+    """Return what the core reports of the first instant."""
+    balls = [
+        Ball(i, R, mass, sliding(0.0, (x, y), (vx, vy), 0.0))
+        for i, (x, y, vx, vy, mass) in enumerate(rows)
+    ]
+    its = [wall_in_core(wall) for wall in walls]
+    table = CoreTable(its, CoreSliding(0.0), Patches([], []), e, e, 0.1)
+    notes = CoreNotes(balls)
+    engine = Engine(table, balls, law_in_core(law), notes)
+    engine.begin_run()
+    engine.advance(engine.upcoming())
     return notes
 
 

@@ -8,21 +8,12 @@ from __future__ import annotations
 import math
 
 import pytest
+from core_both import LAWS, coulomb, cushion, decay, published
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.laws import (
-    LAWS,
-    RATE,
-    Law,
-    Weakening,
-    coulomb,
-    cushion,
-    decay,
-    published,
-    slips_by_rounding,
-)
+from pool_pymunk.physics.laws import RATE, Law, slips_by_rounding
 
 EPSILON = 2.0**-52
 Vector = tuple[float, float]
@@ -271,7 +262,7 @@ def test_weakening_by_hand(slip: float, share: float) -> None:
     The scene's friction 0.02 stands for mu(0), so it is mu(s) / mu(0) of that. For equal masses and
     e = 1, closing at 1 m/s, J_n / m = 1 m/s, and friction moves B by 0.02 of that, or less.
     """
-    after = Weakening().ball_ball(NT(1.0, slip), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.02))
+    after = LAWS["weakening"].ball_ball(NT(1.0, slip), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.02))
     taken = 0.02 * share if slip > 0.0 else 0.0
     assert after[0] == pytest.approx((0.0, slip - taken), abs=2e-7)
     assert after[1] == pytest.approx((1.0, taken), abs=2e-7)
@@ -279,7 +270,7 @@ def test_weakening_by_hand(slip: float, share: float) -> None:
 
 def test_weakening_by_hand_where_the_slip_ends() -> None:
     """With friction 0.2, a slip of 0.1 m/s would lose up to 0.18 m/s on either side: it ends."""
-    after = Weakening().ball_ball(NT(1.0, 0.1), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.2))
+    after = LAWS["weakening"].ball_ball(NT(1.0, 0.1), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.2))
     assert after == (NT(0.0, 0.05), NT(1.0, 0.05))
 
 
@@ -289,7 +280,7 @@ def test_weakening_is_coulombs_with_the_friction_of_its_slip(hit: tuple[NT, NT, 
     mu = pair.friction * (9.951e-3 + 0.108 * math.exp(-1.088 * abs(a.t - b.t))) / 0.117951
     after = coulomb(a, b, pair._replace(friction=mu))
     tolerance = 4 * ROUNDING * (1.0 + pair.friction) * top_speed(a, b)
-    for found, wanted in zip(Weakening().ball_ball(a, b, pair), after, strict=True):
+    for found, wanted in zip(LAWS["weakening"].ball_ball(a, b, pair), after, strict=True):
         assert_close(found, wanted, tolerance)
 
 
@@ -298,7 +289,7 @@ def test_weakening_takes_less_than_coulomb(
     e: float, mu: float, closing: float, slip: float
 ) -> None:
     hit = NT(closing, slip), NT(0.0, 0.0), Pair(0.2, 0.2, e, mu)
-    less, more = Weakening().ball_ball(*hit)[1].t, coulomb(*hit)[1].t
+    less, more = LAWS["weakening"].ball_ball(*hit)[1].t, coulomb(*hit)[1].t
     assert 0.0 <= less <= more * (1.0 + ROUNDING)
 
 

@@ -6,15 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from core_both import slid, stopping_time
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pool_pymunk.physics.motion import (
-    free_motions,
-    kinetic_energy,
-    stopping_time,
-)
-from pool_pymunk.physics.path import from_breakpoint, motion_at, set_off
+from pool_pymunk.physics.motion import free_motions, kinetic_energy
+from pool_pymunk.physics.path import from_breakpoint, motion_at
 
 EPSILON = 2.0**-52
 G = 9.80665
@@ -39,7 +36,8 @@ def slide(
     x: float, y: float, vx: float, vy: float, deceleration: float, time: float
 ) -> tuple[float, float, float, float]:
     """Return position (m) and velocity (m/s) of a free disc after ``time`` (s)."""
-    return motion_at(set_off(0.0, (x, y), (vx, vy), deceleration), time)
+    found: tuple[float, float, float, float] = slid(x, y, vx, vy, deceleration, time)
+    return found
 
 
 def stepped(speed: float, deceleration: float, time: float, slices: int) -> tuple[float, float]:

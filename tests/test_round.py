@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from core_both import BothSides
 from oracle.hard_reference import hard_run
 from oracle.reference import Refused
 from shots import check_bits, check_derivatives, in_the_loop, some_scene
@@ -162,7 +163,7 @@ def play_shot(scene: Scene, k: int) -> Run:
 
 def test_an_arc_waits_for_the_second_crossing() -> None:
     """A parabola comes into the circle beside the arc, and leaves it there; then it meets it."""
-    arc = Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), -1.0)
+    arc = BothSides(Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), -1.0))
     path = Path(0.0, -3.0, 0.2, 2.0, 0.0, -0.1, 0.03, 5.0, False, 0.0, 0.0)
     t = arc.time_of_contact(path, 0.1, 0.0)
     assert math.hypot(*path.at(t)[0]) == pytest.approx(0.9, abs=1e-14)
@@ -172,7 +173,7 @@ def test_an_arc_waits_for_the_second_crossing() -> None:
 
 
 def test_a_ball_behind_an_arc_meets_it_when_it_comes_back() -> None:
-    arc = Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), 1.0)
+    arc = BothSides(Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), 1.0))
     assert arc.time_of_contact(set_off(0.0, (0.5, 0.0), (3.0, 0.0), 0.1), 0.1, 0.0) == math.inf
     path = Path(0.0, 0.5, 0.0, 3.0, 0.0, -2.0, 0.0, 10.0, False, 0.0, 0.0)
     t = arc.time_of_contact(path, 0.1, 0.0)
@@ -272,9 +273,8 @@ def test_a_dull_hit_on_an_arc_inwards_is_one_hit() -> None:
 @pytest.mark.parametrize("turn", [0.0, 0.4, 2.0])
 def test_a_ball_at_rest_that_its_roll_drives_along_an_arc_sets_off(turn: float) -> None:
     """It meets the arc when it is off the circle by rounding, and not at once, for ever."""
-    arc = Arc((0.3, 0.2), 1.0, (0.0, -1.0), (0.0, 1.0), -1.0)
-    (x, y), (cos, sin) = arc.center, (math.cos(turn), math.sin(turn))
-    arc = arc._replace(first=(sin, -cos), last=(-sin, cos))
+    (x, y), (cos, sin) = (0.3, 0.2), (math.cos(turn), math.sin(turn))
+    arc = BothSides(Arc((x, y), 1.0, (sin, -cos), (-sin, cos), -1.0))
     place, roll = (x + (1.0 - r) * cos, y + (1.0 - r) * sin), (-0.5 * sin, 0.5 * cos)
     path = slide_or_roll(2.0, place, (0.0, 0.0), roll, 2.0, 0.1)
     t = arc.time_of_contact(path, r, 2.0)

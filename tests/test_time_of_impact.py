@@ -7,13 +7,13 @@ import random
 from typing import Any
 
 import pytest
+from core_both import BothSides, closing_acceleration, pair_time, path_to_disc, time_of_impact
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from oracle.reference import DIGITS, product, real_roots, value
 
-from pool_pymunk.physics.motion import Vector, closing_acceleration, path_to_disc, time_of_impact
-from pool_pymunk.physics.pairs import pair_time
+from pool_pymunk.physics.motion import Vector
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, RoundSide
 
@@ -110,8 +110,8 @@ def test_a_millionth_of_a_micrometre_decides_a_grazing_hit(across: float, pull: 
 @pytest.mark.parametrize("pull", [(0.0, 0.0), (0.0, 0.4)])
 def test_touching_and_approaching_is_now_and_receding_is_never(gap: float, pull: Vector) -> None:
     offset = (2 * R + gap, 0.0)
-    assert time_of_impact(offset, (-1e-3, 0.5), pull, 2 * R, 1.0, noise=1e-15) == 0.0
-    assert time_of_impact(offset, (1e-3, 0.5), pull, 2 * R, 1.0, noise=1e-15) == math.inf
+    assert time_of_impact(offset, (-1e-3, 0.5), pull, 2 * R, 1.0, 1e-15) == 0.0
+    assert time_of_impact(offset, (1e-3, 0.5), pull, 2 * R, 1.0, 1e-15) == math.inf
     assert path_to_disc(offset, (1.0, 0.0), 2 * R) == 0.0
     assert path_to_disc(offset, (-1.0, 0.0), 2 * R) == math.inf
     assert path_to_disc(offset, (0.0, 1.0), 2 * R) == math.inf
@@ -120,7 +120,7 @@ def test_touching_and_approaching_is_now_and_receding_is_never(gap: float, pull:
 @pytest.mark.parametrize("speed", [1e-6, 1e-3, 0.5])
 def test_touching_discs_that_are_thrown_apart_and_pulled_back_meet_again(speed: float) -> None:
     """x = d + v t - t^2 / 2 is at d again after 2 v, to rounding over v."""
-    t = time_of_impact((2 * R, 0.0), (speed, 0.0), (-1.0, 0.0), 2 * R, 9.0, noise=1e-15)
+    t = time_of_impact((2 * R, 0.0), (speed, 0.0), (-1.0, 0.0), 2 * R, 9.0, 1e-15)
     assert t == pytest.approx(2 * speed, abs=1e-15 / speed)
 
 
@@ -200,8 +200,8 @@ def test_both_stop_before_they_meet() -> None:
 
 # -- walls -----------------------------------------------------------------------------------------
 
-FLOOR = Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0)
-CORNER = RoundSide((1.0, 0.0))
+FLOOR = BothSides(Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0))
+CORNER = BothSides(RoundSide((1.0, 0.0)))
 
 
 def flying(x: float, y: float, vx: float, vy: float) -> Path:
