@@ -12,7 +12,11 @@ from collections.abc import Sequence
 
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.persistent.declined import Declined
+from pool_pymunk.core.persistent.groups import Groups
+from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.record import Note, Record
+from pool_pymunk.core.table import Table, may_press
 from pool_pymunk.core.variant import Errors
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.laws import Law
@@ -43,7 +47,8 @@ def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
     balls = balls_of(scene, start, table)
     trace = Trace(start, [pull_of(ball.path) for ball in balls])
     record = Listener(trace, settings.on_time)
-    engine = Engine(table, balls, law_in_core(law), record)
+    persistence = persistence_of(table, settings.contact_tolerance)
+    engine = Engine(table, balls, law_in_core(law), record, persistence)
     vary(engine.errors, settings.variant)
     engine.most_events = settings.max_events
     for id_ in start.off:
@@ -52,11 +57,18 @@ def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
     engine.begin_run()
     latest = math.inf if settings.max_time is None else settings.max_time
     engine.advance(latest)
-    if engine.begins_to_persist:
+    if persistence.declines:
         return None
     keep(trace, engine, record, latest)
     tell(trace, record.notes, scene, law)
     return trace
+
+
+def persistence_of(table: Table, tolerance: float | None) -> Persistence:
+    """Return what plays contacts that persist, or declines them where no tolerance (m) is given."""
+    if not may_press(table):
+        return Persistence()
+    return Declined() if tolerance is None else Groups(tolerance)
 
 
 class Listener(Record):
