@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.persistent.groups import Groups
 from pool_pymunk.core.persistent.persistence import Persistence
+from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.record import Note, Record
 from pool_pymunk.core.table import Table, may_press
 from pool_pymunk.core.variant import Errors
@@ -26,6 +28,7 @@ from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
 from pool_pymunk.solvers.record import OnTime, Settings
 
+MOST = 1e-3  # radii; a tolerance of contacts that persist is no wider
 LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
 
 
@@ -47,7 +50,7 @@ def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
     balls = balls_of(scene, start, table)
     trace = Trace(start, [pull_of(ball.path) for ball in balls])
     record = Listener(trace, settings.on_time)
-    persistence = persistence_of(table, settings.contact_tolerance)
+    persistence = persistence_of(table, balls, settings.contact_tolerance)
     engine = Engine(table, balls, law_in_core(law), record, persistence)
     vary(engine.errors, settings.variant)
     engine.most_events = settings.max_events
@@ -64,11 +67,14 @@ def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
     return trace
 
 
-def persistence_of(table: Table, tolerance: float | None) -> Persistence:
+def persistence_of(table: Table, balls: Sequence[Ball], tolerance: float | None) -> Persistence:
     """Return what plays contacts that persist, or declines them where no tolerance (m) is given."""
     if not may_press(table):
         return Persistence()
-    return Declined() if tolerance is None else Groups(tolerance)
+    if tolerance is None:
+        return Declined()
+    least = min(ball.radius for ball in balls)
+    return Groups(Scale(min(tolerance, MOST * least), least, table.pull))
 
 
 class Listener(Record):

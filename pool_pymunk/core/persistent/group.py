@@ -15,16 +15,14 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member, Rates
+from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
-SPEED: Final = 1e-9  # m/s; slips of contacts that are not larger are none
-SLACK: Final = 1e-10  # m/s; a slip or a speed has fallen to 0 by as much
+EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
 WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
 RIDGE: Final = 1e-10  # Redundant forces are those of least norm, to such a share.
 ROUNDS: Final = 20
 SWEEPS: Final = 4
-FIRST: Final = 0.02  # s; the length of the first piece that is tried
-LEAST: Final = 1e-6  # s; no piece is shorter, and none twice as short while the mode keeps changing
 GROWTH: Final = 4.0
 NEVER: Final = -1
 
@@ -49,14 +47,17 @@ class Group:
     ``tolerance`` (m) is what may go unseen. ``fell`` is the number of the measure that ends it.
     """
 
-    def __init__(self, members: list[Member], touches: list[Touch], now: float, tolerance: float) -> None:
+    def __init__(
+        self, members: list[Member], touches: list[Touch], now: float, scale: Scale
+    ) -> None:
         self.members = members
         self.touches = touches
-        self.tolerance = tolerance
+        self.scale = scale
+        self.tolerance = EXACT * scale.tolerance
         self.began = now
         self.time = 0.0
-        self.longest = FIRST
-        self.least = LEAST
+        self.longest = scale.first
+        self.least = scale.least
         self.fell = NEVER
         self.leader: Ball | None = None  # The end of a piece is due for this ball.
         self.is_even = True
@@ -90,12 +91,13 @@ class Group:
 
         Sides that part or close are no contacts, unless the group ``joins`` them next.
         """
+        none = self.scale.none
         for each in self.members:
             each.mode = each.phase
             each.begin()
         self.look()
         for one in self.touches:
-            one.closed = joins or (one.later <= now and abs(one.opening) <= 100.0 * SPEED)
+            one.closed = joins or (one.later <= now and abs(one.opening) <= 100.0 * self.scale.none)
             if not one.closed:
                 one.press(0.0, 0.0, 0.0)
         fits = False
@@ -106,7 +108,7 @@ class Group:
             for _ in range(SWEEPS * (k + 1)):
                 for one in self.touches:
                     if one.closed:
-                        one.relax(now, sign(one.slip), sign(one.roll_in))
+                        one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
             self._adopt()
             self.solve(False)
             fits = self._fits(now)
@@ -127,6 +129,7 @@ class Group:
 
     def _adopt(self) -> None:
         """List the unknown forces: those that are not at their bounds."""
+        none = self.scale.none
         self.unknowns = []
         for one in self.touches:
             one.on = one.closed and one.n > self.weak * one.unit
@@ -134,12 +137,12 @@ class Group:
                 one.press(0.0, 0.0, 0.0)
                 continue
             self.hold(one, NORMAL)
-            one.slides, most = sign(one.slip), 0.999999999 * one.mu * one.n
+            one.slides, most = sign(one.slip, none), 0.999999999 * one.mu * one.n
             if one.slides == 0.0 and abs(one.t) > most:
                 one.slides = -math.copysign(1.0, one.t)
             if one.slides == 0.0 and one.mu > 0.0:
                 self.hold(one, ALONG)
-            one.turns, most = sign(one.roll_in), 2.5 * most
+            one.turns, most = sign(one.roll_in, none), 2.5 * most
             if one.turns == 0.0 and abs(one.i) > most:
                 one.turns = -math.copysign(1.0, one.i)
             if one.turns == 0.0 and one.wrings and one.a.mode != REST:
@@ -199,6 +202,7 @@ class Group:
 
     def _fits(self, now: float) -> bool:
         """Tell whether no force pulls, friction holds what it should, and nothing closes."""
+        none = self.scale.none
         for one in self.touches:
             slack = self.weak * one.unit
             if one.on:
@@ -207,10 +211,10 @@ class Group:
                 most = one.mu * one.n + slack
                 if (one.slides == 0.0 and abs(one.t) > most) or (one.turns == 0.0 and abs(one.i) > 2.5 * most):
                     return False
-                slides = sign(one.slip)
+                slides = sign(one.slip, none)
                 if slides == 0.0 and one.slides != 0.0 and one.rate(ALONG) * one.slides < -self.weak:
                     return False
-                if (slides != 0.0 and slides != one.slides) or sign(one.roll_in) * one.turns < 0.0:
+                if (slides != 0.0 and slides != one.slides) or sign(one.roll_in, none) * one.turns < 0.0:
                     return False
             elif one.closed and one.rate(NORMAL) < -4.0 * self.weak:
                 return False
@@ -363,12 +367,12 @@ class Group:
         """Return how far below 0 a measure is where it ends the mode."""
         k, kind = which // 4, which % 4
         if k >= len(self.touches):
-            return SLACK if (which - 4 * len(self.touches)) % 2 == 1 else 2.0 * self.weak
+            return self.scale.faded if (which - 4 * len(self.touches)) % 2 == 1 else 2.0 * self.weak
         if kind == 3:
-            return 1e-12
+            return 1e-10 * self.tolerance
         one = self.touches[k]
         is_speed = (kind == 1 and one.slides != 0.0) or (kind == 2 and one.turns != 0.0)
-        return SLACK if is_speed else 2.0 * self.weak
+        return self.scale.faded if is_speed else 2.0 * self.weak
 
     def _first_to_fall(self) -> int:
         soonest, found = INF, NEVER
@@ -410,8 +414,9 @@ class Group:
         return high
 
 
-def sign(x: float) -> float:
-    return 0.0 if abs(x) <= SPEED else (1.0 if x > 0.0 else -1.0)
+def sign(x: float, none: float) -> float:
+    """Return 1 or -1, or 0 for a speed (m/s) that is none."""
+    return 0.0 if abs(x) <= none else (1.0 if x > 0.0 else -1.0)
 
 
 def mean(a: Rates, b: Rates, c: Rates, d: Rates, middle: float, last: float) -> Rates:

@@ -13,19 +13,15 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.persistent.bounces import spare_drag
-from pool_pymunk.core.persistent.group import FIRST, LEAST, NEVER, SPEED, Group
+from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
+from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.walls.wall import Wall
 
-TOLERANCE: Final = 1e-7  # m; what moves balls by less goes unseen
-EXACT: Final = 0.1  # of the tolerance; pieces deviate by less, and slips fade unseen within it
-NOISE: Final = 1e-12  # m/s; so much of the velocities of a group may be rounding
-HUSHED: Final = 10.0  # tolerances a second; slower hits around groups wait for a moment
-CREEP: Final = 1e-8  # m/s; slower balls rest, if they were hit often of late
 STRONGEST: Final = 2.0  # Surface friction presses two sides together by no more than so many pulls.
 # Once a ball has had FEW hits, each less than SOON (s) after the one before, each further one lets
 # GROWTH times as much go unseen, up to MOST times.
@@ -39,12 +35,13 @@ MOST: Final = 100.0
 class Groups(Persistence):
     """The groups of an engine; ``loose`` balls are to be predicted at the end of an instant."""
 
-    def __init__(self, tolerance: float) -> None:
+    def __init__(self, scale: Scale) -> None:
         super().__init__()
-        self.tolerance = tolerance
+        self.scale = scale
+        self.tolerance = scale.tolerance
         self.quiet: dict[tuple[int, int], float] = {}  # Contacts that have opened are none for a moment (s).
         self.is_hushed = False  # There are some.
-        self.pace = FIRST  # s; twice the last piece: a guess for the first one of the next group
+        self.pace = scale.first  # s; twice the last piece: a guess for the first one of the next group
         self.pieces = self.misfits = self.begun = self.absorbed = 0
 
     # -- what is asked by the engine -----------------------------------------------------------
@@ -65,7 +62,7 @@ class Groups(Persistence):
     def _is_slow(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether two sides close so slowly that they may wait for a moment."""
         one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
-        return one.closing <= HUSHED * self.tolerance
+        return one.closing <= self.scale.hushed
 
     def release(self, present: Present, dues: list[Due]) -> None:
         """Take the groups of balls apart that are due."""
@@ -116,7 +113,7 @@ class Groups(Persistence):
     def _is_loud(self, present: Present, one: Contact, speed: float) -> bool:
         """Tell whether a speed (m/s) is above all that may go unseen."""
         pull = STRONGEST * present.pull + abs(one.curvature) * one.slip * one.slip
-        return speed > 0.0 and speed * speed > 4.0 * pull * MOST * self.tolerance + NOISE
+        return speed > 0.0 and speed * speed > 4.0 * pull * MOST * self.tolerance + self.scale.noise * self.scale.noise
 
     def loud(self, present: Present, dues: list[Due]) -> list[Due]:
         """Return the hits that are to be answered.
@@ -137,7 +134,7 @@ class Groups(Persistence):
 
     def _wait(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> float:
         """Let a contact be none for a moment, in which nothing sinks in to be seen."""
-        pull = STRONGEST * max(present.pull, 1.0)
+        pull = STRONGEST * max(present.pull, 1e-9)
         until = present.now + math.sqrt(2.0 * self.tolerance / pull)
         self.quiet[sides_of(a, b, wall)] = until
         self.is_hushed = True
@@ -182,7 +179,7 @@ class Groups(Persistence):
             self._change(present, group)
             if not group.decide(now, False):
                 self.misfits += 1
-            parts = parts_of(group, now, group.tolerance)
+            parts = parts_of(group, now)
             if len(parts) == 1 and len(parts[0].members) == len(group.members):
                 group.touches = parts[0].touches
                 group.before, group.after = parts[0].before, parts[0].after
@@ -223,7 +220,7 @@ class Groups(Persistence):
             self._rest(present, member)
             return
         x, y, vx, vy, wx, wy = member.state
-        present.begin(ball, (x, y), (vx, vy), (wx, wy), NOISE)
+        present.begin(ball, (x, y), (vx, vy), (wx, wy), self.scale.noise)
         put(self.loose, ball)
 
     def _rest(self, present: Present, member: Member) -> None:
@@ -239,7 +236,7 @@ class Groups(Persistence):
     def _change(self, present: Present, group: Group) -> None:
         """Change a mode at the end of its piece."""
         now, which = present.now, group.fell
-        group.least = 2.0 * group.least if group.time < 4.0 * group.least else LEAST
+        group.least = 2.0 * group.least if group.time < 4.0 * group.least else self.scale.least
         group.longest = max(self.pace, group.least)
         if which < 4 * len(group.touches):
             one = group.touches[which // 4]
@@ -247,11 +244,11 @@ class Groups(Persistence):
                 one.later = self._wait(present, one.a.ball, None if one.b is None else one.b.ball, one.wall)
         for each in group.members:
             left = each.left()
-            if each.phase != REST and (left < 0.0 or (left <= 10.0 * SPEED and each.fades_in() < INF)):
+            if each.phase != REST and (left < 0.0 or (left <= 10.0 * self.scale.none and each.fades_in() < INF)):
                 was = each.phase
                 each.settle()
-                if group.time < 100.0 * LEAST:
-                    each.held = now + 100.0 * LEAST
+                if group.time < 100.0 * self.scale.least:
+                    each.held = now + 100.0 * self.scale.least
                 if was == SLIP and each.phase == ROLL:
                     present.events += 1
                     present.recorder.roll(each.ball, now)
@@ -269,7 +266,7 @@ class Groups(Persistence):
     def _play(self, present: Present, group: Group) -> None:
         """Play the next piece of a group, and lead its balls along it."""
         group.play(present.now)
-        self.pace = min(max(2.0 * group.time, 1e-4), FIRST)
+        self.pace = min(max(2.0 * group.time, 100.0 * self.scale.least), self.scale.first)
         self.pieces += 1
         first: Ball | None = None
         for member in group.members:
@@ -292,7 +289,7 @@ class Groups(Persistence):
             for each, state in zip(members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
                 self._set_phase(present, each)
-            group = Group(members, touches, now, EXACT * self.tolerance)
+            group = Group(members, touches, now, self.scale)
             group.decide(now, True)
             for one, v in zip(touches, parting):
                 spare_drag(one, v)
@@ -302,7 +299,7 @@ class Groups(Persistence):
                 self.misfits += 1
             keep = [self._stays(present, one, v) for one, v in zip(touches, parting)]
             if all(keep):
-                return parts_of(group, now, EXACT * self.tolerance)
+                return parts_of(group, now)
             parting = [v for v, kept in zip(parting, keep) if kept]
             touches = [one for one, kept in zip(touches, keep) if kept]
         return []
@@ -343,7 +340,7 @@ class Groups(Persistence):
 
     def _member(self, present: Present, ball: Ball) -> Member:
         path = ball.path
-        return Member(ball, present.table.surface_of(ball.patch), path.at(present.now), present.roll_of(ball))
+        return Member(ball, self.scale, present.table.surface_of(ball.patch), path.at(present.now), present.roll_of(ball))
 
     def _may_persist(self, present: Present, one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         one.look()
@@ -352,7 +349,7 @@ class Groups(Persistence):
         pull = STRONGEST * present.pull + abs(one.bend) * one.slip * one.slip
         most = math.sqrt(2.0 * pull * self._tolerance(present, a, b))
         until = self.quiet.get(sides_of(a, b, wall), -INF)
-        return until <= present.now and -most <= v and (v if v > 0.0 else -e * v) <= most * math.sqrt(1.0 - e * e) + NOISE
+        return until <= present.now and -most <= v and (v if v > 0.0 else -e * v) <= most * math.sqrt(1.0 - e * e) + self.scale.noise
 
     def _set_phase(self, present: Present, each: Member) -> None:
         """Find the phase of a member; a slip rolls that would fade unseen."""
@@ -365,16 +362,16 @@ class Groups(Persistence):
     def _faint_slip(self, present: Present) -> float:
         """Return the square of a slip (m/s) that moves its ball unseen until it has faded."""
         surface = present.table.surface
-        return max(0.245 * self.tolerance * surface.pull, 1e-18) if surface.rolls else 1e-18
+        return max(0.245 * self.tolerance * surface.pull, self.scale.none * self.scale.none) if surface.rolls else self.scale.none * self.scale.none
 
     def _stays(self, present: Present, one: Touch, parting: float) -> bool:
         """Tell whether two sides that part (m/s) stay together, to the eye."""
         if not one.on:
-            return abs(parting) <= SPEED
+            return abs(parting) <= self.scale.none
         e = one.pair.restitution
         v = parting if parting > 0.0 else -e * parting
         press = one.n * one.softness
-        if v <= SPEED:
+        if v <= self.scale.none:
             return True
         room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
         if press <= 0.0 or v * v > 2.0 * press * (1.0 - e * e) * room:
@@ -413,7 +410,7 @@ class Groups(Persistence):
         now = present.now
         ball.hits = ball.hits + 1 if now - ball.hit < SOON else 1
         ball.hit = now
-        ball.creep = CREEP if ball.hits > FEW else 0.0
+        ball.creep = self.scale.creep if ball.hits > FEW else 0.0
 
     def _unseen(self, present: Present, one: Contact, lost: float) -> float:
         """Return the speed (m/s) at which sides part unseen, whatever presses them."""
@@ -423,7 +420,7 @@ class Groups(Persistence):
 
     def _parts_unseen(self, present: Present, one: Contact, parting: float) -> bool:
         e = one.pair.restitution
-        return parting <= self._unseen(present, one, 1.0 - e * e) + NOISE
+        return parting <= self._unseen(present, one, 1.0 - e * e) + self.scale.noise
 
 
 def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
@@ -462,7 +459,7 @@ def put(balls: list[Ball], ball: Ball) -> None:
     balls.append(ball)
 
 
-def parts_of(group: Group, now: float, tolerance: float) -> list[Group]:
+def parts_of(group: Group, now: float) -> list[Group]:
     """Return the parts of a group that contacts join, and in which a ball moves."""
     parts: list[Group] = []
     left = [each for each in group.members]
@@ -478,7 +475,7 @@ def parts_of(group: Group, now: float, tolerance: float) -> list[Group]:
                             part.append(other)
         left = [each for each in left if not any([each is known for known in part])]
         if len(touches) > 0 and any([each.phase != REST for each in part]):
-            new = Group(part, touches, now, tolerance)
+            new = Group(part, touches, now, group.scale)
             for force in group.unknowns:
                 if any([force.touch is one for one in touches]):
                     new.hold(force.touch, force.kind)

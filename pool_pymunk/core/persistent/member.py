@@ -17,6 +17,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Motion
 from pool_pymunk.core.motion.surface import GYRATION, Surface
 from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.persistent.scale import Scale
 
 # The phases of a ball; friction that does not hold lets it go on to the next one.
 REST: Final = 0
@@ -24,8 +25,6 @@ ROLL: Final = 1
 SLIP: Final = 2
 
 SHARE: Final = 2.0 / 7.0  # This share of a slip is taken off the velocity until the ball rolls.
-STILL: Final = 1e-10  # m/s; slower, a velocity has no direction of its own
-STANDS: Final = 1e-8  # m/s; a ball that rolls more slowly once its slip has faded rests
 
 Rates = tuple[float, float, float, float]  # dv/dt, dw/dt (m/s^2)
 State = tuple[float, float, float, float, float, float]  # x, y (m), vx, vy, wx, wy (m/s)
@@ -42,10 +41,13 @@ class Member:
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx", "gy",
-                 "held", "hx", "hy", "mass", "mode", "phase", "pull", "rolls", "second", "start",
+                 "held", "hx", "hy", "mass", "mode", "phase", "pull", "rolls", "scale", "second", "start",
                  "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
-    def __init__(self, ball: Ball, surface: Surface, motion: Motion, roll: Vector) -> None:
+    def __init__(
+        self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector
+    ) -> None:
+        self.scale = scale
         self.ball = ball
         self.mass = ball.mass
         self.pull = surface.pull
@@ -94,7 +96,7 @@ class Member:
         """Find the direction of friction; it does not turn back within a piece."""
         x, y = self.gliding
         size = math.sqrt(x * x + y * y)
-        if size > STILL and x * self.gx + y * self.gy > 0.0:
+        if size > self.scale.faded and x * self.gx + y * self.gy > 0.0:
             self.hx, self.hy = x / size, y / size
         else:
             self.hx, self.hy = self.gx, self.gy
@@ -103,7 +105,7 @@ class Member:
         """Keep state and direction as those of the beginning of a piece."""
         x, y = self.gliding
         size = math.sqrt(x * x + y * y)
-        if size > STILL:
+        if size > self.scale.faded:
             self.gx, self.gy = x / size, y / size
         self.start = self.state
 
@@ -138,7 +140,7 @@ class Member:
             self.vy = self.wy = (1.0 - SHARE) * self.vy + SHARE * self.wy
             self.phase = self.mode = ROLL
             self.spare_drag(spared)
-            if self.vx * self.vx + self.vy * self.vy > STANDS * STANDS:
+            if self.vx * self.vx + self.vy * self.vy > self.scale.creep * self.scale.creep:
                 return
         self.vx = self.vy = self.wx = self.wy = 0.0
         self.phase = self.mode = REST
@@ -150,7 +152,7 @@ class Member:
     def spare_drag(self, time: float) -> None:
         """Give a ball that rolls the speed again that rolling resistance takes in a time (s)."""
         speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
-        if self.phase == ROLL and speed > STILL:
+        if self.phase == ROLL and speed > self.scale.faded:
             part = 1.0 + self.drag * time / speed
             self.vx, self.vy = part * self.vx, part * self.vy
             self.wx, self.wy = self.vx, self.vy
