@@ -1,4 +1,5 @@
-# make run, make test: all that a fresh clone needs. Both install what they need into .venv first.
+# make run, make test: all that a fresh clone needs. Both install what they need into .venv first, and
+# compile the core once. make build compiles it again, where its sources have changed.
 # make test is for every change. make test-all plays what it leaves out: what takes long or is compiled,
 # and what is random with new choices. POOL_SEED=... repeats its random scenes, and PROFILE=fixed the
 # examples of hypothesis; then a share of the random scenes is played (POOL_SHARE).
@@ -15,12 +16,19 @@ QUICK := not long and not slow and $(ELSEWHERE)
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run without-extras oldest-numba test played test-all compiled played-all test-browser lint format bench gallery handin screenshots docs linkcheck dist clean
+.PHONY: run build without-extras oldest-numba test played plain test-all compiled played-all test-browser test-pyodide lint format bench gallery handin screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
 	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report \
 		--against renders/report-time-slice
+
+# Compiled files stand beside their sources, and the one that they share at the top. What is installed
+# for it need not compile, too.
+build: export POOL_PYMUNK_PURE := 1
+build: $(VENV)/installed
+	@echo "The core is compiled, which takes about half a minute."
+	@env -u POOL_PYMUNK_PURE $(BIN)/python hatch_build.py
 
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
 # docstrings, run without them.
@@ -51,8 +59,12 @@ oldest-numba:
 test: $(VENV)/installed
 	$(MAKE) --jobs 2 --no-print-directory played lint
 
-played:
+played: plain
 	$(BIN)/pytest -n auto -q -m "$(QUICK)"
+
+# The examples in the core's docstrings: compiled code has none.
+plain:
+	POOL_PYMUNK_PURE=1 $(BIN)/pytest -q pool_pymunk/core
 
 # All loops are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
 test-all: export POOL_SEED ?= $(shell date +%s)
@@ -72,6 +84,15 @@ played-all:
 test-browser: $(VENV)/browser-installed
 	$(BIN)/biome check .
 	$(BIN)/pytest -n auto -q -m browser
+
+# The core as plain Python in Pyodide, as browsers have it; needs Node.js. The report's four shots must
+# have the bits that they have here.
+PYODIDE := build/pyodide
+test-pyodide: $(VENV)/installed
+	npm install --silent --no-audit --no-fund --prefix $(PYODIDE) pyodide@314
+	$(BIN)/python tests/browser_python/report_shots.py >$(PYODIDE)/shots.json
+	node tests/browser_python/play.mjs $(PYODIDE)/shots.json $(PYODIDE)/node_modules/pyodide pool_pymunk \
+		"$$($(BIN)/python -c 'import mypy_extensions; print(mypy_extensions.__file__)')"
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
@@ -115,18 +136,24 @@ $(VENV)/browser-installed: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[browser,play]'
 	touch $@
 
-$(VENV)/docs-installed: pyproject.toml
+$(VENV)/docs-installed: pyproject.toml hatch_build.py
+	@$(SAY)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	touch $@
 
+# pip says nothing while it works.
+SAY = echo "pool-pymunk is installed in $(VENV), and its core compiled if it is not yet: one to two minutes."
+
 # the program alone, without what its optional parts and the tests need
-$(VENV)/program-installed: pyproject.toml
+$(VENV)/program-installed: pyproject.toml hatch_build.py
+	@$(SAY)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	touch $@
 
 $(VENV)/installed: $(VENV)/program-installed
+	@echo "What tests and optional parts need is installed, too: about a minute."
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
@@ -165,5 +192,7 @@ dist: $(VENV)/installed
 	"$$(dirname "$$python")/pytest" -q -n auto tests -m "$(QUICK)"
 
 clean:
+	rm -f pool_pymunk__mypyc.* pool_pymunk/core/compiled.txt
+	find pool_pymunk/core \( -name '*.so' -o -name '*.pyd' \) -delete
 	rm -rf $(VENV) .venv-plain $(OLDEST) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
 		docs/_build docs/examples docs/figures/made

@@ -13,6 +13,8 @@ the tests then end with a line that says so.
 
 from __future__ import annotations
 
+import os
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,7 @@ from hypothesis import HealthCheck, settings
 from scenes import BASE_SEED, DATA
 from shots import uncompiled, with_twins
 
-from pool_pymunk import Law, Scene
+from pool_pymunk import Law, Scene, core
 from pool_pymunk.engine import asked, contacts
 from pool_pymunk.fast import compiled, many, single
 from pool_pymunk.fast.many import play_compiled
@@ -85,9 +87,23 @@ COMPILED = (
 WAITING = ("collapse", "round", "together")  # Some slow tests of these play compiled shots, too.
 
 
+STALE = "the core is compiled from other sources than there are now: run `make build`"
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Look for no examples in modules that cannot be imported without an optional library."""
-    home = Path(__file__).parent.parent / "pool_pymunk"
+    """Refuse compiled code of other sources, and say nothing of plain Python on command lines.
+
+    Look for no examples in modules that cannot be imported without an optional library.
+    """
+    root = Path(__file__).parent.parent
+    sys.path.append(str(root))
+    from hatch_build import is_stale
+
+    if core.compiled and is_stale(Path(core.__file__).parents[2]):
+        raise pytest.UsageError(STALE)
+    if not core.compiled:
+        os.environ["POOL_PYMUNK_PURE"] = "1"
+    home = root / "pool_pymunk"
     missing = [
         str(home / place) for place, library in NEEDING.items() if find_spec(library) is None
     ]
@@ -110,7 +126,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Say how the same random scenes come again."""
+    """Say whether the core was compiled, and how the same random scenes come again."""
+    how = "compiled" if core.compiled else "plain Python"
+    terminalreporter.write_line(f"The core was tested as it is: {how}.")
     if BASE_SEED:
         terminalreporter.write_line(f"Random scenes are those of POOL_SEED={BASE_SEED}.")
 

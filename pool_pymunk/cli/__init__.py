@@ -23,7 +23,9 @@ from typer.core import TyperCommand, TyperGroup
 
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib, opt
+from pool_pymunk.cli.common import CORE
 from pool_pymunk.cli.read import InputError
+from pool_pymunk.core import compiled
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, bundled, check_place
 from pool_pymunk.safety.interrupts import patient_interrupts
 
@@ -43,6 +45,9 @@ COMMANDS = {
     "play": "eight-ball",
     "check": "nine-ball",
 }
+
+PLAY_NOTHING = ("collide", "check")
+PLAIN = "Warning: the core is plain Python here, ten to twenty times slower than compiled."
 
 
 class _WithoutTypes:
@@ -88,6 +93,9 @@ class _Command(_WithoutTypes, TyperCommand):
         for option in self.params:
             if isinstance(path := ctx.params[option.name], Path):
                 check_place(path, is_folder=option.metavar == "DIR")
+        is_asked_for = os.environ.get("POOL_PYMUNK_PURE") == "1"
+        if self.name not in PLAY_NOTHING and not compiled and not is_asked_for:
+            print(PLAIN, file=sys.stderr)
         try:
             return super().invoke(ctx)
         except (lib.problems.SceneError, lib.problems.SettingError, RenderError) as error:
@@ -139,13 +147,15 @@ UsageError = cast(type[Exception], typer.BadParameter.__mro__[1])
 @app.callback(invoke_without_command=True)
 def _top(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version, and whether the core is compiled.")
+    ] = False,
     help_all: Annotated[
         bool, typer.Option("--help-all", help="Explain all commands with all their options.")
     ] = False,
 ) -> None:
     if version:
-        typer.echo(__version__)
+        typer.echo(f"{__version__}\n{CORE}")
     elif help_all:
         for name in COMMANDS:
             app([name, "--help-all"], prog_name="pool-pymunk", standalone_mode=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pool_pymunk.cli import lib, opt
-from pool_pymunk.cli.common import say
+from pool_pymunk.cli.common import CORE, say
 from pool_pymunk.safety.files import bundled
 
 
@@ -14,5 +14,6 @@ def check(scenario: opt.Scenario) -> int:
     if scenario in bundled():
         say([f"  file: {bundled()[scenario]}"])
     say(f"  {line}" for line in (*lib.listing.modelled(scene), *lib.listing.magnitudes(scene)))
+    say([f"  {CORE}"])
     say(f"Warning: {x}; is a unit or a digit wrong?" for x in lib.listing.implausible(scene))
     return 0

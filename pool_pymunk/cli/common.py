@@ -14,12 +14,15 @@ import typer
 
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib, read
+from pool_pymunk.core import compiled
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.safety.files import bundled, check_place, whole
 
 NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")
 
 Widths = float | Mapping[str, tuple[float, float]]  # m, of all starts or of each ball's
+
+CORE = f"core: {'compiled' if compiled else 'plain Python'}"
 
 ALL = "all"  # of --solvers
 LONGEST = f"takes longest; --solvers {ALL} plays it, too"

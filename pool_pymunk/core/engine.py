@@ -25,6 +25,7 @@ from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, h
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.moving import MovingWall
+from pool_pymunk.core.walls.side import OVERLAP
 from pool_pymunk.core.walls.wall import Wall
 
 # A ball crosses at most so many borders at one instant. More would come only where each of two
@@ -325,13 +326,20 @@ class Engine(Present):
 
     # -- walls that move ---------------------------------------------------------------------------
 
-    def begin_step(self) -> None:
-        """Look for hits of walls that have begun a new motion."""
+    def begin_step(self, now: float) -> None:
+        """Look for hits of walls that begin a new motion now (s)."""
+        self.now = now
         self.squeezes.begin_step()
         for ball in self.balls:
             if not ball.is_off:
                 for wall in self.movers:
+                    if self.squeezes.goes_through(ball, wall) and not self._lies_in(ball, wall):
+                        self.squeezes.free(ball, wall)
                     self._meet_wall(ball, wall)
+
+    def _lies_in(self, ball: Ball, wall: Wall) -> bool:
+        """Tell whether a ball lies in a wall now."""
+        return self.gap(hit_at(self.now, ball, None, wall)) < -OVERLAP * ball.radius
 
 
 def is_among(ball: Ball, balls: list[Ball], count: int) -> bool:

@@ -38,10 +38,10 @@ class Squeezes:
         self.squeezed: set[int] = set()
         self.jams: set[Key] = set()
         self.kicked: dict[Key, float] = {}  # s; when a wall has last kicked a ball
-        self.jammed: dict[Key, float] = {}  # s; when a jam was last told
+        self.jammed: dict[Key, float] = {}  # s; when the recorder last heard of a jam
 
     def begin_step(self) -> None:
-        """Forget the hits of the last step; walls go on through the balls that they jam."""
+        """Forget the hits of the last step; walls go on through balls until these are free."""
         self.struck.clear()
         self.met.clear()
         self.squeezed.clear()
@@ -78,6 +78,11 @@ class Squeezes:
         self.jams.add(key)
         self.is_idle = False
         return True
+
+    def free(self, ball: Ball, wall: Wall) -> None:
+        """Let a wall meet a ball again, which does not lie in it any more."""
+        self.jams.discard((ball.number, wall.place))
+        self.is_idle = len(self.jams) == 0 and len(self.squeezed) == 0
 
     def kicks(self, ball: Ball, wall: Wall, now: float, length: float) -> bool:
         """Tell whether a wall kicks a ball now (s), and not again in an instant of this length."""

@@ -126,8 +126,11 @@ class Scene(Part):
 
     @cached_property
     def found(self) -> dict[Any, Any]:
-        """Solvers keep here what they have found out about the scene."""
+        """Solvers keep here what they have found out about the scene; no copy of it has that."""
         return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in vars(self).items() if key != "found"}
 
     @property
     def first_post(self) -> int:

@@ -14,10 +14,8 @@ from fractions import Fraction
 from itertools import chain, islice, repeat
 from pathlib import Path
 
-import av
 import imageio.v3 as iio
 import numpy as np
-from av.codec.codec import UnknownCodecError
 from PIL import Image, ImageChops
 from PIL.GifImagePlugin import getdata, getheader
 
@@ -101,6 +99,11 @@ def _show(what: Run | Show) -> Show:
 @contextmanager
 def written(path: Path) -> Iterator[Path]:
     """Give a temporary name for a film, which becomes ``path`` when the block succeeds."""
+    try:
+        import av
+        from av.codec.codec import UnknownCodecError
+    except ImportError:  # There is none for browsers.
+        raise RenderError(f"{path}: films need PyAV, which is not installed here") from None
     try:
         with whole(path) as part:
             try:
@@ -190,6 +193,8 @@ def join(films: Sequence[Path], path: Path) -> None:
 
 
 def _join_mp4s(films: Sequence[Path], path: Path) -> None:
+    import av
+
     start, stream = 0, None
     with av.open(str(path), "w", container_options=FASTSTART) as whole:
         for film in films:
@@ -205,6 +210,8 @@ def _join_mp4s(films: Sequence[Path], path: Path) -> None:
 
 
 def _pictures(gif: Path) -> Iterator[Shown]:
+    import av
+
     with av.open(str(gif)) as film:
         for frame in film.decode(video=0):
             yield frame.to_ndarray(format="rgb24").astype(np.uint8, copy=False), frame.duration

@@ -53,7 +53,7 @@ def simulate(
     shot before ended if the shot goes on from there). ``max_time`` (s; default: the scene's) and
     ``max_events`` bound the run; the latter counts ``Run.events``, stops included, and the run ends
     at the instant of the last of them. Where :func:`~pool_pymunk.compile` or many shots have loaded
-    compiled shots, ``event-driven`` uses them, with the same bits; with ``compiled=False`` Python
+    compiled shots, ``event-driven`` uses them where contacts persist, with the same bits; with
     plays the run. The option ``friction`` of ``pymunk`` is "joint" or
     "callback", and that of ``pymunk-discrete`` is "callback". Numbers and points may be NumPy's.
 

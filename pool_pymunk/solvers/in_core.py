@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact import laws as core_laws
-from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.patches import Border, Circle, Line, Patches
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
 from pool_pymunk.core.table import Table
@@ -19,22 +18,13 @@ from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket, Wall
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics import laws, patches, sides, surface
-from pool_pymunk.solvers.own import OwnLaw, OwnSide, OwnSurface
+from pool_pymunk.solvers.own import OwnLaw, OwnSide, OwnSurface, ScenePairs
 
 BUILT_IN: dict[type[laws.Law], core_laws.Law] = {
     laws.Coulomb: core_laws.Coulomb(),
     laws.Published: core_laws.Published(),
     laws.Weakening: core_laws.Weakening(),
 }
-
-
-class ScenePairs(Table):
-    """This table asks a scene for the coefficients of two balls, because it has its own."""
-
-    scene: Scene
-
-    def pair(self, a: Ball, b: Ball) -> Pair:
-        return Pair(*self.scene.pair(a.number, b.number))
 
 
 def law_in_core(law: laws.Law) -> core_laws.Law:
@@ -48,6 +38,8 @@ def table_of(scene: Scene) -> Table:
     if known is None:
         known = scene.found[table_of] = _table_of(scene)
     assert isinstance(known, Table)
+    if isinstance(known, ScenePairs):
+        known.begin(scene)
     return known
 
 
@@ -57,12 +49,7 @@ def _table_of(scene: Scene) -> Table:
     e, cue = scene.restitution.ball_ball, scene.restitution.cue_ball
     coefficients = e or 0.0, (e if cue is None else cue) or 0.0, scene.friction.ball_ball
     kind = Table if type(scene).pair is Scene.pair else ScenePairs
-    table = kind(
-        walls, surface_in_core(scene.surface), patches_in_core(scene.ground), *coefficients
-    )
-    if isinstance(table, ScenePairs):
-        table.scene = scene
-    return table
+    return kind(walls, surface_in_core(scene.surface), patches_in_core(scene.ground), *coefficients)
 
 
 def wall_in_core(wall: sides.Wall) -> Wall:

@@ -95,14 +95,14 @@ class Contact:
     The normal points from a to b, or from the wall into the table. The two touch at (``px``,
     ``py``), in m. ``gap`` (m) is the distance between them; 0 where rounding hides it.
     ``curvature`` (1/m) is that of the side. A wall that moves drifts at (``ux``, ``uy``), in m/s,
-    and one that kicks has a ``kick`` (m/s). ``normal``, ``along`` and ``along_first`` are the
-    impulses (N s) along the normal, and along the tangent on the second and the first ball; a
-    cushion's ``along`` is that on the ball.
+    and one that kicks has a ``kick`` (m/s); it has ``kicked`` by that, or not at all. ``normal``,
+    ``along`` and ``along_first`` are the impulses (N s) along the normal, and along the tangent on
+    the second and the first ball; a cushion's ``along`` is that on the ball.
     """
 
     __slots__ = ("a", "along", "along_first", "b", "called", "called_along", "called_first",
-                 "curvature", "gap", "jumped", "kick", "kind", "normal", "nx", "ny", "pair", "px",
-                 "py", "ux", "uy", "wall")  # fmt: skip
+                 "curvature", "gap", "jumped", "kick", "kicked", "kind", "normal", "nx", "ny",
+                 "pair", "px", "py", "ux", "uy", "wall")  # fmt: skip
 
     def __init__(
         self, a: Disc, b: Disc | None, wall: Wall | None, nx: float, ny: float, pair: Pair
@@ -120,6 +120,7 @@ class Contact:
         self.ux = 0.0
         self.uy = 0.0
         self.kick = 0.0
+        self.kicked = 0.0
         self.kind = MISSED
         self.jumped = False  # The law jumps here, and rounding would decide its answer.
         self.normal = 0.0

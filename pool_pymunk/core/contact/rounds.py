@@ -28,7 +28,7 @@ from pool_pymunk.core.contact.impulses import NotedHits
 from pool_pymunk.core.contact.laws import Coulomb, HitsByLaw, Law
 from pool_pymunk.core.contact.together import Hits, at_once
 from pool_pymunk.core.motion.path import NOISE
-from pool_pymunk.core.motion.surface import GYRATION
+from pool_pymunk.core.motion.surface import Push
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.squeeze import have_no_room, usual_speed
@@ -150,8 +150,8 @@ def kick(present: Present, one: Contact) -> None:
     The kick is an impulse along the normal, without friction, which slows no roll.
     """
     if one.kick != 0.0:
-        one.kick = present.kick_at(one)
-        one.a.change(one.kick, 0.0, one.nx, one.ny)
+        one.kicked = present.kick_at(one)
+        one.a.change(one.kicked, 0.0, one.nx, one.ny)
 
 
 def leave_out(contacts: list[Contact], missed: list[Contact]) -> None:
@@ -190,7 +190,7 @@ def tell(present: Present, one: Contact) -> None:
     present.events += 1
     wall, slows = one.wall, one.normal
     if wall is not None:
-        one.normal += one.pair.m_a * one.kick
+        one.normal += one.pair.m_a * one.kicked
         if wall.moves:
             present.count_hit(one.a.ball, wall)
     present.recorder.contact(one, present.now)
@@ -215,25 +215,15 @@ def carry_out(present: Present, contacts: list[Contact], discs: list[Disc]) -> N
 
 
 def roll_after(present: Present, contacts: list[Contact], disc: Disc) -> Vector:
-    """Return the roll (m/s) of a ball after the cushions of a round have slowed it.
-
-    The surface of the ball slips over the cushion up or down. Friction takes (5/2) mu |v_n' - v_n|
-    off the part of the roll along the normal, which does not change its sign. Two cushions at once
-    take no more energy than there is.
-    """
-    if not present.table.surface.rolls:
+    """Return the roll (m/s) of a ball after the cushions of a round have slowed it."""
+    surface = present.table.surface
+    if not surface.rolls:
         return 0.0, 0.0
-    wx, wy = present.roll_of(disc.ball)
-    dx = dy = 0.0
+    pushes: list[Push] = []
     for one in contacts:
         if one.a is disc and one.b is None and one.kind != MISSED:
-            n = wx * one.nx + wy * one.ny
-            slows = one.pair.friction * one.normal / one.pair.m_a / GYRATION
-            less = -math.copysign(min(slows, abs(n)), n)
-            dx, dy = dx + less * one.nx, dy + less * one.ny
-    along, square = wx * dx + wy * dy, dx * dx + dy * dy
-    share = min(1.0, -2.0 * along / square) if square > 0.0 else 0.0
-    return wx + share * dx, wy + share * dy
+            pushes.append((one.nx, one.ny, one.pair.friction * one.normal / one.pair.m_a))
+    return surface.roll_after(disc.ball.path, present.now, pushes)
 
 
 # -- collapse --------------------------------------------------------------------------------------

@@ -11,6 +11,8 @@ from pool_pymunk.core.motion.path import Path, sliding, standing
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector
 
 GYRATION: Final = 2.0 / 5.0  # I / (m r^2) of a solid sphere
+# of a cushion that a ball has hit: its normal, and mu |v_n' - v_n| (m/s)
+Push = tuple[float, float, float]
 # A slip of this share of the speeds is none: rounding leaves as much.
 NO_SLIP: Final = 8.0 * EPSILON
 
@@ -40,6 +42,23 @@ class Surface:
     def roll(self, path: Path, t: float) -> Vector:
         """Return the roll (m/s) of a ball on its path at a time (s)."""
         return 0.0, 0.0
+
+    def roll_after(self, path: Path, t: float, pushes: list[Push]) -> Vector:
+        """Return the roll (m/s) of a ball at a time (s) after cushions have slowed it.
+
+        The surface of the ball slips over the cushion up or down. Friction takes (5/2) mu
+        |v_n' - v_n| off the part of the roll along the normal, which does not change its sign. Two
+        cushions at once take no more energy than there is.
+        """
+        wx, wy = self.roll(path, t)
+        wx, wy, dx, dy = wx + 0.0, wy + 0.0, 0.0, 0.0
+        for nx, ny, slows in pushes:
+            n = wx * nx + wy * ny
+            less = -math.copysign(min(slows / GYRATION, abs(n)), n)
+            dx, dy = dx + less * nx, dy + less * ny
+        along, square = wx * dx + wy * dy, dx * dx + dy * dy
+        share = min(1.0, -2.0 * along / square) if square > 0.0 else 0.0
+        return wx + share * dx, wy + share * dy
 
 
 class Sliding(Surface):

@@ -1,0 +1,172 @@
+"""Compile pool_pymunk/core by mypyc while a wheel, or an editable install, is built.
+
+It is all or nothing: where there is no compiler, or a file cannot be compiled, plain Python is
+installed. A wheel gets its compiled files from a folder of their own. An editable install has them
+beside their sources, and the file that they share at the top; they are compiled again only if a
+source, the Python or an option has changed. ``make build`` runs this file to compile in place: it
+shows what mypyc and the compiler say, which pip hides.
+
+POOL_PYMUNK_PURE=1 builds plain Python, and POOL_PYMUNK_OPTIMIZE=3 (1 if left out) optimizes more.
+"""
+
+import hashlib
+import os
+import shutil
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import chdir
+from importlib.metadata import version as version_of
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+CORE = Path("pool_pymunk", "core")
+STAMP = CORE / "compiled.txt"  # the hash of the sources, and how they were compiled
+GROUP = "pool_pymunk"  # The file that all compiled files share is pool_pymunk__mypyc.
+OPTIMIZE = os.environ.get("POOL_PYMUNK_OPTIMIZE", "1")
+# A product fused with a sum has other bits than in plain Python. What is hidden can be inlined.
+FLAGS = ["-ffp-contract=off", "-fvisibility=hidden", "-Wno-error"]
+if sys.platform == "win32":
+    FLAGS = ["/fp:precise"]
+
+
+class CompiledCore(BuildHookInterface[Any]):
+    """This hook compiles the core; hatchling calls it before and after it packs a wheel."""
+
+    folder: TemporaryDirectory[str] | None = None
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Compile what has changed, and let a wheel have it, unless plain Python is asked for."""
+        root, is_editable = Path(self.root), version == "editable"
+        home: Path | None = root
+        if os.environ.get("POOL_PYMUNK_PURE") == "1":
+            home = None
+        elif not is_up_to_date(root):
+            home = self.compile(root)
+        if is_editable and home != root:
+            put_in_place(home, root)
+        elif not is_editable and home:
+            self.pack(home, build_data)
+
+    def compile(self, root: Path) -> Path | None:
+        """Return the folder of the compiled files; if it cannot be done, say why."""
+        self.folder = TemporaryDirectory()
+        try:
+            return compile_core(root, Path(self.folder.name))
+        except (Exception, SystemExit) as error:  # mypyc ends with SystemExit.
+            self.app.display_warning(f"pool_pymunk/core stays plain Python: {error}")
+            return None
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Leave nothing behind."""
+        if self.folder:
+            self.folder.cleanup()
+
+    def pack(self, home: Path, build_data: dict[str, Any]) -> None:
+        """Let the wheel have the compiled files below a folder, and a tag that says so."""
+        build_data["pure_python"] = False
+        build_data["infer_tag"] = True
+        for path in (*compiled_files(home), home / STAMP):
+            build_data["force_include"][str(path)] = path.relative_to(home).as_posix()
+
+
+def sources(root: Path) -> list[Path]:
+    """Return the files that are compiled."""
+    return sorted(path for path in (root / CORE).rglob("*.py") if path.name != "__init__.py")
+
+
+def digest(root: Path) -> str:
+    """Return a hash of the sources and their names."""
+    found = hashlib.sha256()
+    for path in sources(root):
+        found.update(path.relative_to(root).as_posix().encode())
+        found.update(path.read_bytes())
+    return found.hexdigest()
+
+
+def stamp(root: Path) -> str:
+    """Return the hash of the sources, and a line on how they are compiled."""
+    how = f"Python {sys.version}, mypy {version_of('mypy')}, optimization {OPTIMIZE}"
+    words = [*how.split(), *FLAGS, os.environ.get("CFLAGS", "")]
+    return f"{digest(root)}\n{' '.join(words)}\n"
+
+
+def compiled_files(home: Path) -> Iterator[Path]:
+    """Yield the compiled files below a folder."""
+    yield from home.glob(f"{GROUP}__mypyc.*")
+    for kind in ("*.so", "*.pyd"):
+        yield from (home / CORE).rglob(kind)
+
+
+def kept_stamp(root: Path) -> str:
+    """Return the stamp of the compiled files that are there, or nothing."""
+    return (root / STAMP).read_text("utf-8") if (root / STAMP).exists() else ""
+
+
+def is_up_to_date(root: Path) -> bool:
+    """Tell whether all sources are compiled as they are, by this Python, with these options."""
+    count = len([*compiled_files(root)])
+    return count == len(sources(root)) + 1 and kept_stamp(root) == stamp(root)
+
+
+def is_stale(root: Path) -> bool:
+    """Tell whether there are compiled files of other sources; tests refuse them."""
+    return any(compiled_files(root)) and digest(root) not in kept_stamp(root)
+
+
+def remove_compiled(root: Path) -> None:
+    """Remove all compiled files; one whose source is gone could still be imported."""
+    (root / STAMP).unlink(missing_ok=True)
+    for path in [*compiled_files(root)]:
+        path.unlink()
+
+
+def put_in_place(made: Path | None, root: Path) -> None:
+    """Put the compiled files below a folder beside their sources, in place of all old ones."""
+    remove_compiled(root)
+    if made:
+        for path in (*compiled_files(made), made / STAMP):  # The stamp says that all are there.
+            shutil.copyfile(path, root / path.relative_to(made))
+
+
+def compile_core(root: Path, folder: Path) -> Path:
+    """Compile a copy of the core in a folder of its own; return the folder of what was made.
+
+    Around the copy there is nothing else of the package, which mypy would look into.
+    """
+    from mypyc.build import mypycify
+    from setuptools import Distribution
+    from setuptools.command.build_ext import build_ext
+
+    shutil.copytree(root / CORE, folder / CORE, ignore=shutil.ignore_patterns("*.so", "*.pyd"))
+    (folder / CORE.parent / "__init__.py").touch()
+    with chdir(folder):
+        names = [str(path.relative_to(folder)) for path in sources(folder)]
+        options = ["--strict", "--config-file=", "--cache-dir=cache"]
+        modules = mypycify([*options, *names], opt_level=OPTIMIZE, group_name=GROUP, target_dir="c")
+        for module in modules:
+            module.extra_compile_args += FLAGS
+        command = build_ext(Distribution({"name": GROUP, "ext_modules": modules}))
+        command.build_lib, command.build_temp = "made", "c"
+        command.ensure_finalized()
+        command.run()
+    made = folder / "made"
+    (made / STAMP).write_text(stamp(root), "utf-8")
+    return made
+
+
+def main() -> None:
+    """Compile in place, and say so."""
+    root, began = Path(__file__).parent, time.monotonic()
+    remove_compiled(root)
+    with TemporaryDirectory() as folder:
+        put_in_place(compile_core(root, Path(folder)), root)
+    count, seconds = len(sources(root)), time.monotonic() - began
+    print(f"The {count} files of {CORE.as_posix()} are compiled, in {seconds:.0f} s.")
+
+
+if __name__ == "__main__":
+    main()

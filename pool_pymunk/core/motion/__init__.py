@@ -1,0 +1,1 @@
+"""This package moves balls: paths, the surfaces and patches that make them, meetings of two."""

@@ -1,0 +1,169 @@
+"""The core plays what the contact engine plays, bit by bit, and so it does compiled or not."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from itertools import islice
+from typing import Any
+
+import core_scenes
+import pytest
+from core_scenes import (
+    BUNDLED,
+    DIFFERS,
+    NEEDLESS,
+    RAISES,
+    SAME,
+    WRONG,
+    Case,
+    bundled_shot,
+    case_of,
+    digests,
+    names,
+    own_shots,
+    same,
+    verdicts,
+)
+from scenes import seeds, share_of
+
+import pool_pymunk
+from pool_pymunk import NT, Law, Pair
+from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.variants import Variant
+from pool_pymunk.solvers import event_driven
+
+SHOTS = 100  # random ones of each bundled scene
+MANY = 5_000  # random scenes; they are played by the HANDFUL, of which a few are QUICK
+HANDFUL, QUICK = 25, 24
+
+
+def wrong(cases: Iterable[Case]) -> list[str]:
+    """Return what is wrong with cases that both engines play."""
+    found = [each for case in cases for each in verdicts(case)]
+    return [f"{name}: {word} {said}" for name, word, said, _ in found if word in WRONG]
+
+
+# -- the same bits as the contact engine -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_the_own_shots_of_a_bundled_scene(name: str) -> None:
+    assert wrong(own_shots(name)) == []
+
+
+@pytest.mark.seeded
+@pytest.mark.parametrize("share", [0.1, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", BUNDLED)
+def test_random_shots_of_a_bundled_scene(name: str, share: float) -> None:
+    shots = seeds(round(share * SHOTS))
+    assert wrong(bundled_shot(name, seed) for seed in shots) == []
+
+
+@pytest.mark.seeded
+@pytest.mark.parametrize(
+    "handful",
+    [pytest.param(k, marks=[pytest.mark.slow] if k >= QUICK else [])
+     for k in range(share_of(MANY // HANDFUL))],
+)  # fmt: skip
+def test_random_scenes_of_all_kinds(handful: int) -> None:
+    chosen = islice(names(), HANDFUL * handful, HANDFUL * (handful + 1))
+    assert wrong(case_of(name) for name in chosen) == []
+
+
+# -- compiled or not -------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(not pool_pymunk.compiled, reason="the core is not compiled here")
+@pytest.mark.seeded
+@pytest.mark.parametrize("count", [60, pytest.param(2_000, marks=pytest.mark.slow)])
+def test_compiled_code_and_plain_python_have_the_same_bits(count: int) -> None:
+    command = [sys.executable, core_scenes.__file__, "--digests", str(count)]
+    plain = subprocess.run(
+        command, env={**os.environ, "POOL_PYMUNK_PURE": "1"}, capture_output=True, check=True
+    )
+    assert plain.stdout.decode().splitlines() == digests(count)
+
+
+# -- these tests can fail --------------------------------------------------------------------------
+
+
+class Raising(Law):
+    """This law answers no hit of two balls."""
+
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        raise ValueError("nothing")
+
+
+def some_trace() -> Trace:
+    """Return what the core makes of a shot with hits, rolls and stops."""
+    trace = event_driven.play(*own_case("carrom")[1:])
+    assert trace is not None and len(trace.events) > 3
+    return trace
+
+
+def own_case(name: str) -> Case:
+    """Return the first shot of a bundled scene."""
+    return next(iter(own_shots(name)))
+
+
+def change_event(trace: Trace, k: int, value: Any) -> None:
+    """Put another value into the second event."""
+    row: Any = list(trace.events[1])
+    row[k] = value
+    trace.events[1] = tuple(row)
+
+
+CHANGES: dict[str, Callable[[Trace], object]] = {
+    "event 1": lambda t: change_event(t, 0, math.nextafter(t.events[1][0], 9.0)),
+    "event 1 ": lambda t: change_event(t, 1, "stop"),
+    "event 0": lambda t: t.events.reverse(),
+    "event": lambda t: t.events.append(t.events[-1]),
+    "event ": lambda t: t.events.pop(),
+    "breakpoint": lambda t: t.knots[0].append(t.knots[0][-1]),
+    "breakpoint ": lambda t: t.knots[0].pop(),
+    "warning": lambda t: t.warn("something else", 0.5, "collapse"),
+    "instant": lambda t: t.instants.update({0.5: None}),
+    "end 0": lambda t: setattr(t, "status", "max_time"),
+    "end 1": lambda t: setattr(t, "duration", math.nextafter(t.duration, 0.0)),
+    "end 2": lambda t: setattr(t, "steps", t.steps + 1),
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_another_trace_is_not_the_same(what: str) -> None:
+    one, other = some_trace(), some_trace()
+    assert same(one, other) == ""
+    CHANGES[what](other)
+    assert same(one, other).startswith(what.strip())
+
+
+def test_the_sign_of_a_zero_and_a_whole_number_are_not_the_same() -> None:
+    for number in (-0.0, 0, True):
+        one, other = some_trace(), some_trace()
+        (t, _, *rest) = one.knots[0][0]
+        one.knots[0][0], other.knots[0][0] = (t, 0.0, *rest), (t, number, *rest)
+        assert same(one, other).startswith("breakpoint")
+
+
+def test_another_engine_is_found_to_differ() -> None:
+    case = own_case("report")
+
+    def found(play: Callable[..., Trace | None]) -> str:
+        return verdicts(case, play)[0].word
+
+    def rounded(scene: Any, start: Any, settings: Any) -> Trace | None:
+        return event_driven.play(scene, start, settings._replace(variant=Variant(seed=1)))
+
+    def failing(*_: Any) -> Trace | None:
+        raise ValueError("nothing")
+
+    assert found(event_driven.play) == SAME
+    assert found(rounded) == DIFFERS
+    assert found(failing) == DIFFERS
+    assert found(lambda *_: None) == NEEDLESS
+    raising = case._replace(settings=case.settings._replace(law=Raising()))
+    assert verdicts(raising)[0].word == RAISES
