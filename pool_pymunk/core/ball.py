@@ -28,9 +28,10 @@ class Ball:
     and ``mask`` say what it is, and whom it may meet. The engine owns it; all others ask it.
     """
 
-    __slots__ = ("categories", "creep", "crossed", "crossings", "end", "group", "high_x", "high_y", "hit", "hits",
-                 "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass", "noise", "number",
-                 "patch", "path", "radius", "rested", "seen", "speed")  # fmt: skip
+    __slots__ = ("categories", "creep", "crossed", "crossings", "end", "group", "high_x", "high_y",
+                 "hit", "hits", "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass",
+                 "noise", "number", "patch", "path", "radius", "rested", "seen",
+                 "speed")  # fmt: skip
 
     def __init__(
         self, number: int, radius: float, mass: float, path: Path, is_cue: bool = False
@@ -54,7 +55,7 @@ class Ball:
         self.creep = 0.0  # m/s; more slowly, it rests
         self.categories: i64 = EVERYTHING
         self.mask: i64 = EVERYTHING
-        self.group: Group | None = None  # in which it is pressed
+        self.group: Group | None = None  # in which it stays in contact
         self.seen = 0  # the number of the search for near balls that last saw it
         self.low_x = INF
         self.low_y = INF

@@ -143,7 +143,9 @@ class Engine(Present):
             self._predict([ball])  # It may meet others behind the wall.
             return
         instant.answer(self, self.persistence, self._due_now(first))
-        changed = self.persistence.take_loose() if len(self.persistence.loose) > 0 else instant.changed
+        changed = (
+            self.persistence.take_loose() if len(self.persistence.loose) > 0 else instant.changed
+        )
         if len(changed) == 1:
             self._predict_few(changed[0], None)
         elif len(changed) == 2:

@@ -1,4 +1,4 @@
-"""Two sides face each other: how fast they close, and what presses them together, by their paths."""
+"""Two sides face each other: their paths tell how fast they close, and what presses them on."""
 
 from __future__ import annotations
 

@@ -78,7 +78,9 @@ class Instant:
         else:
             persistence.go_after(present, [], [])
 
-    def _take_all_in(self, present: Present, persistence: Persistence, dues: list[Due]) -> list[Due]:
+    def _take_all_in(
+        self, present: Present, persistence: Persistence, dues: list[Due]
+    ) -> list[Due]:
         """Let pockets take balls in, and return the contacts of the others."""
         if not any([due.wall is not None and due.wall.is_pocket for due in dues]):
             return dues
@@ -171,7 +173,7 @@ class Instant:
             present.recorder.order_unknown(present.now)
         missed: list[Contact] = []
         if has_many:
-            self._answer_cluster(present, persistence, contacts, discs, missed)
+            contacts = self._answer_cluster(present, persistence, contacts, discs, missed)
         else:
             resolve(present, contacts, discs, missed)
         self.changed = [each.ball for each in discs if each.changed]
@@ -187,8 +189,8 @@ class Instant:
         first: list[Contact],
         discs: list[Disc],
         missed: list[Contact],
-    ) -> None:
-        """Answer all that touches here, round after round, until nothing closes.
+    ) -> list[Contact]:
+        """Answer all that touches here, round after round, until nothing closes; return it.
 
         The contacts that are read already come first.
         """
@@ -210,6 +212,7 @@ class Instant:
             if persistence.are_faint(present, turn):
                 break
         self._begin()
+        return contacts
 
 
 def is_on_table(due: Due) -> bool:

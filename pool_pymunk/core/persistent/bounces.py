@@ -55,25 +55,33 @@ def slip_time(one: Touch, each: Member) -> float:
 def next_closing(one: Touch, press: float, slip_a: float, slip_b: float) -> float:
     """Return the closing speed of the next hit, as a share of that of the last one.
 
-    The sides part at e times the last one, and are pressed (m/s^2). As long as a ball slips, the
-    friction of the surface presses it on in place of rolling resistance.
+    The sides part at e times the last one, and ``press`` pulls them together (m/s^2). As long as a
+    ball slips, the friction of the surface does so, too, in place of rolling resistance.
     """
-    parting, gap, time = one.pair.restitution, 0.0, 0.0
     a, b, side = one.a, one.b, 1.0 if one.b is None else -1.0
     pull_a = a.pull - side * a.drag * (a.hx * one.nx + a.hy * one.ny)
     pull_b = 0.0 if b is None else b.pull - b.drag * (b.hx * one.nx + b.hy * one.ny)
-    for until in [min(slip_a, slip_b), max(slip_a, slip_b)]:
-        pull = press
-        if time < slip_a:
-            pull += pull_a
-        if time < slip_b:
-            pull += pull_b
-        span = until - time
-        if span > 0.0:
-            back = (parting + math.sqrt(parting * parting + 2.0 * pull * gap)) / pull
-            if back <= span:
-                return pull * back - parting
-            gap += span * (parting - pull * span / 2.0)
-            parting -= pull * span
-            time = until
+    both = press + pull_a + pull_b
+    if slip_a < slip_b:
+        spans = [(both, slip_a), (press + pull_b, slip_b - slip_a)]
+    else:
+        spans = [(both, slip_b), (press + pull_a, slip_a - slip_b)]
+    return return_speed(one.pair.restitution, spans, press)
+
+
+def return_speed(parting: float, spans: list[tuple[float, float]], press: float) -> float:
+    """Return the speed (m/s) at which sides close again that part at another one.
+
+    Accelerations (m/s^2) drive them together for some spans of time (s), and then ``press`` does.
+
+    >>> return_speed(1.0, [(2.0, 0.0)], 2.0), round(return_speed(1.0, [(4.0, 0.25)], 2.0), 4)
+    (1.0, 0.7071)
+    """
+    gap = 0.0
+    for pull, span in spans:
+        back = (parting + math.sqrt(parting * parting + 2.0 * pull * gap)) / pull
+        if back <= span:
+            return pull * back - parting
+        gap += span * (parting - pull * span / 2.0)
+        parting -= pull * span
     return math.sqrt(parting * parting + 2.0 * press * gap)

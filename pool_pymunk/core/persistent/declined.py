@@ -39,7 +39,9 @@ class Declined(Persistence):
 
     def __init__(self) -> None:
         super().__init__()
-        self.slow = 0.0  # m^2/s^2; at lower squares of a speed bounces of the last hit may be unseen
+        self.slow = (
+            0.0  # m^2/s^2; at lower squares of a speed bounces of the last hit may be unseen
+        )
 
     def allows(self, present: Present, hit: Due) -> float:
         """Return when (s) a predicted hit is due, or infinity if its sides stay in contact."""
@@ -56,12 +58,12 @@ class Declined(Persistence):
         self.slow = slow_speed(present, one)
         if closing * closing < self.slow:
             self._absorb(present, [hit_of(present, one)])
-        return False
+        return self.declines
 
     def loud(self, present: Present, dues: list[Due]) -> list[Due]:
         if len(dues) > 1:
             self._absorb(present, dues)
-        return dues
+        return [] if self.declines else dues
 
     def _absorb(self, present: Present, hits: list[Due]) -> None:
         """Decline the run if all these hits are so faint that their sides stay in contact."""

@@ -1,9 +1,9 @@
-"""A group of pressed balls moves in pieces; a mode says what presses, slides, slips and rolls.
+"""A group of balls moves in pieces; a mode says what presses, slides, slips and rolls.
 
 The mode is a complementarity problem: of each force and of what it holds, one is at its bound.
-Relaxing the contacts in turn (Gauss and Seidel) finds what is at its bound, and a linear system then
-gives the forces. A piece is one step of the method of Runge, Kutta and Nystroem; it ends where a
-force, a slip, a speed, or what static friction has left, falls to 0.
+Relaxing the contacts in turn (Gauss and Seidel) finds what is at its bound, and a linear system
+then gives the forces. A piece is one step of the method of Runge, Kutta and Nystroem; it ends where
+a force, a slip, a speed, or what static friction has left, falls to 0.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member, Rates
 from pool_pymunk.core.persistent.scale import Scale
@@ -202,33 +203,41 @@ class Group:
 
     def _fits(self, now: float) -> bool:
         """Tell whether no force pulls, friction holds what it should, and nothing closes."""
-        none = self.scale.none
         for one in self.touches:
-            slack = self.weak * one.unit
             if one.on:
-                if one.n < -slack:
-                    return False
-                most = one.mu * one.n + slack
-                if (one.slides == 0.0 and abs(one.t) > most) or (one.turns == 0.0 and abs(one.i) > 2.5 * most):
-                    return False
-                slides = sign(one.slip, none)
-                if slides == 0.0 and one.slides != 0.0 and one.rate(ALONG) * one.slides < -self.weak:
-                    return False
-                if (slides != 0.0 and slides != one.slides) or sign(one.roll_in, none) * one.turns < 0.0:
+                if not self._fits_touch(one):
                     return False
             elif one.closed and one.rate(NORMAL) < -4.0 * self.weak:
                 return False
         for each in self.members:
-            if each.mode == each.phase:
-                if each.spare(now) < -self.weak:
-                    return False
-            else:
-                x, y = each.ax, each.ay
-                if each.mode == SLIP:
-                    x, y = x - each.bx, y - each.by
-                if x * each.hx + y * each.hy < -self.weak:
-                    return False
+            if not self._fits_member(each, now):
+                return False
         return True
+
+    def _fits_touch(self, one: Touch) -> bool:
+        """Tell whether no force pulls, and friction holds what it should."""
+        none, slack = self.scale.none, self.weak * one.unit
+        if one.n < -slack:
+            return False
+        most = one.mu * one.n + slack
+        if one.slides == 0.0 and abs(one.t) > most:
+            return False
+        if one.turns == 0.0 and abs(one.i) > most / GYRATION:
+            return False
+        slides = sign(one.slip, none)
+        if slides == 0.0 and one.slides != 0.0 and one.rate(ALONG) * one.slides < -self.weak:
+            return False
+        is_other = slides != 0.0 and slides != one.slides
+        return not (is_other or sign(one.roll_in, none) * one.turns < 0.0)
+
+    def _fits_member(self, each: Member, now: float) -> bool:
+        """Tell whether static friction holds a ball, or what it lets go moves on."""
+        if each.mode == each.phase:
+            return each.spare(now) >= -self.weak
+        x, y = each.ax, each.ay
+        if each.mode == SLIP:
+            x, y = x - each.bx, y - each.by
+        return x * each.hx + y * each.hy >= -self.weak
 
     # -- changes of velocity -------------------------------------------------------------------
 
@@ -321,7 +330,9 @@ class Group:
             a, b, c, d = each.first, each.second, each.third, each.rates
             each.advance(h, 1.0, mean(a, b, c, d, 2.0, 1.0), mean(a, b, c, d, 1.0, 0.0))
             jump = max(jump, abs(d[0] - a[0]), abs(d[1] - a[1]))
-            error = max(error, abs(c[0] - b[0]), abs(c[1] - b[1]), abs(c[2] - b[2]), abs(c[3] - b[3]))
+            error = max(
+                error, abs(c[0] - b[0]), abs(c[1] - b[1]), abs(c[2] - b[2]), abs(c[3] - b[3])
+            )
         return max(0.025 * jump * h * h / self.tolerance, 0.1 * error * h / self.tolerance)
 
     def go_to(self, t: float) -> None:
@@ -351,7 +362,11 @@ class Group:
             if one.on and one.softness > 0.0:
                 force, end, most = one.n / one.unit, one.room, one.mu * one.n
                 if one.mu > 0.0:
-                    slides = one.slides * one.slip if one.slides != 0.0 else (most - abs(one.t)) / one.unit
+                    slides = (
+                        one.slides * one.slip
+                        if one.slides != 0.0
+                        else (most - abs(one.t)) / one.unit
+                    )
                 if one.wrings and one.a.phase == SLIP:
                     if one.turns != 0.0:
                         turns = one.turns * one.roll_in

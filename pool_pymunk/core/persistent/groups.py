@@ -1,7 +1,7 @@
-"""Which contacts persist? Groups of pressed balls form, go on, and are taken apart, here.
+"""Groups of balls that press on each other form, go on, and are taken apart, here.
 
 Two sides that touch stay together if what presses them makes the bounces to come too low to be
-seen. A hit takes the groups of its balls apart first; what is pressed after it is a group again.
+seen. A hit takes the groups of its balls apart first; what presses after it is a group again.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ import math
 from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.contact.contact import Contact
-from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.contact.contact import Contact, Pair
+from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import spare_drag
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
@@ -39,15 +39,17 @@ class Groups(Persistence):
         super().__init__()
         self.scale = scale
         self.tolerance = scale.tolerance
-        self.quiet: dict[tuple[int, int], float] = {}  # Contacts that have opened are none for a moment (s).
+        self.quiet: dict[
+            tuple[int, int], float
+        ] = {}  # Contacts that have opened are none for a moment (s).
         self.is_hushed = False  # There are some.
-        self.pace = scale.first  # s; twice the last piece: a guess for the first one of the next group
+        self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
         self.pieces = self.misfits = self.begun = self.absorbed = 0
 
     # -- what is asked by the engine -----------------------------------------------------------
 
     def allows(self, present: Present, hit: Due) -> float:
-        """Return when (s) a predicted hit is due: later than predicted, or never, if it is pressed."""
+        """Return when (s) a predicted hit is due: later, or never if its sides are in contact."""
         t, a, b, wall = hit.t, hit.a, hit.b, hit.wall
         group = a.group
         if group is not None and (b is None or b.group is group):
@@ -101,7 +103,7 @@ class Groups(Persistence):
         return not self._is_loud(present, one, one.closing) and self._is_faint(present, one)
 
     def go_after_lone(self, present: Present, one: Contact) -> None:
-        """Do so after a lone hit, after which mostly nothing is pressed."""
+        """Do so after a lone hit, after which mostly nothing presses."""
         a, b = one.a.ball, None if one.b is None else one.b.ball
         if self._is_loud(present, one, -one.closing):
             self._note_hit(present, a)
@@ -113,7 +115,11 @@ class Groups(Persistence):
     def _is_loud(self, present: Present, one: Contact, speed: float) -> bool:
         """Tell whether a speed (m/s) is above all that may go unseen."""
         pull = STRONGEST * present.pull + abs(one.curvature) * one.slip * one.slip
-        return speed > 0.0 and speed * speed > 4.0 * pull * MOST * self.tolerance + self.scale.noise * self.scale.noise
+        return (
+            speed > 0.0
+            and speed * speed
+            > 4.0 * pull * MOST * self.tolerance + self.scale.noise * self.scale.noise
+        )
 
     def loud(self, present: Present, dues: list[Due]) -> list[Due]:
         """Return the hits that are to be answered.
@@ -150,7 +156,9 @@ class Groups(Persistence):
     def _is_faint(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit is so faint that neither it nor what follows can be seen."""
         parting = one.pair.restitution * one.closing
-        return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(present, one, parting)
+        return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(
+            present, one, parting
+        )
 
     def go_after(self, present: Present, contacts: list[Contact], changed: list[Ball]) -> None:
         """Let groups begin after the hits of an instant."""
@@ -195,11 +203,11 @@ class Groups(Persistence):
                         self._let_go(present, member)
 
     def leave(self, present: Present, ball: Ball) -> None:
-        """Take the group of a ball apart, which is to go on in another way."""
+        """Take the group of a ball apart, which is to go on otherwise."""
         self.take_apart(present, ball)
 
     def go_on_from(self, present: Present, ball: Ball) -> None:
-        """Let groups begin around a ball that goes on in another way."""
+        """Let groups begin around a ball that goes on otherwise."""
         put(self.loose, ball)
         self.go_after(present, [], [])
 
@@ -241,10 +249,14 @@ class Groups(Persistence):
         if which < 4 * len(group.touches):
             one = group.touches[which // 4]
             if which % 4 == 0:
-                one.later = self._wait(present, one.a.ball, None if one.b is None else one.b.ball, one.wall)
+                one.later = self._wait(
+                    present, one.a.ball, None if one.b is None else one.b.ball, one.wall
+                )
         for each in group.members:
             left = each.left()
-            if each.phase != REST and (left < 0.0 or (left <= 10.0 * self.scale.none and each.fades_in() < INF)):
+            if each.phase != REST and (
+                left < 0.0 or (left <= 10.0 * self.scale.none and each.fades_in() < INF)
+            ):
                 was = each.phase
                 each.settle()
                 if group.time < 100.0 * self.scale.least:
@@ -306,50 +318,74 @@ class Groups(Persistence):
 
     def _touches(self, present: Present, seeds: list[Ball], members: list[Member]) -> list[Touch]:
         """Return the contacts of a cluster that may persist; find its members."""
-        found, now = list[Touch](), present.now
+        found = list[Touch]()
         for ball in seeds:
             members.append(self._member(present, ball))
         k = 0
-        while k < len(members):
-            a = members[k]
-            for ball in present.near.around(a.ball):
-                due = hit_at(present.now, a.ball, ball, None)
-                if a.ball.ignores(ball.categories, ball.mask) or present.gap(due) > self.tolerance:
-                    continue
-                self.take_apart(present, ball)
-                b = member_of(members, ball)
-                if b is None:
-                    b = self._member(present, ball)
-                elif is_before(members, b, k):
-                    continue
-                one = Touch(a, b, None, None, present.table.pair(a.ball, ball))
-                if self._may_persist(present, one, a.ball, ball, None):
-                    found.append(one)
-                    if member_of(members, ball) is None:
-                        members.append(b)
-            for wall in present.table.walls:
-                if not wall.is_pocket and not a.ball.ignores(wall.categories, wall.mask):
-                    side = wall.nearest(a.x, a.y, a.ball.radius, now)
-                    if abs(side.gap(a.x, a.y, a.ball.radius)) <= self.tolerance:
-                        contact = present.contact(present.disc(a.ball), None, wall)
-                        one = Touch(a, None, wall, side, contact.pair)
-                        if self._may_persist(present, one, a.ball, None, wall):
-                            found.append(one)
+        while k < len(members):  # This list grows.
+            found += self._touches_of_balls(present, members, k)
+            found += self._touches_of_walls(present, members[k])
             k += 1
+        return found
+
+    def _touches_of_balls(self, present: Present, members: list[Member], k: int) -> list[Touch]:
+        """Return the contacts of a member with balls that have not been looked at."""
+        found, a = list[Touch](), members[k]
+        for ball in present.near.around(a.ball):
+            hit = hit_at(present.now, a.ball, ball, None)
+            if a.ball.ignores(ball.categories, ball.mask) or present.gap(hit) > self.tolerance:
+                continue
+            self.take_apart(present, ball)
+            b = member_of(members, ball)
+            if b is None:
+                b = self._member(present, ball)
+            elif is_before(members, b, k):
+                continue
+            one = Touch(a, b, None, None, present.table.pair(a.ball, ball))
+            if self._may_persist(present, one, a.ball, ball, None):
+                found.append(one)
+                if member_of(members, ball) is None:
+                    members.append(b)
+        return found
+
+    def _touches_of_walls(self, present: Present, a: Member) -> list[Touch]:
+        """Return the contacts of a member with walls."""
+        found, r = list[Touch](), a.ball.radius
+        for wall in present.table.walls:
+            if wall.is_pocket or a.ball.ignores(wall.categories, wall.mask):
+                continue
+            side = wall.nearest(a.x, a.y, r, present.now)
+            if abs(side.gap(a.x, a.y, r)) <= self.tolerance:
+                pair = Pair(a.mass, INF, wall.restitution, wall.friction)
+                one = Touch(a, None, wall, side, pair)
+                if self._may_persist(present, one, a.ball, None, wall):
+                    found.append(one)
         return found
 
     def _member(self, present: Present, ball: Ball) -> Member:
         path = ball.path
-        return Member(ball, self.scale, present.table.surface_of(ball.patch), path.at(present.now), present.roll_of(ball))
+        return Member(
+            ball,
+            self.scale,
+            present.table.surface_of(ball.patch),
+            path.at(present.now),
+            present.roll_of(ball),
+        )
 
-    def _may_persist(self, present: Present, one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
+    def _may_persist(
+        self, present: Present, one: Touch, a: Ball, b: Ball | None, wall: Wall | None
+    ) -> bool:
         one.look()
         one.on = True
         e, v = one.pair.restitution, one.opening
         pull = STRONGEST * present.pull + abs(one.bend) * one.slip * one.slip
         most = math.sqrt(2.0 * pull * self._tolerance(present, a, b))
         until = self.quiet.get(sides_of(a, b, wall), -INF)
-        return until <= present.now and -most <= v and (v if v > 0.0 else -e * v) <= most * math.sqrt(1.0 - e * e) + self.scale.noise
+        return (
+            until <= present.now
+            and -most <= v
+            and (v if v > 0.0 else -e * v) <= most * math.sqrt(1.0 - e * e) + self.scale.noise
+        )
 
     def _set_phase(self, present: Present, each: Member) -> None:
         """Find the phase of a member; a slip rolls that would fade unseen."""
@@ -362,7 +398,11 @@ class Groups(Persistence):
     def _faint_slip(self, present: Present) -> float:
         """Return the square of a slip (m/s) that moves its ball unseen until it has faded."""
         surface = present.table.surface
-        return max(0.245 * self.tolerance * surface.pull, self.scale.none * self.scale.none) if surface.rolls else self.scale.none * self.scale.none
+        return (
+            max(0.245 * self.tolerance * surface.pull, self.scale.none * self.scale.none)
+            if surface.rolls
+            else self.scale.none * self.scale.none
+        )
 
     def _stays(self, present: Present, one: Touch, parting: float) -> bool:
         """Tell whether two sides that part (m/s) stay together, to the eye."""
@@ -462,7 +502,7 @@ def put(balls: list[Ball], ball: Ball) -> None:
 def parts_of(group: Group, now: float) -> list[Group]:
     """Return the parts of a group that contacts join, and in which a ball moves."""
     parts: list[Group] = []
-    left = [each for each in group.members]
+    left = list(group.members)
     while len(left) > 0:
         part = [left[0]]
         touches: list[Touch] = []
@@ -482,4 +522,3 @@ def parts_of(group: Group, now: float) -> list[Group]:
             new.make_room()
             parts.append(new)
     return parts
-

@@ -1,11 +1,13 @@
 """A ball of a group in persistent contact: what pushes it, and the friction of the surface.
 
-With f the push of a ball's contacts, and c what cushions do to its roll (both as accelerations), u = v
-- w the slip, and the surface's decelerations ``pull`` of sliding and ``drag`` of rolling:
+With f the push of a ball's contacts, c what cushions do to its roll (both as accelerations), the
+slip u = v - w and the surface's decelerations ``pull`` of sliding and ``drag`` of rolling:
 
 - A ball that slips has dv/dt = f - pull u/|u| and dw/dt = c + (5/2) pull u/|u|.
 - One that rolls has dv/dt = dw/dt = (5/7) f + (2/7) c - drag v/|v|, while (2/7) |f - c| <= pull.
-- One that rests stays while |(5/7) f + (2/7) c| <= drag. Discs have w = 0, and rest while |f| <= pull.
+- One that rests stays while |(5/7) f + (2/7) c| <= drag.
+
+Discs have w = 0, and rest while |f| <= pull.
 """
 
 from __future__ import annotations
@@ -40,9 +42,9 @@ class Member:
     it, and touches push it.
     """
 
-    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx", "gy",
-                 "held", "hx", "hy", "mass", "mode", "phase", "pull", "rolls", "scale", "second", "start",
-                 "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
+                 "gy", "held", "hx", "hy", "mass", "mode", "phase", "pull", "rolls", "scale",
+                 "second", "start", "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector
@@ -87,7 +89,7 @@ class Member:
 
     @property
     def gliding(self) -> Vector:
-        """The slip (m/s), or the velocity where the ball rolls: surface friction acts against it."""
+        """The slip (m/s), or the velocity of a ball that rolls; friction acts against it."""
         if self.phase == SLIP:
             return self.vx - self.wx, self.vy - self.wy
         return self.vx, self.vy
@@ -131,7 +133,7 @@ class Member:
     def settle(self) -> None:
         """Let a ball roll whose slip has faded, or rest whose speed has.
 
-        What is left of a slip u fades at once, and momentum is kept. It would have faded after
+        What remains of a slip u fades at once, and momentum is kept. It would have faded after
         2 |u| / (7 pull), and rolling resistance would not have acted until then.
         """
         if self.phase == SLIP and self.rolls:

@@ -1,4 +1,4 @@
-"""Persistence is what the engine asks about contacts that persist; where nothing presses, none does."""
+"""The engine asks a persistence about contacts that persist; where nothing presses, none does."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ class Persistence:
     """On a table without friction, and without hollow arcs, no contact persists.
 
     The engine and its instants ask this whether hits are hits, and tell it of those that were
-    answered. ``loose`` are balls on new paths, which the engine is to predict. Once it ``declines``,
-    the run is to be played by somebody else.
+    answered. ``loose`` are balls on new paths, which the engine is to predict. Once it
+    ``declines``, the run is to be played by somebody else.
     """
 
     def __init__(self) -> None:
@@ -61,10 +61,10 @@ class Persistence:
         """Go on at the end of a piece of a ball's group."""
 
     def leave(self, present: Present, ball: Ball) -> None:
-        """Take the group of a ball apart, which is to go on in another way."""
+        """Take the group of a ball apart, which is to go on otherwise."""
 
     def go_on_from(self, present: Present, ball: Ball) -> None:
-        """Let contacts persist around a ball that goes on in another way."""
+        """Let contacts persist around a ball that goes on otherwise."""
 
 
 def sides_of(a: Ball, b: Ball | None, wall: Wall | None) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""Balls that touch press on each other, or on walls: a touch has its forces, with their friction."""
+"""Balls that touch press on each other, or on walls; a touch has its forces, with friction."""
 
 from __future__ import annotations
 
@@ -85,13 +85,13 @@ class Touch:
 
     @property
     def room(self) -> float:
-        """How far (m) it is to the end of the side."""
+        """The distance (m) to the end of the side."""
         side = self.side
         return INF if side is None else side.room(self.a.x, self.a.y) + 2e-8 * self.a.ball.radius
 
     @property
     def softness(self) -> float:
-        """How much (1/kg) a push moves the two sides apart."""
+        """The acceleration at which a push of 1 N drives the two sides apart (1/kg)."""
         return self.a.lightness + (0.0 if self.b is None else self.b.lightness)
 
     def has(self, member: Member) -> bool:

@@ -7,7 +7,15 @@ from typing import Final, final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, path_out_of_disc, path_to_disc, unit
-from pool_pymunk.core.walls.side import ALONG, BEFORE, GRAZING, Side, is_tangent, room_in_sector, within_sector
+from pool_pymunk.core.walls.side import (
+    ALONG,
+    BEFORE,
+    GRAZING,
+    Side,
+    is_tangent,
+    room_in_sector,
+    within_sector,
+)
 
 # A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
 MOST_CROSSINGS: Final = 2
