@@ -4,8 +4,8 @@
 at the end how many of each kind came out how. ``python -m tests.core_movers "turned 17"`` plays
 one.
 
-Where a contact persists in one engine, both stop: what the core has told until then must be what
-the other one has told first.
+Where a contact persists in one engine, both stop: what the core has heard until then must be what
+the other one has heard first.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ from scenes import BASE_SEED
 from pool_pymunk import Ball, Law, Restitution, Scene, SceneError, Table
 from pool_pymunk.core.contact.contact import Contact as CoreContact
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
+from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.record import Recorder as CoreRecorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls import moving as core_moving
@@ -120,7 +121,7 @@ class Play(NamedTuple):
 
 
 @dataclass
-class Told(Recorder):
+class Heard(Recorder):
     """This keeps what the contact engine tells."""
 
     notes: list[Note] = field(default_factory=list)
@@ -163,8 +164,8 @@ class Old:
     """The contact engine plays steps as a table of pymunk has it play them."""
 
     def __init__(self, play: Play) -> None:
-        self.told, self.play, scene = Told(), play, play.scene
-        engine = self.engine = Watched(play.law, scene.pair, scene.surface, self.told)
+        self.heard, self.play, scene = Heard(), play, play.scene
+        engine = self.engine = Watched(play.law, scene.pair, scene.surface, self.heard)
         engine.latest = time.process_time() + TOO_LONG
         engine.compiled = False
         engine.lay(scene.surface, scene.ground)
@@ -194,7 +195,7 @@ class Old:
             side.move(*pose, since, until)
         engine.now = since
         try:
-            gone = {note[2] for note in self.told.notes if note[0] == "pocket"}
+            gone = {note[2] for note in self.heard.notes if note[0] == "pocket"}
             for i, radius in enumerate(engine.radii):
                 for place, side in self.sides.items() if i not in gone else ():
                     (x, y), _ = engine.paths[i].at(since)
@@ -221,7 +222,7 @@ class Old:
         return e.now, *counts, *jams, *balls
 
 
-class CoreTold(CoreRecorder):
+class CoreHeard(CoreRecorder):
     """This keeps what the core tells, in the same words."""
 
     def __init__(self) -> None:
@@ -271,7 +272,7 @@ class New:
     """The core plays the same steps."""
 
     def __init__(self, play: Play) -> None:
-        self.told, scene, pairs = CoreTold(), play.scene, play.scene.restitution
+        self.heard, scene, pairs = CoreHeard(), play.scene, play.scene.restitution
         walls = [wall_in_core(wall) for wall in play.cushions()]
         walls += [Pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
         self.movers: list[core_moving.MovingWall] = []
@@ -286,7 +287,7 @@ class New:
             e, e if cue is None else cue, scene.friction.ball_ball,
         )  # fmt: skip
         balls = balls_of(scene, scene.start(None), table)
-        self.engine = Engine(table, balls, law_in_core(play.law), self.told)
+        self.engine = Engine(table, balls, law_in_core(play.law), self.heard, Declined())
         self.engine.most_events = MOST
         self.engine.begin_run()
 
@@ -296,7 +297,7 @@ class New:
             wall.body = core_moving.Body(*pose, since, until)
         self.engine.begin_step(since)
         self.engine.advance(until)
-        return not self.engine.begins_to_persist
+        return not self.engine.persistence.declines
 
     def state(self) -> Note:
         """Return what the engine counts, and all about balls that no note has."""
@@ -472,16 +473,16 @@ WRONG = (NEEDLESS, DIFFERS)
 
 
 class Verdict(NamedTuple):
-    """A verdict says in a word what came of a play, where it differs, and how much was told."""
+    """A verdict says in a word what came of a play, where it differs, and how much was heard."""
 
     name: str
     word: str
     said: str = ""
-    told: tuple[str, ...] = ()
+    heard: tuple[str, ...] = ()
 
 
 def verdict(name: str, play: Play, new: type[New] = New) -> Verdict:
-    """Play this by both engines, and compare after each step what they have told."""
+    """Play this by both engines, and compare after each step what they have heard."""
     one, other, word, said = Old(play), new(play), SAME, ""
     for k, poses in enumerate(play.steps):
         since, until = k * play.dt, (k + 1) * play.dt
@@ -493,12 +494,12 @@ def verdict(name: str, play: Play, new: type[New] = New) -> Verdict:
         if word != SAME:
             said = f"in step {k} from {since!r} s: {said}"
             break
-    return Verdict(name, word, said, tuple(note[0] for note in other.told.notes))
+    return Verdict(name, word, said, tuple(note[0] for note in other.heard.notes))
 
 
 def compared(one: Old, other: New, goes_on: bool, its_goes_on: bool) -> tuple[str, str]:
     """Compare two engines after a step; say where they differ, and what to call that."""
-    notes, its = one.told.notes, other.told.notes
+    notes, its = one.heard.notes, other.heard.notes
     if not its_goes_on:
         notes = notes[: len(its)]
     if said := first_difference(notes, its):
@@ -522,16 +523,16 @@ def first_difference(one: Sequence[Any], other: Sequence[Any]) -> str:
 def main(many: int, kinds: Sequence[str], first: int) -> None:
     """Play this many scenes, print what differs, and count the verdicts of each kind."""
     counts: defaultdict[str, Counter[str]] = defaultdict(Counter)
-    told, began = Counter[str](), time.perf_counter()
+    heard, began = Counter[str](), time.perf_counter()
     for name in islice(names(kinds, first), many):
         each = verdict(name, play_of(name))
         counts[name.rpartition(" ")[0]][each.word] += 1
-        told.update(each.told)
+        heard.update(each.heard)
         if each.word in WRONG:
             print(f"{name}: {each.word} {each.said[:700]}", flush=True)
     for kind, its in counts.items():
         print(f"{kind:10}", ", ".join(f"{word} {n}" for word, n in its.most_common()))
-    print(dict(told), f"{time.perf_counter() - began:.0f} s")
+    print(dict(heard), f"{time.perf_counter() - began:.0f} s")
 
 
 if __name__ == "__main__":

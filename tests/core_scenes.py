@@ -590,7 +590,7 @@ def gone_on(rnd: random.Random, kind: str) -> tuple[Scene, State]:
 
 def end_of(scene: Scene, start: State, trace: Trace) -> State:
     """Return the state at the end of a run."""
-    rows = [knots[-1] for knots in trace.knots]
+    rows = [own[-1] for own in trace.knots]
     taken = {scene.balls[row[2][0]].id for row in trace.events if row[1] == "pocket"}
     return State(
         tuple((row[1], row[2]) for row in rows),
@@ -746,10 +746,10 @@ def parts_of(trace: Trace) -> dict[str, list[Any]]:
         (t, kind, balls, where, push if push is None else tuple(push() if callable(push) else push))
         for t, kind, balls, where, push in trace.events
     ]
-    knots = [(row[0], i, row) for i, rows in enumerate(trace.knots) for row in rows]
+    points = [(row[0], i, row) for i, rows in enumerate(trace.knots) for row in rows]
     return {
         "event": events,
-        "breakpoint (s, ball)": sorted(knots, key=lambda knot: knot[:2]),
+        "breakpoint (s, ball)": sorted(points, key=lambda point: point[:2]),
         "warning": list(trace.warned.items()),
         "policy": sorted(trace.policies),
         "instant": list(trace.instants),

@@ -158,7 +158,7 @@ def test_it_is_compiled_again_when_something_has_changed(
     built(root, "editable")
     assert len(pretended) == 2 and not is_stale(root)
     sources = [path.with_suffix(SUFFIX) for path in hatch_build.sources(root)]
-    assert sorted((root / CORE).rglob(f"*{SUFFIX}")) == sources  # None is left of what is gone.
+    assert sorted((root / CORE).rglob(f"*{SUFFIX}")) == sources  # Nothing of what is gone stays.
 
 
 def test_plain_python_can_be_asked_for(

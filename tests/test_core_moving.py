@@ -64,7 +64,7 @@ WITH = {
 def test_what_walls_that_move_bring_about(what: str) -> None:
     found = verdict(WITH[what], play_of(WITH[what]))
     assert found.word == SAME
-    assert what in found.told
+    assert what in found.heard
 
 
 class Late(New):
@@ -153,7 +153,7 @@ def played(engine: Any, play: Play) -> list[Note]:
     its = engine(play)
     for k, poses in enumerate(play.steps):
         assert its.step(k * play.dt, (k + 1) * play.dt, poses)
-    notes: list[Note] = its.told.notes
+    notes: list[Note] = its.heard.notes
     return notes
 
 

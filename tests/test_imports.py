@@ -20,7 +20,7 @@ FIRST_RUN = """
 import pool_pymunk
 pool_pymunk.simulate(pool_pymunk.load("report"), 1, solver="{solver}")
 """
-PRESSED = """
+PRESSING = """
 from pool_pymunk import Ball, Friction, Restitution, Scene, simulate
 balls = (
     Ball("A", (0.0, 0.0), 0.03, 0.2, velocity=(1.0, 0.0), roll=1.0),
@@ -55,7 +55,7 @@ def test_a_first_run_imports_what_it_needs_alone() -> None:
 
 
 def test_the_engine_of_persistent_contacts_is_imported_where_one_persists() -> None:
-    assert "engine" in rooms(imported(PRESSED))
+    assert "engine" in rooms(imported(PRESSING))
 
 
 def test_a_solver_that_is_asked_is_imported() -> None:

@@ -34,8 +34,8 @@ def test_they_are_made_once_when_one_is_asked_for(name: str) -> None:
 def test_they_are_what_the_solver_kept() -> None:
     run = fresh()
     trace = vars(run)[TRACE]
-    for rows, knots in zip(run.knots, trace.knots, strict=True):
-        assert np.array_equal(rows, knots)
+    for rows, others in zip(run.knots, trace.knots, strict=True):
+        assert np.array_equal(rows, others)
     assert [(event.t, event.kind) for event in run.events] == [row[:2] for row in trace.events]
 
 

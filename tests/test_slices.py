@@ -35,11 +35,11 @@ def bits(disc: SlicedDisc) -> str:
     return " ".join(number.hex() for number in (*disc.motion, *disc.roll))
 
 
-def moved(way: str, disc: SlicedDisc, loss: float, count: int) -> int:
-    """Move a disc that moves in one of the ways, and return how many slices it took."""
-    if way == "slip" and not disc.slips:
+def moved(how: str, disc: SlicedDisc, loss: float, count: int) -> int:
+    """Move a disc that moves by one of the methods, and return how many slices it took."""
+    if how == "slip" and not disc.slips:
         return 0
-    used: int = getattr(disc, way)(loss, DT, count)
+    used: int = getattr(disc, how)(loss, DT, count)
     return used
 
 
@@ -68,8 +68,8 @@ def test_a_disc_that_slips_rolls_at_last(velocity: Vector, roll: Vector) -> None
     assert 0.0 <= used - exact <= 1.0 and not disc.slips
     for v, w, at_last, place in zip(velocity, roll, disc.velocity, disc.place, strict=True):
         assert at_last == pytest.approx((5.0 * v + 2.0 * w) / 7.0, rel=1e-12)
-        way = (v + at_last) / 2.0 * exact + at_last * (used - exact)
-        assert place == pytest.approx(way * DT, abs=loss * DT)
+        how = (v + at_last) / 2.0 * exact + at_last * (used - exact)
+        assert place == pytest.approx(how * DT, abs=loss * DT)
 
 
 def test_a_disc_that_rolls_goes_on_rolling() -> None:
@@ -80,15 +80,15 @@ def test_a_disc_that_rolls_goes_on_rolling() -> None:
 
 
 @pytest.mark.parametrize("loss", LOSSES)
-@pytest.mark.parametrize("way", WAYS)
-def test_slices_may_be_made_in_parts(way: str, loss: float) -> None:
+@pytest.mark.parametrize("how", WAYS)
+def test_slices_may_be_made_in_parts(how: str, loss: float) -> None:
     """So a search for overlaps may be skipped: the bits are those of slice after slice."""
-    rng = random.Random(f"{way} {loss}")
+    rng = random.Random(f"{how} {loss}")
     for _ in range(50):
         at_once = random_disc(rng)
         in_parts = SlicedDisc(*at_once.motion, *at_once.roll)
-        used = moved(way, at_once, loss, 300)
-        assert sum(moved(way, in_parts, loss, 1) for _ in range(used)) == used
+        used = moved(how, at_once, loss, 300)
+        assert sum(moved(how, in_parts, loss, 1) for _ in range(used)) == used
         assert bits(in_parts) == bits(at_once)
 
 
@@ -96,14 +96,14 @@ def test_slices_may_be_made_in_parts(way: str, loss: float) -> None:
 
 
 def ends_of_discs() -> list[str]:
-    """Move many discs in all ways; return all bits, and how many slices it took."""
+    """Move many discs by all methods; return all bits, and how many slices it took."""
     rng, found = random.Random(66), []
-    for way in WAYS:
+    for how in WAYS:
         for loss in LOSSES:
             for _ in range(60):
                 disc = random_disc(rng)
-                used = moved(way, disc, loss, rng.randint(1, 200))
-                found.append(f"{way} {loss} {used} {bits(disc)}")
+                used = moved(how, disc, loss, rng.randint(1, 200))
+                found.append(f"{how} {loss} {used} {bits(disc)}")
     return found
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 from mypy_extensions import i64
 
 from pool_pymunk.core.motion.patches import OPEN
 from pool_pymunk.core.motion.path import NOISE, Path
-from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.motion.times import INF, Vector
+
+if TYPE_CHECKING:
+    from pool_pymunk.core.persistent.group import Group
 
 EVERYTHING: Final = 0xFFFFFFFF  # all bits
 NEARLY_NOW: Final = 1e-6  # radii; contacts this near in time may be of one instant
@@ -25,9 +28,10 @@ class Ball:
     and ``mask`` say what it is, and whom it may meet. The engine owns it; all others ask it.
     """
 
-    __slots__ = ("categories", "crossed", "crossings", "end", "high_x", "high_y", "hit", "hits",
-                 "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass", "noise", "number",
-                 "patch", "path", "radius", "rested", "seen", "speed")  # fmt: skip
+    __slots__ = ("categories", "creep", "crossed", "crossings", "end", "group", "high_x", "high_y",
+                 "hit", "hits", "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass",
+                 "noise", "number", "patch", "path", "radius", "rested", "seen",
+                 "speed")  # fmt: skip
 
     def __init__(
         self, number: int, radius: float, mass: float, path: Path, is_cue: bool = False
@@ -48,8 +52,10 @@ class Ball:
         self.crossings = 0
         self.hits = 0  # so many, each soon after the one before; the last at ``hit`` (s)
         self.hit = -INF
+        self.creep = 0.0  # m/s; more slowly, it rests
         self.categories: i64 = EVERYTHING
         self.mask: i64 = EVERYTHING
+        self.group: Group | None = None  # in which it stays in contact
         self.seen = 0  # the number of the search for near balls that last saw it
         self.low_x = INF
         self.low_y = INF
@@ -74,6 +80,12 @@ class Ball:
     def time_for(self, share: float) -> float:
         """Return how long (s) it takes at its highest speed for a share of its radius."""
         return share * self.radius / self.speed if self.speed > 0.0 else 0.0
+
+    def creeps(self, velocity: Vector, roll: Vector) -> bool:
+        """Tell whether the ball moves too slowly to be seen until it rests."""
+        vx, vy = velocity
+        wx, wy = roll
+        return vx * vx + vy * vy + wx * wx + wy * wy <= self.creep * self.creep
 
     # -- its box -----------------------------------------------------------------------------------
 

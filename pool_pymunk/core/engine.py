@@ -13,15 +13,15 @@ from __future__ import annotations
 import time
 from typing import Final, final
 
-from pool_pymunk.core import pressing
 from pool_pymunk.core.ball import NEARLY_NOW, Ball
 from pool_pymunk.core.contact.instant import Instant
 from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.pairs import pair_time
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.near import MANY, Grid, Near, overlap
+from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_new
-from pool_pymunk.core.queue import BORDER, HIT, LOOK, STOP, Due, Queue, hit_at, key_of
+from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.moving import MovingWall
@@ -51,17 +51,25 @@ class Engine(Present):
     >>> table = Table([], Sliding(0.5), Patches([], []), 1.0, 1.0, 0.0)
     >>> path = table.surface.path(0.0, (0.0, 0.0), (2.0, 0.0), (0.0, 0.0))
     >>> balls = [Ball(0, 0.03125, 0.2, path), Ball(1, 0.03125, 0.2, standing(0.0, 1.8125, 0.0))]
-    >>> engine = Engine(table, balls, Coulomb(), Recorder())
+    >>> engine = Engine(table, balls, Coulomb(), Recorder(), Persistence())
     >>> engine.begin_run()
     >>> engine.advance(INF)
     >>> engine.events, engine.now, [ball.path.place(engine.now) for ball in balls]
     (3, 4.0, [(1.75, 0.0), (4.0625, 0.0)])
     """
 
-    def __init__(self, table: Table, balls: list[Ball], law: Law, recorder: Recorder) -> None:
+    def __init__(
+        self,
+        table: Table,
+        balls: list[Ball],
+        law: Law,
+        recorder: Recorder,
+        persistence: Persistence,
+    ) -> None:
         super().__init__(table, balls, law, recorder)
         self.queue = Queue()
         self.instant = Instant()
+        self.persistence = persistence
         self.movers: list[MovingWall] = []
         self.chooses = False  # Some balls go through others, by their bits.
         self.answered = 0  # so many things that were due
@@ -88,7 +96,7 @@ class Engine(Present):
     def advance(self, until: float) -> None:
         """Play what is due up to a time (s), within the bounds of the run."""
         queue = self.queue
-        while self.may_go_on and self.idle < NEVER_SETTLES and not self.begins_to_persist:
+        while self.may_go_on and self.idle < NEVER_SETTLES and not self.persistence.declines:
             t = queue.upcoming()
             if t > until or t == INF:
                 break
@@ -113,6 +121,9 @@ class Engine(Present):
             self._answer(due)
         elif due.kind == STOP:
             self._end_path(due.a)
+        elif due.kind == PIECE:
+            self.persistence.go_on(self, due.a)
+            self._predict(self.persistence.take_loose())
         else:
             self._cross_border(due.a)
 
@@ -131,8 +142,10 @@ class Engine(Present):
             self.jam(ball, wall)
             self._predict([ball])  # It may meet others behind the wall.
             return
-        instant.answer(self, self._due_now(first))
-        changed = instant.changed
+        instant.answer(self, self.persistence, self._due_now(first))
+        changed = (
+            self.persistence.take_loose() if len(self.persistence.loose) > 0 else instant.changed
+        )
         if len(changed) == 1:
             self._predict_few(changed[0], None)
         elif len(changed) == 2:
@@ -197,6 +210,7 @@ class Engine(Present):
         if t <= self.now:
             ball.crossings = ball.crossings + 1 if ball.crossed == self.now else 1
             ball.crossed = self.now
+            self.persistence.leave(self, ball)
             x, y, vx, vy = ball.path.at(self.now)
             roll = self.roll_of(ball)
             ball.patch = patch
@@ -206,8 +220,13 @@ class Engine(Present):
             if path.moves:
                 self.lead(ball, path)
             else:
-                self.rest_here(ball)
-        self._predict_few(ball, None)
+                self.rest_at(ball, (x, y))
+            self.persistence.go_on_from(self, ball)
+        loose = self.persistence.take_loose()
+        if len(loose) > 0:
+            self._predict(loose)
+        else:
+            self._predict_few(ball, None)
 
     # -- what is due -------------------------------------------------------------------------------
 
@@ -245,7 +264,11 @@ class Engine(Present):
                 if t < INF:
                     self.queue.push(Due(t, BORDER, ball, None, None))
                     end = min(end, t)
-            if end == INF and path.end < INF:
+            group = ball.group
+            if group is not None:
+                if group.leader is ball:
+                    self.queue.push(Due(path.end, PIECE, ball, None, None))
+            elif end == INF and path.end < INF:
                 self.queue.push(Due(path.end, STOP, ball, None, None))
         else:
             for mover in self.movers:
@@ -262,9 +285,10 @@ class Engine(Present):
         if t == INF:
             return t
         hit = Due(t, HIT, ball, None, wall)
-        if pressing.takes(self, hit):
-            return INF
-        self.queue.push(hit)
+        if not wall.is_pocket:
+            t = hit.t = self._allowed(hit)
+        if t < INF:
+            self.queue.push(hit)
         return t
 
     def _look_ahead(self, ball: Ball) -> None:
@@ -292,9 +316,15 @@ class Engine(Present):
             a, b = b, a
         t = pair_time(a.path, b.path, a.radius + b.radius, self.now, until, noise)
         if t < INF:
-            hit = hit_at(t, a, b, None)
-            if not pressing.takes(self, hit):
+            hit = Due(t, HIT, a, b, None)
+            hit.t = self._allowed(hit)
+            if hit.t < INF:
                 self.queue.push(hit)
+
+    def _allowed(self, hit: Due) -> float:
+        """Return when (s) a predicted hit is due, or infinity if its sides are in contact."""
+        t = self.persistence.allows(self, hit)
+        return INF if t <= self.now and self.rubs(hit) else t
 
     # -- walls that move ---------------------------------------------------------------------------
 

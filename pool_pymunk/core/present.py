@@ -8,6 +8,7 @@ from typing import Final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact, Disc, Pair
 from pool_pymunk.core.contact.laws import Law
+from pool_pymunk.core.facing import Facing
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
 from pool_pymunk.core.near import Near
@@ -38,7 +39,6 @@ class Present:
         self.near = Near(balls)
         self.squeezes = Squeezes()
         self.pull = table.pull
-        self.begins_to_persist = False  # Two sides are to stay in contact.
         self.now = 0.0
         self.is_finite = True
         self.events = 0
@@ -106,6 +106,11 @@ class Present:
         touching = a.radius + (0.0 if hit.b is None else hit.b.radius)
         return gap / times <= CLOSED * (abs(x) + abs(y) + touching)
 
+    def rubs(self, hit: Due) -> bool:
+        """Tell whether two sides that touch close no faster than rounding explains."""
+        facing = Facing(hit, self.now)
+        return facing.closing <= facing.noise and self.is_closed(hit, 1.0)
+
     def touching(self, hits: list[Due], balls: list[Ball]) -> list[Due]:
         """Return these hits, and all contacts in the cluster around their balls or ``balls``."""
         found, around = list(hits), list(balls)
@@ -142,6 +147,8 @@ class Present:
         vx, vy = velocity
         if vx * vx + vy * vy <= noise * noise:
             velocity = (0.0, 0.0)
+        if ball.creep > 0.0 and ball.creeps(velocity, roll):
+            velocity = roll = (0.0, 0.0)
         velocity = self.errors.velocity_after(velocity, noise)
         path = self.table.surface_of(ball.patch).path(self.now, place, velocity, roll)
         if path.moves:
@@ -171,12 +178,12 @@ class Present:
             if then is not None:
                 ball.lead(then, 0.0)
 
-    def rest_here(self, ball: Ball) -> None:
-        """Let a ball rest where it is now, if it has moved."""
+    def rest_at(self, ball: Ball, place: Vector) -> None:
+        """Let a ball rest at a place (m) from now on, if it has moved."""
         if ball.rested == INF:
-            x, y = ball.path.place(self.now)
-            ball.lead(standing(self.now, x, y), ball.noise)
-            self._stop(ball, self.now, (x, y))
+            x, y = place
+            ball.lead(standing(self.now, x, y), 0.0)
+            self._stop(ball, self.now, place)
 
     def _stop(self, ball: Ball, t: float, place: Vector) -> None:
         """Take note that a ball comes to rest at a place (m)."""

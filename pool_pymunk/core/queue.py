@@ -14,9 +14,10 @@ from pool_pymunk.core.walls.wall import Wall
 # What may be due, in the order of one time: ends of paths and borders come before all hits, and
 # these come in the order of their balls.
 BORDER: Final = 0  # A ball crosses into another patch.
-STOP: Final = 1  # A path ends.
-LOOK: Final = 2  # The path of a ball was looked at until here.
-HIT: Final = 3  # Two balls meet, or a ball and a wall.
+PIECE: Final = 1  # The piece of a group ends, whose balls are in persistent contact.
+STOP: Final = 2  # A path ends.
+LOOK: Final = 3  # The path of a ball was looked at until here.
+HIT: Final = 4  # Two balls meet, or a ball and a wall.
 
 # A shorter queue is not searched for what is void.
 SHORT: Final = 1000
@@ -64,7 +65,7 @@ class Due:
             return self.t < other.t
         if self.kind < LOOK or other.kind < LOOK:
             return self.kind < other.kind or (
-                self.kind == BORDER and other.kind == BORDER and self.a.number < other.a.number
+                self.kind == other.kind != STOP and self.a.number < other.a.number
             )
         if self.a is not other.a:
             return self.a.number < other.a.number

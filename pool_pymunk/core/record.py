@@ -81,10 +81,10 @@ class Note:
 class Record(Recorder):
     """This recorder keeps the events of a run, and the breakpoints of all balls, as plain data."""
 
-    def __init__(self, knots: list[list[Breakpoint]], rolls: bool) -> None:
+    def __init__(self, starts: list[list[Breakpoint]], rolls: bool) -> None:
         self.rolls = rolls
         self.events: list[Row] = []
-        self.knots = knots  # those at the start, one for each ball
+        self.knots = starts  # the rows of each ball, which has one at the start
         self.instants: dict[float, None] = {}
         self.notes: list[Note] = []
         self.duration = 0.0

@@ -8,6 +8,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.core.walls.wall import Wall
 
 
@@ -50,3 +51,14 @@ class Table:
         if last.m_a != a.mass or last.m_b != b.mass or last.restitution != e or last.friction != mu:
             last = self.last = Pair(a.mass, b.mass, e, mu)
         return last
+
+
+def may_press(table: Table) -> bool:
+    """Tell whether anything presses balls together: friction of a surface, or a hollow wall."""
+    if table.pull > 0.0:
+        return True
+    for wall in table.walls:
+        for side in wall.sides:
+            if isinstance(side, Arc) and side.facing < 0.0:
+                return True
+    return False

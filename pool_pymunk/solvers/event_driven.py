@@ -10,9 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.persistent.declined import Declined
+from pool_pymunk.core.persistent.groups import Groups
+from pool_pymunk.core.persistent.persistence import Persistence
+from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.record import Note, Record
+from pool_pymunk.core.table import Table, may_press
 from pool_pymunk.core.variant import Errors
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.laws import Law
@@ -22,6 +28,7 @@ from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
 from pool_pymunk.solvers.record import OnTime, Settings
 
+MOST = 1e-3  # radii; a tolerance of contacts that persist is no wider
 LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
 
 
@@ -43,7 +50,8 @@ def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
     balls = balls_of(scene, start, table)
     trace = Trace(start, [pull_of(ball.path) for ball in balls])
     record = Listener(trace, settings.on_time)
-    engine = Engine(table, balls, law_in_core(law), record)
+    persistence = persistence_of(table, balls, settings.contact_tolerance)
+    engine = Engine(table, balls, law_in_core(law), record, persistence)
     vary(engine.errors, settings.variant)
     engine.most_events = settings.max_events
     for id_ in start.off:
@@ -52,11 +60,21 @@ def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
     engine.begin_run()
     latest = math.inf if settings.max_time is None else settings.max_time
     engine.advance(latest)
-    if engine.begins_to_persist:
+    if persistence.declines:
         return None
     keep(trace, engine, record, latest)
     tell(trace, record.notes, scene, law)
     return trace
+
+
+def persistence_of(table: Table, balls: Sequence[Ball], tolerance: float | None) -> Persistence:
+    """Return what plays contacts that persist, or declines them where no tolerance (m) is given."""
+    if not may_press(table):
+        return Persistence()
+    if tolerance is None:
+        return Declined()
+    least = min(ball.radius for ball in balls)
+    return Groups(Scale(min(tolerance, MOST * least), least, table.pull))
 
 
 class Listener(Record):

@@ -25,7 +25,9 @@ class Settings(NamedTuple):
     the contacts. A solver with steps calls ``on_time`` now and then with its present time (s).
     Solvers with the contact engine play a ``variant``, which shows what depends on policies.
     ``measures_policies`` tells whether a run measures this by playing variants. Without
-    ``compiled``, Python plays the run even if compiled shots are loaded.
+    ``compiled``, Python plays the run even if compiled shots are loaded. What contacts that persist
+    leave out may move a ball by the ``contact_tolerance`` (m); without it, the contact engine plays
+    these runs.
     """
 
     dt: float | None
@@ -36,6 +38,7 @@ class Settings(NamedTuple):
     variant: Variant = AS_IT_IS
     measures_policies: bool = True
     compiled: bool = True
+    contact_tolerance: float | None = None
 
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""

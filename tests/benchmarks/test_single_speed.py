@@ -15,6 +15,7 @@ import pytest
 
 from pool_pymunk import Scene, Shot, State, compiled, load
 from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.record import Record
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import event_driven, grouped
@@ -44,7 +45,7 @@ def play_core(scene: Scene, start: State) -> int:
     table = table_of(scene)
     balls = balls_of(scene, start, table)
     record = Record([[] for _ in balls], scene.surface.rolls)
-    engine = Engine(table, balls, law_in_core(PYTHON.law_of(scene)), record)
+    engine = Engine(table, balls, law_in_core(PYTHON.law_of(scene)), record, Declined())
     engine.begin_run()
     engine.advance(math.inf)
     return len(record.events)

@@ -1,7 +1,7 @@
 """This module finds the impulses of contacts of one instant, once their velocities are known.
 
 In a single hit the changes of velocity tell the impulse. For contacts that a law has answered
-together there are three ways, and the first one that explains the change of all velocities counts:
+together there are three methods, and the first one that explains all changes of velocity counts:
 
 1. The law has answered single hits, perhaps in several orders, of which it has taken the mean. So
    their impulses are added up, and divided by a common number.
@@ -18,8 +18,8 @@ from pool_pymunk.core.contact.contact import Contact, Disc, Pair
 from pool_pymunk.core.contact.laws import HitsByLaw
 from pool_pymunk.core.contact.together import Row, at_once, coupling, discs_of, least_impulses
 
-# A way explains a change of velocities if it errs by less than this share. Rounding in some
-# thousand hits is less, and a wrong way errs by hundredths, so half or twice this would do.
+# A method explains a change of velocities if it errs by less than this share. Rounding in some
+# thousand hits is less, and a wrong method errs by hundredths, so half or twice this would do.
 EXPLAINED: Final = 1e-9
 
 

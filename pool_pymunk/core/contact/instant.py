@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
-from pool_pymunk.core import pressing
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.collapse import go_on
 from pool_pymunk.core.contact.contact import HIT, MISSED, Contact, Disc
@@ -31,6 +30,7 @@ from pool_pymunk.core.contact.rounds import (
 )
 from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.times import EPSILON, INF
+from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_new
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.walls.wall import Pocket
@@ -65,34 +65,44 @@ class Instant:
         if len(self.met) > 0:
             self.met = []
 
-    def answer(self, present: Present, dues: list[Due]) -> None:
+    def answer(self, present: Present, persistence: Persistence, dues: list[Due]) -> None:
         """Answer contacts of one instant."""
         self.changed, self.missed = [], []
-        dues = self._take_all_in(present, dues)
-        if len(dues) == 1:
-            self._answer_alone(present, dues[0])
-        elif len(dues) > 1 and not pressing.absorbs(present, dues):
-            self._answer_several(present, dues)
+        if len(dues) == 1 and self._answer_alone(present, persistence, dues[0]):
+            return
+        persistence.release(present, dues)
+        dues = self._take_all_in(present, persistence, dues)
+        dues = persistence.loud(present, dues)
+        if len(dues) > 0:
+            self._answer_several(present, persistence, dues)
+        else:
+            persistence.go_after(present, [], [])
 
-    def _take_all_in(self, present: Present, dues: list[Due]) -> list[Due]:
+    def _take_all_in(
+        self, present: Present, persistence: Persistence, dues: list[Due]
+    ) -> list[Due]:
         """Let pockets take balls in, and return the contacts of the others."""
         if not any([due.wall is not None and due.wall.is_pocket for due in dues]):
             return dues
         for due in dues:
             if isinstance(due.wall, Pocket) and not due.a.is_off:
+                persistence.leave(present, due.a)
                 present.take_in(due.a, due.wall)
         self.met = [due for due in self.met if is_on_table(due)]
         return [due for due in dues if is_on_table(due)]
 
     # -- one contact -------------------------------------------------------------------------------
 
-    def _answer_alone(self, present: Present, due: Due) -> None:
-        """Answer a contact that comes alone; mostly it is a hit, and the law answers it."""
+    def _answer_alone(self, present: Present, persistence: Persistence, due: Due) -> bool:
+        """Answer a contact that comes alone; tell whether it was a mere hit, as mostly."""
+        wall = due.wall
+        if wall is not None and wall.is_pocket:
+            return False
         a, b = present.disc(due.a), None if due.b is None else present.disc(due.b)
         one = present.contact(a, b, due.wall)
-        closing, slow = one.closing, pressing.slow_speed(present, one)
-        if closing * closing < slow and pressing.absorbs(present, [due]):
-            return
+        closing = one.closing
+        if persistence.concerns(present, one):
+            return False
         fastest = due.a
         if due.b is not None and due.b.speed > fastest.speed:
             fastest = due.b
@@ -100,8 +110,8 @@ class Instant:
         self._note_met(due)
         noise = one.noise
         if has_many or closing <= noise or (b is not None and jumps(present, one)):
-            self._answer_round(present, [due], has_many)
-            return
+            self._answer_round(present, persistence, [due], has_many)
+            return True
         square = a.square if b is None else max(a.square, b.square)
         one.kind = HIT
         answer_lone(present, one)
@@ -111,7 +121,8 @@ class Instant:
         tell(present, one)
         square = max(square, a.square if b is None else max(a.square, b.square))
         self._send_off(present, one, max(NOISE * math.sqrt(square), noise))
-        pressing.look_after(present, one, slow)
+        persistence.go_after_lone(present, one)
+        return True
 
     def _send_off(self, present: Present, one: Contact, noise: float) -> None:
         """Give the balls of a lone hit their new paths; ``noise`` (m/s) may be rounding."""
@@ -139,7 +150,7 @@ class Instant:
         if is_new(due, self.met):
             self.met.append(due)
 
-    def _answer_several(self, present: Present, dues: list[Due]) -> None:
+    def _answer_several(self, present: Present, persistence: Persistence, dues: list[Due]) -> None:
         """Answer several contacts of this instant."""
         fastest = dues[0].a
         for due in dues:
@@ -150,9 +161,11 @@ class Instant:
         has_many = self._has_many_rounds(present, fastest)
         for due in dues:
             self._note_met(due)
-        self._answer_round(present, dues, has_many)
+        self._answer_round(present, persistence, dues, has_many)
 
-    def _answer_round(self, present: Present, dues: list[Due], has_many: bool) -> None:
+    def _answer_round(
+        self, present: Present, persistence: Persistence, dues: list[Due], has_many: bool
+    ) -> None:
         """Answer a round of contacts, or after many rounds all that touches."""
         discs: list[Disc] = []
         contacts = read(present, dues, discs)
@@ -160,22 +173,26 @@ class Instant:
             present.recorder.order_unknown(present.now)
         missed: list[Contact] = []
         if has_many:
-            dues = self._answer_cluster(present, contacts, discs, missed)
+            contacts = self._answer_cluster(present, persistence, contacts, discs, missed)
         else:
             resolve(present, contacts, discs, missed)
         self.changed = [each.ball for each in discs if each.changed]
         for one in missed:
             if not (has_many and (one.a.changed or (one.b is not None and one.b.changed))):
                 self.missed.append(one)
-        for due in dues:
-            pressing.look_after_round(present, due)
+        persistence.go_after(present, contacts, self.changed)
 
     def _answer_cluster(
-        self, present: Present, first: list[Contact], discs: list[Disc], missed: list[Contact]
-    ) -> list[Due]:
-        """Answer all that touches here, round after round, until nothing closes.
+        self,
+        present: Present,
+        persistence: Persistence,
+        first: list[Contact],
+        discs: list[Disc],
+        missed: list[Contact],
+    ) -> list[Contact]:
+        """Answer all that touches here, round after round, until nothing closes; return it.
 
-        The contacts that are read already come first. Return what touches.
+        The contacts that are read already come first.
         """
         dues = present.touching(self.met, [])
         contacts = read(present, dues, discs)
@@ -192,8 +209,10 @@ class Instant:
                 break
             hits += resolve(present, turn, discs, missed)
             turn = next_round(present, contacts, discs)
+            if persistence.are_faint(present, turn):
+                break
         self._begin()
-        return dues
+        return contacts
 
 
 def is_on_table(due: Due) -> bool:

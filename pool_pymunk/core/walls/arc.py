@@ -7,7 +7,15 @@ from typing import Final, final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, path_out_of_disc, path_to_disc, unit
-from pool_pymunk.core.walls.side import ALONG, BEFORE, GRAZING, Side, is_tangent, within_sector
+from pool_pymunk.core.walls.side import (
+    ALONG,
+    BEFORE,
+    GRAZING,
+    Side,
+    is_tangent,
+    room_in_sector,
+    within_sector,
+)
 
 # A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
 MOST_CROSSINGS: Final = 2
@@ -47,6 +55,10 @@ class Arc(Side):
         cx, cy = self.center
         dx, dy = x - cx, y - cy
         return self.facing / math.sqrt(dx * dx + dy * dy)
+
+    def room(self, x: float, y: float) -> float:
+        cx, cy = self.center
+        return room_in_sector(x - cx, y - cy, self.first, self.last)
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the arc: as it comes into the circle, or as it leaves it.

@@ -50,6 +50,12 @@ class Face(Side):
         nx, ny = self.outward
         return (x - x0) * nx + (y - y0) * ny
 
+    def room(self, x: float, y: float) -> float:
+        x0, y0 = self.start
+        tx, ty = self.tangent
+        foot = (x - x0) * tx + (y - y0) * ty
+        return min(foot, self.length - foot)
+
     def _has_foot(self, foot: float) -> bool:
         """Tell whether a place so far (m) along the tangent lies beside the face, to rounding."""
         slack = GRAZING * self.length

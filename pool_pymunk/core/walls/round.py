@@ -7,7 +7,7 @@ from typing import final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
-from pool_pymunk.core.walls.side import Side, is_tangent
+from pool_pymunk.core.walls.side import Side, is_tangent, room_in_sector
 
 AROUND: Vector = (0.0, 0.0)  # stands for the first and the last direction of a whole circle
 
@@ -45,6 +45,12 @@ class RoundSide(Side):
         cx, cy = self.center
         dx, dy = x - cx, y - cy
         return 1.0 / math.sqrt(dx * dx + dy * dy)
+
+    def room(self, x: float, y: float) -> float:
+        if self.first == AROUND:
+            return INF
+        cx, cy = self.center
+        return room_in_sector(x - cx, y - cy, self.first, self.last)
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the circle; never if its path is tangent, to rounding."""

@@ -54,6 +54,13 @@ class Side:
         """
         return 0.0
 
+    def room(self, x: float, y: float) -> float:
+        """Return how far (m) a ball that touches the side is from its nearer end.
+
+        It is negative beyond the end, and infinite where a side has none.
+        """
+        return INF
+
 
 def nearest_of(sides: list[Side], x: float, y: float, r: float) -> Side:
     """Return the side whose surface is nearest to a ball of radius ``r`` (m) at (x, y).
@@ -78,6 +85,18 @@ def is_tangent(path: Path, cx: float, cy: float, touching: float, rounding: floa
     along, near = dx * path.vx + dy * path.vy, touching + 2.0 * rounding
     begins_along = path.slows and along <= GRAZING * touching * path.speed
     return begins_along and dx * dx + dy * dy <= near * near
+
+
+def room_in_sector(x: float, y: float, first: Vector, last: Vector) -> float:
+    """Return how far a place is from the nearer end of a sector, along a circle around its tip.
+
+    It is a chord's share, good near the ends, and negative beyond them.
+    """
+    fx, fy = first
+    lx, ly = last
+    after, before = fx * y - fy * x, x * ly - y * lx
+    is_short = fx * ly - fy * lx >= 0.0  # at most half a turn
+    return min(after, before) if is_short else max(after, before)
 
 
 def within_sector(x: float, y: float, first: Vector, last: Vector) -> bool:

@@ -1,0 +1,87 @@
+"""Bounces that are left out when two sides begin to stay in contact have an effect of first order.
+
+A ball that rolls slips after each hit, and rolling resistance does not act meanwhile. While sides
+bounce ever lower, it therefore acts for a share of the time only. What else the bounces do is of
+second order in their speed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pool_pymunk.core.motion.surface import GYRATION
+from pool_pymunk.core.persistent.member import ROLL, SHARE, Member
+from pool_pymunk.core.persistent.touch import Touch
+
+
+def spare_drag(one: Touch, parting: float) -> None:
+    """Give balls that roll the speed that rolling resistance does not take while they bounce.
+
+    The sides part at a speed (m/s), or close if it is negative, and have the forces by which they
+    stay in contact. Each hit at a closing speed c lets a ball slip for a time that is proportional
+    to c, and the next one closes at r c. So all slips last 1 / (1 - r) times as long as the first.
+    """
+    e, press = one.pair.restitution, one.n * one.softness
+    if press <= 0.0 or e == 1.0:
+        return
+    a, b = one.a, one.b
+    slip_a, slip_b = slip_time(one, a), 0.0 if b is None else slip_time(one, b)
+    if slip_a == 0.0 and slip_b == 0.0:
+        return
+    ratio = next_closing(one, press, slip_a, slip_b)
+    closing = -parting
+    if parting > 0.0:  # It has hit already, at parting / e.
+        closing = ratio * parting / e if e > 0.0 else 0.0
+    hits = closing / (1.0 - ratio) if ratio < 1.0 else 0.0
+    a.spare_drag(slip_a * hits)
+    if b is not None:
+        b.spare_drag(slip_b * hits)
+
+
+def slip_time(one: Touch, each: Member) -> float:
+    """Return how long (s) a ball that rolls slips after a hit, for each m/s of the closing speed.
+
+    The hit changes its velocity by (1 + e) m / m_a (m: the reduced mass), and a slip u lasts for
+    2 |u| / (7 pull). A cushion also slows the roll into it, by 5/2 mu of that, up to all of it.
+    """
+    if each.phase != ROLL or each.pull == 0.0:
+        return 0.0
+    slip = (1.0 + one.pair.restitution) * one.unit / each.mass
+    if one.wrings:
+        slip -= min(one.mu * slip / GYRATION, 1.0)
+    return SHARE * slip / each.pull
+
+
+def next_closing(one: Touch, press: float, slip_a: float, slip_b: float) -> float:
+    """Return the closing speed of the next hit, as a share of that of the last one.
+
+    The sides part at e times the last one, and ``press`` pulls them together (m/s^2). As long as a
+    ball slips, the friction of the surface does so, too, in place of rolling resistance.
+    """
+    a, b, side = one.a, one.b, 1.0 if one.b is None else -1.0
+    pull_a = a.pull - side * a.drag * (a.hx * one.nx + a.hy * one.ny)
+    pull_b = 0.0 if b is None else b.pull - b.drag * (b.hx * one.nx + b.hy * one.ny)
+    both = press + pull_a + pull_b
+    if slip_a < slip_b:
+        spans = [(both, slip_a), (press + pull_b, slip_b - slip_a)]
+    else:
+        spans = [(both, slip_b), (press + pull_a, slip_a - slip_b)]
+    return return_speed(one.pair.restitution, spans, press)
+
+
+def return_speed(parting: float, spans: list[tuple[float, float]], press: float) -> float:
+    """Return the speed (m/s) at which sides close again that part at another one.
+
+    Accelerations (m/s^2) drive them together for some spans of time (s), and then ``press`` does.
+
+    >>> return_speed(1.0, [(2.0, 0.0)], 2.0), round(return_speed(1.0, [(4.0, 0.25)], 2.0), 4)
+    (1.0, 0.7071)
+    """
+    gap = 0.0
+    for pull, span in spans:
+        back = (parting + math.sqrt(parting * parting + 2.0 * pull * gap)) / pull
+        if back <= span:
+            return pull * back - parting
+        gap += span * (parting - pull * span / 2.0)
+        parting -= pull * span
+    return math.sqrt(parting * parting + 2.0 * press * gap)

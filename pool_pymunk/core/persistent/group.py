@@ -1,0 +1,472 @@
+"""A group of balls moves in pieces; a mode says what presses, slides, slips and rolls.
+
+The mode is a complementarity problem: of each force and of what it holds, one is at its bound.
+Relaxing the contacts in turn (Gauss and Seidel) finds what is at its bound, and a linear system
+then gives the forces. A piece is one step of the method of Runge, Kutta and Nystroem; it ends where
+a force, a slip, a speed, or what static friction has left, falls to 0.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.surface import GYRATION
+from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member, Rates
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
+
+EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
+WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
+RIDGE: Final = 1e-10  # Redundant forces are those of least norm, to such a share.
+ROUNDS: Final = 20
+SWEEPS: Final = 4
+GROWTH: Final = 4.0
+NEVER: Final = -1
+
+
+@final
+class Unknown:
+    """An unknown force of the linear system, and its row there."""
+
+    __slots__ = ("base", "kind", "row", "touch")
+
+    def __init__(self, touch: Touch, kind: int, row: int) -> None:
+        self.touch = touch
+        self.kind = kind
+        self.row = row
+        self.base = 0.0
+
+
+@final
+class Group:
+    """A group has members and touches, and plays a piece at a time from ``began`` (s).
+
+    ``tolerance`` (m) is what may go unseen. ``fell`` is the number of the measure that ends it.
+    """
+
+    def __init__(
+        self, members: list[Member], touches: list[Touch], now: float, scale: Scale
+    ) -> None:
+        self.members = members
+        self.touches = touches
+        self.scale = scale
+        self.tolerance = EXACT * scale.tolerance
+        self.began = now
+        self.time = 0.0
+        self.longest = scale.first
+        self.least = scale.least
+        self.fell = NEVER
+        self.leader: Ball | None = None  # The end of a piece is due for this ball.
+        self.is_even = True
+        self.unknowns: list[Unknown] = []
+        self.matrix: list[list[float]] = []
+        count = 4 * len(touches) + 2 * len(members)
+        self.before = [0.0] * count
+        self.after = [0.0] * count
+        pull = max([max(each.pull, each.drag) for each in members])
+        for one in touches:
+            one.look()
+            pull = max(pull, abs(one.bend) * one.slip * one.slip if one.b is None else 0.0)
+        self.weak = WEAK * pull
+
+    # -- forces --------------------------------------------------------------------------------
+
+    def look(self) -> None:
+        """Find normals and slips, and the pushes of the present forces along them."""
+        for each in self.members:
+            each.fx = each.fy = each.cx = each.cy = 0.0
+            each.face()
+        for one in self.touches:
+            one.look()
+            n, t, i = one.n, one.t, one.i
+            one.n = one.t = one.i = 0.0
+            if n != 0.0:
+                one.press(n, t, i)
+
+    def decide(self, now: float, joins: bool) -> bool:
+        """Find the mode of the present state, and its forces; tell whether all fits.
+
+        Sides that part or close are no contacts, unless the group ``joins`` them next.
+        """
+        none = self.scale.none
+        for each in self.members:
+            each.mode = each.phase
+            each.begin()
+        self.look()
+        for one in self.touches:
+            one.closed = joins or (one.later <= now and abs(one.opening) <= 100.0 * self.scale.none)
+            if not one.closed:
+                one.press(0.0, 0.0, 0.0)
+        fits = False
+        for k in range(ROUNDS):
+            for each in self.members:
+                each.hold(now)
+                each.move()
+            for _ in range(SWEEPS * (k + 1)):
+                for one in self.touches:
+                    if one.closed:
+                        one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
+            self._adopt()
+            self.solve(False)
+            fits = self._fits(now)
+            if fits:
+                break
+        for each in self.members:
+            if each.mode != each.phase:  # It is let go.
+                each.phase, each.gx, each.gy = each.mode, each.hx, each.hy
+        return fits
+
+    def goes_on(self, now: float) -> bool:
+        """Find the forces of the present state in this mode; tell whether it still fits."""
+        for each in self.members:
+            each.mode = each.phase
+            each.begin()
+        self.solve(True)
+        return self._fits(now)
+
+    def _adopt(self) -> None:
+        """List the unknown forces: those that are not at their bounds."""
+        none = self.scale.none
+        self.unknowns = []
+        for one in self.touches:
+            one.on = one.closed and one.n > self.weak * one.unit
+            if not one.on:
+                one.press(0.0, 0.0, 0.0)
+                continue
+            self.hold(one, NORMAL)
+            one.slides, most = sign(one.slip, none), 0.999999999 * one.mu * one.n
+            if one.slides == 0.0 and abs(one.t) > most:
+                one.slides = -math.copysign(1.0, one.t)
+            if one.slides == 0.0 and one.mu > 0.0:
+                self.hold(one, ALONG)
+            one.turns, most = sign(one.roll_in, none), 2.5 * most
+            if one.turns == 0.0 and abs(one.i) > most:
+                one.turns = -math.copysign(1.0, one.i)
+            if one.turns == 0.0 and one.wrings and one.a.mode != REST:
+                self.hold(one, INTO)
+        self.make_room()
+
+    def make_room(self) -> None:
+        """Make room for the linear system."""
+        self.matrix = [[0.0] * (len(self.unknowns) + 1) for _ in self.unknowns]
+
+    def hold(self, one: Touch, kind: int) -> None:
+        self.unknowns.append(Unknown(one, kind, len(self.unknowns)))
+
+    def solve(self, moved: bool) -> None:
+        """Find the forces and the rates of the present state in this mode."""
+        if moved:
+            for each in self.members:
+                each.face()
+            for one in self.touches:
+                one.look()
+        self._free()
+        count = len(self.unknowns)
+        for force in self.unknowns:
+            self.matrix[force.row][count] = -force.touch.rate(force.kind)
+        self._solve_system()
+
+    def _free(self) -> None:
+        """Find the rates without forces."""
+        for one in self.touches:
+            one.n = one.t = one.i = 0.0
+        for each in self.members:
+            each.fx = each.fy = each.cx = each.cy = 0.0
+            each.move()
+
+    def _solve_system(self) -> None:
+        """Find the forces that bring to 0 what is in the last column, and the rates by them."""
+        unknowns, matrix = self.unknowns, self.matrix
+        for force in unknowns:
+            force.base = force.touch.rate(force.kind)
+        for force in unknowns:
+            one, q = force.touch, force.row
+            one.add(force.kind, one.unit)
+            one.move()
+            for other in unknowns:
+                near, part = other.touch, 0.0
+                if near is one or near.has(one.a) or (one.b is not None and near.has(one.b)):
+                    part = near.rate(other.kind) - other.base
+                matrix[other.row][q] = part
+            matrix[q][q] += RIDGE
+            one.press(0.0, 0.0, 0.0)
+            one.move()
+        eliminate(matrix, len(unknowns))
+        for force in unknowns:
+            force.touch.add(force.kind, matrix[force.row][len(unknowns)] * force.touch.unit)
+        for each in self.members:
+            each.move()
+
+    def _fits(self, now: float) -> bool:
+        """Tell whether no force pulls, friction holds what it should, and nothing closes."""
+        for one in self.touches:
+            if one.on:
+                if not self._fits_touch(one):
+                    return False
+            elif one.closed and one.rate(NORMAL) < -4.0 * self.weak:
+                return False
+        for each in self.members:
+            if not self._fits_member(each, now):
+                return False
+        return True
+
+    def _fits_touch(self, one: Touch) -> bool:
+        """Tell whether no force pulls, and friction holds what it should."""
+        none, slack = self.scale.none, self.weak * one.unit
+        if one.n < -slack:
+            return False
+        most = one.mu * one.n + slack
+        if one.slides == 0.0 and abs(one.t) > most:
+            return False
+        if one.turns == 0.0 and abs(one.i) > most / GYRATION:
+            return False
+        slides = sign(one.slip, none)
+        if slides == 0.0 and one.slides != 0.0 and one.rate(ALONG) * one.slides < -self.weak:
+            return False
+        is_other = slides != 0.0 and slides != one.slides
+        return not (is_other or sign(one.roll_in, none) * one.turns < 0.0)
+
+    def _fits_member(self, each: Member, now: float) -> bool:
+        """Tell whether static friction holds a ball, or what it lets go moves on."""
+        if each.mode == each.phase:
+            return each.spare(now) >= -self.weak
+        x, y = each.ax, each.ay
+        if each.mode == SLIP:
+            x, y = x - each.bx, y - each.by
+        return x * each.hx + y * each.hy >= -self.weak
+
+    # -- changes of velocity -------------------------------------------------------------------
+
+    def join(self) -> None:
+        """Take away the speeds at which sides part or close, by impulses with their friction.
+
+        They are the forces of the present mode that would change velocities as much in 1 s.
+        """
+        self._free()
+        for each in self.members:
+            each.second = each.rates
+        for force in self.unknowns:
+            self.matrix[force.row][len(self.unknowns)] = -force.touch.speed(force.kind)
+        self._solve_system()
+        for each in self.members:
+            ax, ay, bx, by = each.second
+            each.vx, each.vy = each.vx + each.ax - ax, each.vy + each.ay - ay
+            each.wx, each.wy = each.wx + each.bx - bx, each.wy + each.by - by
+
+    def close(self) -> None:
+        """Close the gaps that a step has left open by its error."""
+        for _ in range(3):
+            for one in self.touches:
+                if one.on:
+                    one.look()
+                    gap = one.gap
+                    if gap < INF:
+                        one.shift(-gap, -one.opening)
+        for each in self.members:
+            if each.phase == ROLL:
+                each.wx, each.wy = each.vx, each.vy
+
+    # -- pieces --------------------------------------------------------------------------------
+
+    def play(self, now: float) -> None:
+        """Play a piece; the present state, whose forces are known, becomes that at its end."""
+        self.began, h = now, self.longest
+        for each in self.members:
+            each.mode = each.phase
+            each.begin()
+            each.first = each.rates
+            fades = each.fades_in()
+            if 0.0 < fades < INF:
+                h = min(h, 1.01 * fades)
+        h = max(h, self.least)
+        self._measure(self.before, now)
+        while True:
+            off = self.step(h)
+            if off <= 1.0 or h <= self.least:
+                break
+            h = max(h * max(0.1, 0.9 / off ** (1.0 / 3.0)), self.least)
+        self.longest = h * min(GROWTH, 0.9 / max(off, 1e-9) ** (1.0 / 3.0))
+        self._measure(self.after, now + h)
+        self.fell = self._first_to_fall()
+        if self.fell >= 0 and h > self.least:
+            h = self._locate(h, now)
+        self.time = h
+
+    def step(self, h: float) -> float:
+        """Go on from the beginning for a time (s); return how many times too far off that is."""
+        for each in self.members:
+            each.advance(h, 0.5, each.first, each.first)
+        self.solve(True)
+        jump = 0.0
+        for each in self.members:
+            each.second = each.rates
+            (ax, ay, bx, by), (px, py, qx, qy) = each.first, each.second
+            jump = max(jump, abs(px - ax), abs(py - ay), abs(qx - bx), abs(qy - by))
+        self.is_even = jump * h * h <= 1e-6 * self.tolerance
+        off = 0.0
+        if self.is_even:
+            for each in self.members:
+                each.advance(h, 1.0, each.second, each.second)
+        else:
+            off = self._rest_of_step(h)
+        self.close()
+        self.solve(True)
+        return off
+
+    def _rest_of_step(self, h: float) -> float:
+        for each in self.members:
+            each.advance(h, 0.5, each.second, each.first)
+        self.solve(True)
+        for each in self.members:
+            each.third = each.rates
+            each.advance(h, 1.0, each.third, each.third)
+        self.solve(True)
+        jump = error = 0.0
+        for each in self.members:
+            a, b, c, d = each.first, each.second, each.third, each.rates
+            each.advance(h, 1.0, mean(a, b, c, d, 2.0, 1.0), mean(a, b, c, d, 1.0, 0.0))
+            jump = max(jump, abs(d[0] - a[0]), abs(d[1] - a[1]))
+            error = max(
+                error, abs(c[0] - b[0]), abs(c[1] - b[1]), abs(c[2] - b[2]), abs(c[3] - b[3])
+            )
+        return max(0.025 * jump * h * h / self.tolerance, 0.1 * error * h / self.tolerance)
+
+    def go_to(self, t: float) -> None:
+        """Let the state be that at a time (s) of the piece."""
+        if t - self.began != self.time:
+            for each in self.members:
+                each.mode = each.phase
+                if t <= self.began:
+                    each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+            if t > self.began:
+                self.step(t - self.began)
+
+    def path(self, each: Member) -> Path:
+        """Return the path of a member in this piece: it has its place at the end, too."""
+        x, y, vx, vy, wx, wy = each.start
+        h = self.time
+        ax, ay = 2.0 * ((each.x - x) / h - vx) / h, 2.0 * ((each.y - y) / h - vy) / h
+        return Path(self.began, x, y, vx, vy, ax, ay, self.began + h, False, wx, wy)
+
+    # -- what ends a piece ---------------------------------------------------------------------
+
+    def _measure(self, found: list[float], t: float) -> None:
+        """Find the numbers that end the mode where they fall to 0."""
+        k = 0
+        for one in self.touches:
+            force = slides = turns = end = INF
+            if one.on and one.softness > 0.0:
+                force, end, most = one.n / one.unit, one.room, one.mu * one.n
+                if one.mu > 0.0:
+                    slides = (
+                        one.slides * one.slip
+                        if one.slides != 0.0
+                        else (most - abs(one.t)) / one.unit
+                    )
+                if one.wrings and one.a.phase == SLIP:
+                    if one.turns != 0.0:
+                        turns = one.turns * one.roll_in
+                    else:
+                        turns = (2.5 * most - abs(one.i)) / one.unit
+            found[k], found[k + 1], found[k + 2], found[k + 3] = force, slides, turns, end
+            k += 4
+        for each in self.members:
+            found[k], found[k + 1] = each.spare(t), each.left()
+            k += 2
+
+    def _slack(self, which: int) -> float:
+        """Return how far below 0 a measure is where it ends the mode."""
+        k, kind = which // 4, which % 4
+        if k >= len(self.touches):
+            return self.scale.faded if (which - 4 * len(self.touches)) % 2 == 1 else 2.0 * self.weak
+        if kind == 3:
+            return 1e-10 * self.tolerance
+        one = self.touches[k]
+        is_speed = (kind == 1 and one.slides != 0.0) or (kind == 2 and one.turns != 0.0)
+        return self.scale.faded if is_speed else 2.0 * self.weak
+
+    def _first_to_fall(self) -> int:
+        soonest, found = INF, NEVER
+        for q in range(len(self.after)):
+            if self.after[q] < 0.0 and self.after[q] < -self._slack(q):
+                start = max(self.before[q], 0.0)
+                when = start / (start - self.after[q])
+                if when < soonest:
+                    soonest, found = when, q
+        return found
+
+    def _locate(self, h: float, now: float) -> float:
+        """Find when (s) a measure falls to 0 within a piece (Illinois); play until then."""
+        which = self.fell
+        low, high, was_high = 0.0, h, True
+        m_low, m_high = max(self.before[which], 0.0), self.after[which]
+        t = h
+        for _ in range(50):
+            slack = self._slack(which)
+            if m_high >= -4.0 * slack or high - low <= 1e-3 * self.least or high <= self.least:
+                break
+            t = max(low + (high - low) * (m_low + 2.0 * slack) / (m_low - m_high), self.least)
+            t = min(t, high)
+            self.step(t)
+            self._measure(self.after, now + t)
+            falls = self._first_to_fall()
+            if falls >= 0 and falls != which:
+                which, low, m_low = falls, 0.0, max(self.before[falls], 0.0)
+            if falls >= 0:
+                high, m_high = t, self.after[which]
+                m_low /= 2.0 if was_high else 1.0
+            else:
+                low, m_low = t, self.after[which]
+                m_high /= 1.0 if was_high else 2.0
+            was_high = falls >= 0
+        if t != high:
+            self.step(high)
+        self.fell = which
+        return high
+
+
+def sign(x: float, none: float) -> float:
+    """Return 1 or -1, or 0 for a speed (m/s) that is none."""
+    return 0.0 if abs(x) <= none else (1.0 if x > 0.0 else -1.0)
+
+
+def mean(a: Rates, b: Rates, c: Rates, d: Rates, middle: float, last: float) -> Rates:
+    """Return the mean rates of a step, with these weights."""
+    total = 1.0 + 2.0 * middle + last
+    return (
+        (a[0] + middle * (b[0] + c[0]) + last * d[0]) / total,
+        (a[1] + middle * (b[1] + c[1]) + last * d[1]) / total,
+        (a[2] + middle * (b[2] + c[2]) + last * d[2]) / total,
+        (a[3] + middle * (b[3] + c[3]) + last * d[3]) / total,
+    )
+
+
+def eliminate(matrix: list[list[float]], count: int) -> None:
+    """Solve a linear system in place (Gauss); its last column becomes the solution."""
+    for q in range(count):
+        best, size = q, abs(matrix[q][q])
+        for p in range(q + 1, count):
+            if abs(matrix[p][q]) > size:
+                best, size = p, abs(matrix[p][q])
+        if best != q:
+            matrix[q], matrix[best] = matrix[best], matrix[q]
+        row = matrix[q]
+        for p in range(q + 1, count):
+            other = matrix[p]
+            part = other[q]
+            if part != 0.0:
+                part /= row[q]
+                for m in range(q + 1, count + 1):
+                    if row[m] != 0.0:
+                        other[m] -= part * row[m]
+    for q in range(count - 1, -1, -1):
+        row = matrix[q]
+        found = row[count]
+        for m in range(q + 1, count):
+            if row[m] != 0.0:
+                found -= row[m] * matrix[m][count]
+        row[count] = found / row[q] if row[q] != 0.0 else 0.0

@@ -1,0 +1,217 @@
+"""A ball of a group in persistent contact: what pushes it, and the friction of the surface.
+
+With f the push of a ball's contacts, c what cushions do to its roll (both as accelerations), the
+slip u = v - w and the surface's decelerations ``pull`` of sliding and ``drag`` of rolling:
+
+- A ball that slips has dv/dt = f - pull u/|u| and dw/dt = c + (5/2) pull u/|u|.
+- One that rolls has dv/dt = dw/dt = (5/7) f + (2/7) c - drag v/|v|, while (2/7) |f - c| <= pull.
+- One that rests stays while |(5/7) f + (2/7) c| <= drag.
+
+Discs have w = 0, and rest while |f| <= pull.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.motion.path import Motion
+from pool_pymunk.core.motion.surface import GYRATION, Surface
+from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.persistent.scale import Scale
+
+# The phases of a ball; friction that does not hold lets it go on to the next one.
+REST: Final = 0
+ROLL: Final = 1
+SLIP: Final = 2
+
+SHARE: Final = 2.0 / 7.0  # This share of a slip is taken off the velocity until the ball rolls.
+
+Rates = tuple[float, float, float, float]  # dv/dt, dw/dt (m/s^2)
+State = tuple[float, float, float, float, float, float]  # x, y (m), vx, vy, wx, wy (m/s)
+
+
+@final
+class Member:
+    """A member is a ball of a group, with its state, the pushes on it, and its rates.
+
+    Surface friction points against (``hx``, ``hy``), which was (``gx``, ``gy``) at the beginning of
+    a piece. The ``phase`` is that of its state, the ``mode`` what friction makes of it: the next
+    phase, if the pushes are too strong to hold. Until ``held`` (s) nothing lets it go. A group owns
+    it, and touches push it.
+    """
+
+    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
+                 "gy", "held", "hx", "hy", "mass", "mode", "phase", "pull", "rolls", "scale",
+                 "second", "start", "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+
+    def __init__(
+        self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector
+    ) -> None:
+        self.scale = scale
+        self.ball = ball
+        self.mass = ball.mass
+        self.pull = surface.pull
+        self.drag = surface.drag
+        self.rolls = surface.rolls
+        self.x, self.y, self.vx, self.vy = motion
+        self.wx, self.wy = roll
+        self.phase = self.mode = SLIP
+        self.held = -INF
+        self.gx, self.gy = 1.0, 0.0
+        self.hx, self.hy = 1.0, 0.0
+        self.fx = self.fy = self.cx = self.cy = 0.0
+        self.ax = self.ay = self.bx = self.by = 0.0
+        self.start: State = self.state
+        self.first: Rates = (0.0, 0.0, 0.0, 0.0)
+        self.second: Rates = self.first
+        self.third: Rates = self.first
+
+    @property
+    def state(self) -> State:
+        """The place (m), the velocity and the roll (m/s)."""
+        return self.x, self.y, self.vx, self.vy, self.wx, self.wy
+
+    @property
+    def rates(self) -> Rates:
+        """The rates of velocity and roll (m/s^2)."""
+        return self.ax, self.ay, self.bx, self.by
+
+    @property
+    def lightness(self) -> float:
+        """The acceleration of the ball by a push of 1 N (1/kg)."""
+        if self.mode == REST:
+            return 0.0
+        return (1.0 - SHARE if self.mode == ROLL else 1.0) / self.mass
+
+    # -- slip and speed ----------------------------------------------------------------------------
+
+    @property
+    def gliding(self) -> Vector:
+        """The slip (m/s), or the velocity of a ball that rolls; friction acts against it."""
+        if self.phase == SLIP:
+            return self.vx - self.wx, self.vy - self.wy
+        return self.vx, self.vy
+
+    def face(self) -> None:
+        """Find the direction of friction; it does not turn back within a piece."""
+        x, y = self.gliding
+        size = math.sqrt(x * x + y * y)
+        if size > self.scale.faded and x * self.gx + y * self.gy > 0.0:
+            self.hx, self.hy = x / size, y / size
+        else:
+            self.hx, self.hy = self.gx, self.gy
+
+    def begin(self) -> None:
+        """Keep state and direction as those of the beginning of a piece."""
+        x, y = self.gliding
+        size = math.sqrt(x * x + y * y)
+        if size > self.scale.faded:
+            self.gx, self.gy = x / size, y / size
+        self.start = self.state
+
+    def left(self) -> float:
+        """Return the slip or the speed (m/s), negative once it has turned back."""
+        if self.phase == REST:
+            return INF
+        x, y = self.gliding
+        size = math.sqrt(x * x + y * y)
+        return size if x * self.gx + y * self.gy >= 0.0 else -size
+
+    def fades_in(self) -> float:
+        """Return the time (s) in which slip or speed fade at the present rates."""
+        if self.phase == REST:
+            return INF
+        x, y = self.gliding
+        a, b = self.ax, self.ay
+        if self.phase == SLIP:
+            a, b = a - self.bx, b - self.by
+        loss = -(x * a + y * b)
+        return (x * x + y * y) / loss if loss > 0.0 else INF
+
+    def settle(self) -> None:
+        """Let a ball roll whose slip has faded, or rest whose speed has.
+
+        What remains of a slip u fades at once, and momentum is kept. It would have faded after
+        2 |u| / (7 pull), and rolling resistance would not have acted until then.
+        """
+        if self.phase == SLIP and self.rolls:
+            spared = self._spared(self.vx - self.wx, self.vy - self.wy)
+            self.vx = self.wx = (1.0 - SHARE) * self.vx + SHARE * self.wx
+            self.vy = self.wy = (1.0 - SHARE) * self.vy + SHARE * self.wy
+            self.phase = self.mode = ROLL
+            self.spare_drag(spared)
+            if self.vx * self.vx + self.vy * self.vy > self.scale.creep * self.scale.creep:
+                return
+        self.vx = self.vy = self.wx = self.wy = 0.0
+        self.phase = self.mode = REST
+
+    def _spared(self, ux: float, uy: float) -> float:
+        """Return how long (s) a slip (m/s) lasts."""
+        return SHARE * math.sqrt(ux * ux + uy * uy) / self.pull if self.pull > 0.0 else 0.0
+
+    def spare_drag(self, time: float) -> None:
+        """Give a ball that rolls the speed again that rolling resistance takes in a time (s)."""
+        speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
+        if self.phase == ROLL and speed > self.scale.faded:
+            part = 1.0 + self.drag * time / speed
+            self.vx, self.vy = part * self.vx, part * self.vy
+            self.wx, self.wy = self.vx, self.vy
+
+    # -- rates -------------------------------------------------------------------------------------
+
+    def move(self) -> None:
+        """Find the rates by the pushes, in this mode."""
+        if self.mode == SLIP:
+            x, y = self.pull * self.hx, self.pull * self.hy
+            self.ax, self.ay = self.fx - x, self.fy - y
+            if self.rolls:
+                self.bx, self.by = self.cx + x / GYRATION, self.cy + y / GYRATION
+        elif self.mode == ROLL:
+            self.ax = self.bx = (1.0 - SHARE) * self.fx + SHARE * self.cx - self.drag * self.hx
+            self.ay = self.by = (1.0 - SHARE) * self.fy + SHARE * self.cy - self.drag * self.hy
+        else:
+            self.ax = self.ay = self.bx = self.by = 0.0
+
+    @property
+    def drive(self) -> Vector:
+        """The acceleration (m/s^2) that static friction has to hold."""
+        if not self.rolls:
+            return self.fx, self.fy
+        if self.phase == ROLL:
+            return SHARE * (self.fx - self.cx), SHARE * (self.fy - self.cy)
+        k = 1.0 - SHARE
+        return k * self.fx + SHARE * self.cx, k * self.fy + SHARE * self.cy
+
+    def spare(self, now: float) -> float:
+        """Return how much more (m/s^2) static friction could hold."""
+        if self.phase == SLIP or self.mode != self.phase or now < self.held:
+            return INF
+        x, y = self.drive
+        most = self.drag if self.phase == REST and self.rolls else self.pull
+        return most - math.sqrt(x * x + y * y)
+
+    def hold(self, now: float) -> None:
+        """Let static friction hold the ball as it is, or let it go along its drive."""
+        self.mode = self.phase
+        if self.spare(now) >= 0.0:
+            self.face()
+        else:
+            x, y = self.drive
+            size = math.sqrt(x * x + y * y)
+            self.hx, self.hy = x / size, y / size
+            self.mode = ROLL if self.phase == REST and self.rolls else SLIP
+
+    def advance(self, h: float, share: float, rates: Rates, mean: Rates) -> None:
+        """Let the state be that ``share h`` (s) after the beginning.
+
+        Velocities change by these rates, and places by the mean ones.
+        """
+        x, y, vx, vy, wx, wy = self.start
+        ax, ay, bx, by = rates
+        mx, my, _x, _y = mean
+        s = share * h
+        self.x, self.y = x + s * (vx + s * mx / 2.0), y + s * (vy + s * my / 2.0)
+        self.vx, self.vy = vx + s * ax, vy + s * ay
+        self.wx, self.wy = wx + s * bx, wy + s * by

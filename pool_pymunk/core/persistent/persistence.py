@@ -1,0 +1,74 @@
+"""The engine asks a persistence about contacts that persist; where nothing presses, none does."""
+
+from __future__ import annotations
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.present import Present
+from pool_pymunk.core.queue import Due
+from pool_pymunk.core.walls.wall import Wall
+
+
+class Persistence:
+    """On a table without friction, and without hollow arcs, no contact persists.
+
+    The engine and its instants ask this whether hits are hits, and tell it of those that were
+    answered. ``loose`` are balls on new paths, which the engine is to predict. Once it
+    ``declines``, the run is to be played by somebody else.
+    """
+
+    def __init__(self) -> None:
+        self.loose: list[Ball] = []
+        self.declines = False
+
+    def take_loose(self) -> list[Ball]:
+        """Return the balls on new paths, which are to be predicted, and forget them."""
+        balls, self.loose = self.loose, []
+        return balls
+
+    # -- before a hit ------------------------------------------------------------------------------
+
+    def allows(self, present: Present, hit: Due) -> float:
+        """Return when (s) a predicted hit is due: later than predicted, or never (infinity)."""
+        return hit.t
+
+    def concerns(self, present: Present, one: Contact) -> bool:
+        """Tell whether a hit that comes alone may be more than that."""
+        return False
+
+    def release(self, present: Present, dues: list[Due]) -> None:
+        """Let the balls of these hits go on by themselves."""
+
+    def loud(self, present: Present, dues: list[Due]) -> list[Due]:
+        """Return those of some hits that are to be answered."""
+        return dues
+
+    def are_faint(self, present: Present, contacts: list[Contact]) -> bool:
+        """Tell whether the hits of a round would all be too faint to be seen."""
+        return False
+
+    # -- after it ----------------------------------------------------------------------------------
+
+    def go_after_lone(self, present: Present, one: Contact) -> None:
+        """Take note of a hit that came alone."""
+
+    def go_after(self, present: Present, contacts: list[Contact], changed: list[Ball]) -> None:
+        """Take note of the contacts of an instant, and of the balls that it has changed."""
+
+    # -- while contacts persist --------------------------------------------------------------------
+
+    def go_on(self, present: Present, ball: Ball) -> None:
+        """Go on at the end of a piece of a ball's group."""
+
+    def leave(self, present: Present, ball: Ball) -> None:
+        """Take the group of a ball apart, which is to go on otherwise."""
+
+    def go_on_from(self, present: Present, ball: Ball) -> None:
+        """Let contacts persist around a ball that goes on otherwise."""
+
+
+def sides_of(a: Ball, b: Ball | None, wall: Wall | None) -> tuple[int, int]:
+    """Return the numbers of two sides: a ball, and another one or -1 - a wall's place."""
+    if b is not None:
+        return (a.number, b.number) if a.number < b.number else (b.number, a.number)
+    return a.number, -1 if wall is None else -1 - wall.place

@@ -1,0 +1,40 @@
+"""The scale of a table tells what is small: tiny speeds and times, for balls of any size."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+# The numbers are shares of the speed and the time in which friction moves a ball by its radius. For
+# a pool ball on cloth these are 0.24 m/s and 0.12 s.
+NONE: Final = 4e-9
+FADED: Final = 4e-10
+CREEP: Final = 4e-8
+NOISE: Final = 4e-12
+FIRST: Final = 0.16
+LEAST: Final = 8e-6
+HUSHED: Final = 1.2  # tolerances in that time
+
+
+@final
+class Scale:
+    """A scale has the tolerance (m) of contacts that persist, and what is small beside it.
+
+    A slip (m/s) that is not larger than ``none`` is none, and it has fallen to 0 by ``faded``. A
+    ball slower than ``creep`` rests, if it was hit often of late. So much of the velocities of a
+    group is ``noise``. Slower hits around groups than ``hushed`` (m/s) wait for a moment. The
+    first piece that is tried has ``first`` (s), and none is shorter than ``least`` (s). Groups and
+    their members ask it.
+    """
+
+    def __init__(self, tolerance: float, radius: float, pull: float) -> None:
+        pull = pull if pull > 0.0 else 1.0
+        speed, time = math.sqrt(pull * radius), math.sqrt(radius / pull)
+        self.tolerance = tolerance
+        self.none = NONE * speed
+        self.faded = FADED * speed
+        self.creep = CREEP * speed
+        self.noise = NOISE * speed
+        self.hushed = HUSHED * tolerance / time
+        self.first = FIRST * time
+        self.least = LEAST * time

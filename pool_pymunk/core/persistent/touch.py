@@ -1,0 +1,185 @@
+"""Balls that touch press on each other, or on walls; a touch has its forces, with friction."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.surface import GYRATION
+from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.persistent.member import REST, ROLL, Member
+from pool_pymunk.core.walls.side import Side
+from pool_pymunk.core.walls.wall import Wall
+
+NORMAL: Final = 0  # kinds of forces: N, friction along the contact, friction that slows the roll
+ALONG: Final = 1
+INTO: Final = 2
+
+
+@final
+class Touch:
+    """A touch is a contact of a group: of two members, or of one and a side of a wall.
+
+    Its forces (N) are ``n`` along the normal, ``t`` along the tangent, and ``i``, which slows the
+    roll into a cushion. ``slides`` and ``turns`` have the signs of the slip and of that roll; where
+    they are 0, friction holds them. What has opened is no contact until ``later`` (s).
+    """
+
+    __slots__ = ("a", "b", "bend", "closed", "i", "later", "mu", "n", "nx", "ny", "on", "pair",
+                 "side", "slides", "slip", "t", "turns", "unit", "wall", "wrings")  # fmt: skip
+
+    def __init__(
+        self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
+    ) -> None:
+        self.a = a
+        self.b = b
+        self.wall = wall
+        self.side = side
+        self.pair = pair
+        self.mu = pair.friction
+        self.unit = a.mass if b is None else a.mass * b.mass / (a.mass + b.mass)
+        self.wrings = b is None and a.rolls and pair.friction > 0.0
+        self.on = self.closed = False
+        self.later = -INF
+        self.slides = self.turns = 0.0
+        self.n = self.t = self.i = 0.0
+        self.nx, self.ny, self.bend, self.slip = 1.0, 0.0, 0.0, 0.0
+
+    # -- where it is ---------------------------------------------------------------------------
+
+    def look(self) -> None:
+        """Find normal, bend (1/m) and slip (m/s)."""
+        a, b, side = self.a, self.b, self.side
+        u, v = a.vx, a.vy
+        if b is not None:
+            dx, dy = b.x - a.x, b.y - a.y
+            distance = math.sqrt(dx * dx + dy * dy)
+            self.nx, self.ny, self.bend = dx / distance, dy / distance, 1.0 / distance
+            u, v = b.vx - u, b.vy - v
+        elif side is not None:
+            self.nx, self.ny = side.normal(a.x, a.y)
+            self.bend = side.curvature(a.x, a.y)
+        self.slip = v * self.nx - u * self.ny
+
+    @property
+    def gap(self) -> float:
+        a, b, side = self.a, self.b, self.side
+        if b is not None:
+            dx, dy = b.x - a.x, b.y - a.y
+            return math.sqrt(dx * dx + dy * dy) - a.ball.radius - b.ball.radius
+        assert side is not None, "a touch has another side"
+        return side.gap(a.x, a.y, a.ball.radius)
+
+    @property
+    def opening(self) -> float:
+        """The speed (m/s) at which the sides part."""
+        a, b = self.a, self.b
+        along = a.vx * self.nx + a.vy * self.ny
+        return along if b is None else b.vx * self.nx + b.vy * self.ny - along
+
+    @property
+    def roll_in(self) -> float:
+        """The part of the roll (m/s) along the normal."""
+        return self.a.wx * self.nx + self.a.wy * self.ny
+
+    @property
+    def room(self) -> float:
+        """The distance (m) to the end of the side."""
+        side = self.side
+        return INF if side is None else side.room(self.a.x, self.a.y) + 2e-8 * self.a.ball.radius
+
+    @property
+    def softness(self) -> float:
+        """The acceleration at which a push of 1 N drives the two sides apart (1/kg)."""
+        return self.a.lightness + (0.0 if self.b is None else self.b.lightness)
+
+    def has(self, member: Member) -> bool:
+        return self.a is member or self.b is member
+
+    def shift(self, gap: float, opening: float) -> None:
+        """Move the sides apart by a length (m) and a speed (m/s); no momentum is lost."""
+        total = self.softness
+        if total == 0.0:
+            return
+        for each, sign in ((self.a, 1.0 if self.b is None else -1.0), (self.b, 1.0)):
+            if each is not None:
+                part = sign * each.lightness / total
+                each.x, each.y = each.x + part * gap * self.nx, each.y + part * gap * self.ny
+                part *= opening
+                each.vx, each.vy = each.vx + part * self.nx, each.vy + part * self.ny
+                if each.phase == ROLL:
+                    each.wx, each.wy = each.vx, each.vy
+
+    # -- forces --------------------------------------------------------------------------------
+
+    def press(self, n: float, t: float, i: float) -> None:
+        """Let the forces (N) be these: change the pushes on the balls."""
+        dn, dt, di = n - self.n, t - self.t, i - self.i
+        self.n, self.t, self.i = n, t, i
+        x, y = dn * self.nx - dt * self.ny, dn * self.ny + dt * self.nx
+        a, b = self.a, self.b
+        m = a.mass
+        if b is None:
+            a.fx, a.fy = a.fx + x / m, a.fy + y / m
+            a.cx, a.cy = a.cx + di / m * self.nx, a.cy + di / m * self.ny
+        else:
+            a.fx, a.fy = a.fx - x / m, a.fy - y / m
+            m = b.mass
+            b.fx, b.fy = b.fx + x / m, b.fy + y / m
+
+    def rate(self, kind: int) -> float:
+        """Return what a force is to bring to 0 (m/s^2): how fast the gap, or a slip, changes."""
+        a, b, nx, ny = self.a, self.b, self.nx, self.ny
+        if kind == INTO:
+            if a.mode == ROLL:
+                return (a.cx - a.fx) * nx + (a.cy - a.fy) * ny
+            return a.bx * nx + a.by * ny + self.bend * self.slip * (a.wy * nx - a.wx * ny)
+        ax, ay = a.ax, a.ay
+        if b is not None:
+            ax, ay = b.ax - ax, b.ay - ay
+        if kind == ALONG:
+            return ay * nx - ax * ny
+        return ax * nx + ay * ny + self.bend * self.slip * self.slip
+
+    def speed(self, kind: int) -> float:
+        """Return the speed (m/s) whose rate that is."""
+        if kind == INTO:
+            return 0.0 if self.a.mode == ROLL else self.roll_in
+        return self.slip if kind == ALONG else self.opening
+
+    def add(self, kind: int, much: float) -> None:
+        """Press more (N) by a force; friction that is at its bound goes with N."""
+        if kind == ALONG:
+            self.press(self.n, self.t + much, self.i)
+        elif kind == INTO:
+            self.press(self.n, self.t, self.i + much)
+        else:
+            most = self.mu * much
+            self.press(
+                self.n + much, self.t - self.slides * most, self.i - self.turns * most / GYRATION
+            )
+
+    def move(self) -> None:
+        self.a.move()
+        if self.b is not None:
+            self.b.move()
+
+    def relax(self, now: float, slides: float, turns: float) -> None:
+        """Press as much as closes the gap and stops the slips, as far as friction can."""
+        soft = self.softness
+        if soft == 0.0:
+            return
+        n = max(self.n - self.rate(NORMAL) / soft, 0.0)
+        most = self.mu * n
+        t, i = -slides * most, -turns * most / GYRATION
+        if slides == 0.0 and most > 0.0:
+            t = max(-most, min(self.t - self.rate(ALONG) / soft, most))
+        if turns == 0.0 and self.wrings and self.a.mode != REST:
+            most /= GYRATION
+            i = max(-most, min(self.i - self.rate(INTO) * self.a.mass, most))
+        self.press(n, t, i)
+        for each in [self.a, self.b]:
+            if each is not None:
+                each.hold(now)
+                each.move()
