@@ -15,6 +15,7 @@ from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.path import sliding
 from pool_pymunk.core.motion.surface import Sliding as CoreSliding
+from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.record import Recorder as CoreRecorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.engine.contacts import ContactEngine
@@ -92,7 +93,7 @@ def played_by_core(law: Law, rows: Sequence[Row], walls: Sequence[Wall], e: floa
     its = [wall_in_core(wall) for wall in walls]
     table = CoreTable(its, CoreSliding(0.0), Patches([], []), e, e, 0.1)
     notes = CoreNotes(balls)
-    engine = Engine(table, balls, law_in_core(law), notes)
+    engine = Engine(table, balls, law_in_core(law), notes, Declined())
     engine.begin_run()
     engine.advance(engine.upcoming())
     return notes

@@ -23,6 +23,7 @@ from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.path import sliding
 from pool_pymunk.core.motion.surface import Sliding as CoreSliding
+from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.record import Recorder as CoreRecorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.engine.contacts import ContactEngine
@@ -306,7 +307,7 @@ def row_in_core(*velocities: float, gap: float = 0.5) -> tuple[CoreEngine, CoreN
         for k, v in enumerate(velocities)
     ]
     notes, table = CoreNotes(), CoreTable([], CoreSliding(0.0), Patches([], []), 1.0, 1.0, 0.0)
-    return CoreEngine(Engine(table, balls, CoreCoulomb(), notes)), notes
+    return CoreEngine(Engine(table, balls, CoreCoulomb(), notes, Declined())), notes
 
 
 rows = pytest.mark.parametrize("row", [row, row_in_core])
