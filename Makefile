@@ -22,6 +22,8 @@ run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
 	$(BIN)/pool-pymunk run report --solver pymunk --out renders/report \
 		--against renders/report-time-slice
+	$(BIN)/pool-pymunk run report --solver event-driven --out renders/report-exact \
+		--against renders/report
 
 # Compiled files stand beside their sources, and the one that they share at the top. What is installed
 # for it need not compile, too.
