@@ -178,13 +178,9 @@ def time_to_leave(
 
 
 def time_of_impact(
-    offset: Vector,
-    velocity: Vector,
-    acceleration: Vector,
-    touching: float,
-    horizon: float,
+    offset: Vector, velocity: Vector, acceleration: Vector, touching: float, horizon: float,
     noise: float,
-) -> float:
+) -> float:  # fmt: skip
     """Return the time (s) at which two discs first touch; infinite if not in time.
 
     Their relative acceleration is constant. ``offset`` (m), ``velocity`` (m/s) and ``acceleration``
