@@ -78,8 +78,9 @@ test-all: $(VENV)/installed
 compiled:
 	$(BIN)/python -m tests.loops
 
-played-all:
-	$(BIN)/pytest -n auto -q --durations 40 -m "(long or slow or compiled or seeded or hypothesis) and $(ELSEWHERE)" \
+LONGER := long or slow or compiled or seeded or hypothesis
+played-all: $(VENV)/installed
+	$(BIN)/pytest -n auto -q --durations 40 -m "($(LONGER)) and $(ELSEWHERE)" \
 		--hypothesis-profile $(PROFILE)
 
 # needs Chromium, of Debian (apt-get install chromium) or another; what the page is made of is linted, too
@@ -159,9 +160,10 @@ $(VENV)/installed: $(VENV)/program-installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	touch $@
 
-# a wheel and a source distribution; with each of these Pythons, in an environment of its own in an
-# empty folder, each of them runs README's commands and its lines of Python, and then the wheel passes
-# the quick tests that the source distribution has
+# a source distribution, and two wheels, one of plain Python; with each of these Pythons, in an
+# environment of its own in an empty folder, each of them runs README's commands and its lines of Python
+# (the compiled wheel with the Python that has made it), and then the last one, which is compiled where
+# there is a compiler, passes the quick tests that the source distribution has
 PYTHONS ?= $(PYTHON)
 TRIED := env/$(notdir $(BIN))
 define TRY
@@ -175,20 +177,31 @@ define TRY
 	sed -n '/^```python/,/^```/p' "$(CURDIR)/README.md" | grep -v '^```' | python -
 	test -s follow.png
 endef
-export TRY
+define BUILT
+import sys, pool_pymunk
+print("The core is", "compiled." if pool_pymunk.compiled else "plain Python.")
+wheel = sys.argv[1]
+sys.exit(wheel.endswith("-any.whl") and pool_pymunk.compiled or "-cp" in wheel and not pool_pymunk.compiled)
+endef
+export TRY BUILT
 dist: export PIP_QUIET := 1
 dist: export PIP_DISABLE_PIP_VERSION_CHECK := 1
 dist: $(VENV)/installed
 	rm -rf dist build
 	$(BIN)/python -m pip install build
 	$(BIN)/python -m build --outdir dist .
+	POOL_PYMUNK_PURE=1 $(BIN)/python -m build --wheel --outdir dist .
 	mkdir -p build/source && tar xzf dist/*.tar.gz -C build/source --strip-components 1
 	set -e; empty=$$(mktemp -d); trap 'rm -rf "$$empty"' EXIT; cd "$$empty"; \
-	for python in $(PYTHONS); do for file in "$(CURDIR)"/dist/*.tar.gz "$(CURDIR)"/dist/*.whl; do \
+	for python in $(PYTHONS); do for file in "$(CURDIR)"/dist/*.tar.gz "$(CURDIR)"/dist/*-any.whl "$(CURDIR)"/dist/*-cp*.whl; do \
+		test -e "$$file" || continue; \
+		case "$$file" in */dist/*-cp*.whl) test "$$python" = "$(PYTHON)" || continue;; esac; \
 		echo "$$($$python --version): $$file"; rm -rf *; $$python -m venv env; \
-		$(TRIED)/python -m pip install "$$file"; PATH="$$PWD/$(TRIED):$$PATH" sh -ec "$$TRY"; \
+		$(TRIED)/python -m pip install "$$file"; $(TRIED)/python -c "$$BUILT" "$${file##*/}"; \
+		PATH="$$PWD/$(TRIED):$$PATH" sh -ec "$$TRY"; last=$$file; \
 	done; done; \
-	$(TRIED)/python -m pip install "$$file[$(EXTRAS)]"; \
+	case "$$last" in *-any.whl) export POOL_PYMUNK_PURE=1;; esac; \
+	$(TRIED)/python -m pip install "$$last[$(EXTRAS)]"; \
 	echo "$(CURDIR)/build/source" >"$$($(TRIED)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/source.pth"; \
 	python="$$PWD/$(TRIED)/python"; cd "$(CURDIR)/build/source"; \
 	"$$(dirname "$$python")/pytest" -q -n auto tests -m "$(QUICK)"

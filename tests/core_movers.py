@@ -403,7 +403,7 @@ def on_middle_line(rnd: random.Random) -> Scene:
 
 def packed(rnd: random.Random) -> Scene:
     """Return balls at an end of the table, which touch each other and it, or nearly do."""
-    gap, rows = rnd.choice((0.0, 0.0, 1e-9, 1e-3, 0.02)), rnd.randint(1, 3)
+    gap, rows = rnd.choice((0.0, 0.0, 1e-12, 1e-9, 1e-3)), rnd.randint(1, 3)
     pitch, e = 2.0 * R + gap, rnd.choice((0.0, 0.5, 0.9, 1.0))
     balls = tuple(
         Ball(

@@ -298,7 +298,7 @@ def test_tests_refuse_compiled_code_of_other_sources() -> None:
     code = (
         "import sys, hatch_build, pool_pymunk.core, pytest\n"
         "pool_pymunk.core.compiled, hatch_build.is_stale = True, lambda _: True\n"
-        "sys.exit(pytest.main(['tests/test_build.py']))"
+        "sys.exit(pytest.main(['--collect-only', 'tests/test_build.py']))"
     )
     run = [sys.executable, "-c", code]
     ran = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
@@ -334,7 +334,7 @@ def test_commands_that_play_say_once_that_they_are_plain_python(
     monkeypatch.setenv("POOL_PYMUNK_PURE", pure)
     more = {"run": ["two-balls", "--solver", "event-driven", "--out", tmp_path]}
     exit_code(command, *more.get(command, ["two-balls"] if command == "check" else []))
-    assert capsys.readouterr().err == lines * f"{cli.PLAIN}\n"
+    assert capsys.readouterr().err.splitlines().count(cli.PLAIN) == lines
 
 
 def test_films_say_that_pyav_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

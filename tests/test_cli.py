@@ -49,7 +49,7 @@ def test_a_process_of_its_own_answers_as_well() -> None:
         command = [sys.executable, "-m", "pool_pymunk", *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
-    assert ran("--version").stdout.strip() == __version__
+    assert ran("--version").stdout.splitlines()[0] == __version__
     refused, said = ran("run", "nowhere"), typed("run", "nowhere")
     assert (refused.returncode, refused.stdout, refused.stderr) == said
     assert one_line(said)

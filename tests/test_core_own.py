@@ -20,7 +20,7 @@ from pool_pymunk import NT, Ball, Friction, Law, Pair, Physics, Restitution, Sce
 from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, face_between
-from pool_pymunk.physics.surface import Rolling
+from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import event_driven, grouped
 from pool_pymunk.solvers.record import Settings
@@ -58,14 +58,14 @@ def at_once() -> Scene:
     return Scene(balls, Table(CORNERS), Restitution(0.9, None, 0.7), Friction(0.1, 0.2, 0.1))
 
 
-def in_a_corner() -> Scene:
+def in_a_corner(kind: type[Scene] = Scene) -> Scene:
     """Return a heavy ball that squeezes a light one into a corner: their hits have no end."""
     balls = (
         Ball("a", (R, R), R, 0.001),
         Ball("b", (R + 2.0 * R / math.sqrt(2.0), R + 2.0 * R / math.sqrt(2.0)), R, 0.2,
              velocity=(-1.0, -1.0)),
     )  # fmt: skip
-    return Scene(balls, Table(CORNERS), Restitution(0.5, None, 0.5), Friction(0.1, 0.2, 0.1))
+    return kind(balls, Table(CORNERS), Restitution(0.5, None, 0.5), Friction(0.1, 0.2, 0.1))
 
 
 def played(solve: Callable[..., Trace | None], where: Scene, law: Law | None = None) -> Any:
@@ -305,12 +305,12 @@ def test_pairs_of_a_scene_have_numbers_of_any_type(kind: str) -> None:
 
 def test_a_scene_is_asked_once_in_a_run_for_each_two_balls() -> None:
     given[0] = Scene.pair
-    where, counts = scene(WithPair), list[list[tuple[int, int]]]()
+    where, counts = in_a_corner(WithPair), list[list[tuple[int, int]]]()
     for solve in (*ENGINES, event_driven.play):  # Another run asks again.
         asked.clear()
         played(solve, where)
         counts.append(list(asked))
-    assert counts[0] and counts[0] == counts[1] == counts[2]
+    assert counts == [[(0, 1)]] * 3
 
 
 # -- sides -----------------------------------------------------------------------------------------
@@ -385,12 +385,14 @@ def test_a_side_may_answer_numbers_of_numpy(method: str) -> None:
 
 
 class OddSurface:
-    """Balls slide, then roll; cushions take all of a roll; a method may answer something else."""
+    """Balls slide, then perhaps roll; cushions take all of a roll; a method may answer oddly."""
 
-    pull, drag, rolls = 1.0, 0.1, True
-
-    def __init__(self, method: str = "", answer: Callable[..., Any] | None = None) -> None:
-        self.usual, self.method, self.answer = Rolling(self.pull, self.drag), method, answer
+    def __init__(
+        self, method: str = "", answer: Callable[..., Any] | None = None, rolls: bool = True
+    ) -> None:
+        self.usual = Rolling(1.0, 0.1) if rolls else Sliding(1.0)
+        self.pull, self.drag, self.rolls = 1.0, self.usual.drag, rolls
+        self.method, self.answer = method, answer
 
     def _found(self, method: str, found: Any) -> Any:
         return self.answer(found) if self.answer and method == self.method else found
@@ -421,11 +423,13 @@ def on_surface(surface: OddSurface) -> Scene:
     return scene(OnSurface)
 
 
-def fields() -> Iterator[tuple[int, Any]]:
-    """Yield the places of numbers in a path, with something that is none."""
+def fields() -> Iterator[tuple[int, Any, bool]]:
+    """Yield the places of numbers in a path, something that is none, and whether balls roll."""
     for k in (0, 1, 2, 3, 4, 5, 6, 7, 9, 10):
-        yield k, None
-        yield k, "a"
+        for what in (None, "a"):
+            yield k, what, True
+            if k < 9:  # Only balls that roll have a roll.
+                yield k, what, False
 
 
 def test_a_surface_says_how_cushions_slow_a_roll() -> None:
@@ -448,17 +452,20 @@ def test_a_surface_that_gives_no_path_at_all_gets_the_same_error() -> None:
     assert one == other == repr("AttributeError: 'NoneType' object has no attribute 'vx'")
 
 
-@pytest.mark.parametrize(("k", "what"), list(fields()))
-def test_a_path_without_a_number_gets_the_same_error(k: int, what: Any) -> None:
+@pytest.mark.parametrize(("k", "what", "rolls"), list(fields()))
+def test_a_path_without_a_number_gets_the_same_error(k: int, what: Any, rolls: bool) -> None:
     def wrong(path: Path) -> Path:
         return Path._make((*path[:k], what, *path[k + 1 :]))
 
-    one, other = both(lambda: (on_surface(OddSurface("path", wrong)), None))
+    one, other = both(lambda: (on_surface(OddSurface("path", wrong, rolls)), None))
     assert one == other
     assert "Error: " in one
 
 
-@pytest.mark.parametrize("answer", [None, 1.0, "ab", (None, None), (1.0, 2.0, 3.0)])
+NO_ROLLS = (None, 1.0, "ab", (None, None), (1.0, 2.0, 3.0), (0.0, "a"), ("a", 0.0))
+
+
+@pytest.mark.parametrize("answer", NO_ROLLS)
 def test_a_roll_that_is_none_gets_the_same_error(answer: Any) -> None:
     one, other = both(lambda: (on_surface(OddSurface("roll", lambda _: answer)), None))
     assert one == other

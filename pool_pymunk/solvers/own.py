@@ -24,7 +24,7 @@ from pool_pymunk.core.walls.side import Side
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.contact import NO_BALL, NT, Contact, Pair, Vector, Velocities
 from pool_pymunk.physics.laws import LAWS, Coulomb, Law, balls_after, jumps_at, respond
-from pool_pymunk.physics.path import Path, fastest_of, sets_off
+from pool_pymunk.physics.path import Path, fastest_of, motion_at
 from pool_pymunk.physics.sides import core_of
 
 Plain = tuple[float, float]  # a velocity (m/s) along the normal and the tangent, or a place
@@ -207,9 +207,9 @@ def path_of(path: CorePath) -> Path:
 
 def path_in_core(path: Path) -> CorePath:
     """Return a path of a user's class as the core has it."""
-    sets_off(path)
     fastest_of(path)
     path.is_lost(1.0)
+    motion_at(path, path.t)
     *numbers, end, slows, wx, wy = path
     changes(wx, 0.0)
     changes(wy, 0.0)
