@@ -26,6 +26,9 @@ ROUNDS: Final = 20
 SWEEPS: Final = 4
 GROWTH: Final = 4.0
 NEVER: Final = -1
+STRIKES: Final = 16  # a contact
+NEARLY: Final = 1e-6
+FINE: Final = 1e-3  # of the shortest piece; where it ends is found as finely
 
 
 @final
@@ -99,7 +102,7 @@ class Group:
         self.look()
         for one in self.touches:
             one.closed = joins or (one.later <= now and abs(one.opening) <= 100.0 * self.scale.none)
-            if not one.closed:
+            if not one.closed or one.softness == 0.0:  # What rests presses on nothing by itself.
                 one.press(0.0, 0.0, 0.0)
         fits = False
         for k in range(ROUNDS):
@@ -241,6 +244,23 @@ class Group:
 
     # -- changes of velocity -------------------------------------------------------------------
 
+    def strike(self) -> bool:
+        """Let sides that close hit each other without bounces, one after another, nearly all.
+
+        So they do by the law, where each hit makes others close. It tells whether any has closed.
+        """
+        enough = 0.0
+        for _ in range(STRIKES * len(self.touches)):
+            hardest, most = None, max(enough, self.scale.noise)
+            for one in self.touches:
+                if one.on and abs(one.opening) > most:
+                    hardest, most = one, abs(one.opening)
+            if hardest is None:
+                break
+            enough = most * NEARLY if enough == 0.0 else enough
+            hardest.strike()
+        return enough > 0.0
+
     def join(self) -> None:
         """Take away the speeds at which sides part or close, by impulses with their friction.
 
@@ -292,7 +312,7 @@ class Group:
         self.longest = h * min(GROWTH, 0.9 / max(off, 1e-9) ** (1.0 / 3.0))
         self._measure(self.after, now + h)
         self.fell = self._first_to_fall()
-        if self.fell >= 0 and h > self.least:
+        if self.fell >= 0 and h > self._finest:
             h = self._locate(h, now)
         self.time = h
 
@@ -337,7 +357,7 @@ class Group:
 
     def go_to(self, t: float) -> None:
         """Let the state be that at a time (s) of the piece."""
-        if t - self.began != self.time:
+        if t < self.began + self.time:
             for each in self.members:
                 each.mode = each.phase
                 if t <= self.began:
@@ -399,17 +419,22 @@ class Group:
                     soonest, found = when, q
         return found
 
+    @property
+    def _finest(self) -> float:
+        """The shortest time (s) after which a mode may end: a longer one where it often does."""
+        return self.least if self.least > self.scale.least else FINE * self.least
+
     def _locate(self, h: float, now: float) -> float:
         """Find when (s) a measure falls to 0 within a piece (Illinois); play until then."""
-        which = self.fell
+        which, finest = self.fell, self._finest
         low, high, was_high = 0.0, h, True
         m_low, m_high = max(self.before[which], 0.0), self.after[which]
         t = h
         for _ in range(50):
             slack = self._slack(which)
-            if m_high >= -4.0 * slack or high - low <= 1e-3 * self.least or high <= self.least:
+            if m_high >= -4.0 * slack or high - low <= FINE * self.scale.least or high <= finest:
                 break
-            t = max(low + (high - low) * (m_low + 2.0 * slack) / (m_low - m_high), self.least)
+            t = max(low + (high - low) * (m_low + 2.0 * slack) / (m_low - m_high), finest)
             t = min(t, high)
             self.step(t)
             self._measure(self.after, now + t)

@@ -25,8 +25,9 @@ from pool_pymunk.core.walls.wall import Wall
 STRONGEST: Final = 2.0  # Surface friction presses two sides together by no more than so many pulls.
 # Once a ball has had FEW hits, each less than SOON (s) after the one before, each further one lets
 # GROWTH times as much go unseen, up to MOST times.
-FEW: Final = 8
+FEW: Final = 15
 SOON: Final = 0.05
+SMOOTH: Final = 1e-6  # radii, and rad; sides whose ends differ by less are one smooth line
 GROWTH: Final = 1.3
 MOST: Final = 100.0
 
@@ -155,6 +156,9 @@ class Groups(Persistence):
 
     def _is_faint(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit is so faint that neither it nor what follows can be seen."""
+        a, b, now = one.a.ball, one.b, present.now
+        if (a.hit == now or (b is not None and b.ball.hit == now)) and one.closing > self.scale.hushed:
+            return False
         parting = one.pair.restitution * one.closing
         return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(
             present, one, parting
@@ -180,6 +184,7 @@ class Groups(Persistence):
         if group.fell == NEVER:
             self._play(present, group)
         elif self._has_side_ended(group):
+            pass_on(present, group.touches[group.fell // 4].a)
             self.take_apart(present, ball)
             for new in self._form(present, [*self.loose]):
                 self._begin(present, new)
@@ -252,6 +257,10 @@ class Groups(Persistence):
                 one.later = self._wait(
                     present, one.a.ball, None if one.b is None else one.b.ball, one.wall
                 )
+            elif which % 4 == 1 and one.slides != 0.0:
+                one.stick()
+            elif which % 4 == 2 and one.turns != 0.0:
+                one.stop_turning()
         for each in group.members:
             left = each.left()
             if each.phase != REST and (
@@ -305,6 +314,8 @@ class Groups(Persistence):
             group.decide(now, True)
             for one, v in zip(touches, parting):
                 spare_drag(one, v)
+            if group.strike():
+                group.decide(now, True)
             group.join()
             fits = group.goes_on(now) or group.decide(now, False)
             if not fits:
@@ -475,6 +486,26 @@ def holds(group: Group, due: Due) -> bool:
         if is_of(one, due.a, due.b, due.wall):
             return True
     return False
+
+
+def pass_on(present: Present, each: Member) -> None:
+    """Lead a ball that has come to the end of a side along the next one, if it goes on smoothly.
+
+    It is a little beyond the end, so it has turned a little too far, or not enough.
+    """
+    r, far = each.ball.radius, SMOOTH * each.ball.radius
+    for wall in present.table.walls:
+        if wall.is_pocket:
+            continue
+        side = wall.nearest(each.x, each.y, r, present.now)
+        gap, (nx, ny) = side.gap(each.x, each.y, r), side.normal(each.x, each.y)
+        across = each.vx * nx + each.vy * ny
+        along = each.vx * ny - each.vy * nx
+        if abs(gap) <= far and abs(across) <= SMOOTH * abs(along):
+            each.x, each.y = each.x - gap * nx, each.y - gap * ny
+            each.vx, each.vy = each.vx - across * nx, each.vy - across * ny
+            if each.phase == ROLL:
+                each.wx, each.wy = each.vx, each.vy
 
 
 def member_of(members: list[Member], ball: Ball) -> Member | None:

@@ -174,6 +174,17 @@ class Member:
         else:
             self.ax = self.ay = self.bx = self.by = 0.0
 
+    def kick(self, push: Vector, turn: Vector) -> None:
+        """Change the velocity by a push (N s) and the roll by a turn (N s), in this mode."""
+        if self.mode == REST:
+            return
+        (x, y), (p, q), m = push, turn, self.mass
+        if self.mode == ROLL:
+            x, y = (1.0 - SHARE) * x + SHARE * p, (1.0 - SHARE) * y + SHARE * q
+            p, q = x, y
+        self.vx, self.vy = self.vx + x / m, self.vy + y / m
+        self.wx, self.wy = self.wx + p / m, self.wy + q / m
+
     @property
     def drive(self) -> Vector:
         """The acceleration (m/s^2) that static friction has to hold."""

@@ -79,6 +79,12 @@ class Touch:
         return along if b is None else b.vx * self.nx + b.vy * self.ny - along
 
     @property
+    def _present_slip(self) -> float:
+        a, b = self.a, self.b
+        along = a.vy * self.nx - a.vx * self.ny
+        return along if b is None else b.vy * self.nx - b.vx * self.ny - along
+
+    @property
     def roll_in(self) -> float:
         """The part of the roll (m/s) along the normal."""
         return self.a.wx * self.nx + self.a.wy * self.ny
@@ -110,6 +116,48 @@ class Touch:
                 each.vx, each.vy = each.vx + part * self.nx, each.vy + part * self.ny
                 if each.phase == ROLL:
                     each.wx, each.wy = each.vx, each.vy
+
+    def strike(self) -> None:
+        """Take away the speed at which the sides close, or part, by a hit without a bounce.
+
+        Its friction slows the slip, and the roll into a cushion, and turns neither round. Sides
+        that part come back and hit later. That hit counts here, too: all impulses are negative.
+        """
+        soft = self.softness
+        if soft == 0.0:
+            return
+        a, b = self.a, self.b
+        rolls_in = self.wrings and a.mode == ROLL
+        n = -self.opening / (soft * (1.0 + self.mu) if rolls_in else soft)
+        most, slip, roll = self.mu * n, self._present_slip, self.roll_in
+        t, i = -math.copysign(most, slip), -math.copysign(most / GYRATION, roll)
+        if n > 0.0 and abs(t) * soft > abs(slip):
+            t = -slip / soft
+        if not self.wrings:
+            i = 0.0
+        elif n > 0.0 and not rolls_in and abs(i) > a.mass * abs(roll):
+            i = -a.mass * roll
+        x, y = n * self.nx - t * self.ny, n * self.ny + t * self.nx
+        if b is None:
+            a.kick((x, y), (i * self.nx, i * self.ny))
+        else:
+            a.kick((-x, -y), (0.0, 0.0))
+            b.kick((x, y), (0.0, 0.0))
+
+    def stick(self) -> None:
+        """Let a slip that has faded, or nearly so, be 0; no momentum is lost."""
+        soft = self.softness
+        if soft > 0.0:
+            t = -self._present_slip / soft
+            x, y = -t * self.ny, t * self.nx
+            self.a.kick((x, y) if self.b is None else (-x, -y), (0.0, 0.0))
+            if self.b is not None:
+                self.b.kick((x, y), (0.0, 0.0))
+
+    def stop_turning(self) -> None:
+        """Let a roll into the cushion that has faded, or nearly so, be 0."""
+        turn = -self.a.mass * self.roll_in
+        self.a.kick((0.0, 0.0), (turn * self.nx, turn * self.ny))
 
     # -- forces --------------------------------------------------------------------------------
 
