@@ -76,6 +76,13 @@ class Group:
             pull = max(pull, abs(one.bend) * one.slip * one.slip if one.b is None else 0.0)
         self.weak = WEAK * pull
 
+    def has_alone(self, one: Touch) -> bool:
+        """Tell whether no other contact of the group has a ball of this one."""
+        for other in self.touches:
+            if other is not one and (other.has(one.a) or (one.b is not None and other.has(one.b))):
+                return False
+        return True
+
     # -- forces --------------------------------------------------------------------------------
 
     def look(self) -> None:

@@ -30,6 +30,8 @@ SOON: Final = 0.05
 SMOOTH: Final = 1e-6  # radii, and rad; sides whose ends differ by less are one smooth line
 GROWTH: Final = 1.3
 MOST: Final = 100.0
+# A bounce of balls that touch others, too, loses at least this share of its energy by them.
+SHARED: Final = 0.1
 
 
 @final
@@ -57,6 +59,8 @@ class Groups(Persistence):
             for one in group.touches:
                 if is_of(one, a, b, wall):
                     return INF
+        if t <= present.now and self._closes_by_noise(present, a, b, wall):
+            return self._wait(present, a, b, wall)
         if not self.is_hushed:
             return t
         until = self.quiet.get(sides_of(a, b, wall), t)
@@ -66,6 +70,15 @@ class Groups(Persistence):
         """Tell whether two sides close so slowly that they may wait for a moment."""
         one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
         return one.closing <= self.scale.hushed
+
+    def _closes_by_noise(
+        self, present: Present, a: Ball, b: Ball | None, wall: Wall | None
+    ) -> bool:
+        """Tell whether two sides would hit each other again and again by rounding alone."""
+        if wall is not None and wall.is_pocket:
+            return False
+        one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
+        return one.closing <= self.scale.noise
 
     def release(self, present: Present, dues: list[Due]) -> None:
         """Take the groups of balls apart that are due."""
@@ -150,7 +163,7 @@ class Groups(Persistence):
     def are_faint(self, present: Present, contacts: list[Contact]) -> bool:
         """Tell whether all these hits are so faint that a group may begin instead."""
         for one in contacts:
-            if not self._is_faint(present, one):
+            if one.closing <= self.scale.noise or not self._is_faint(present, one):
                 return False
         return True
 
@@ -163,6 +176,13 @@ class Groups(Persistence):
         return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(
             present, one, parting
         )
+
+    def _lost(self, present: Present, one: Contact) -> float:
+        """Return the share of the energy of a bounce that is lost, by other contacts, too."""
+        e, a, b = one.pair.restitution, one.a.ball, one.b
+        alone = len(self.loose) <= (1 if b is None else 2) and a.hit != present.now
+        alone = alone and (b is None or b.ball.hit != present.now)
+        return 1.0 - e * e if alone else max(1.0 - e * e, SHARED)
 
     def go_after(self, present: Present, contacts: list[Contact], changed: list[Ball]) -> None:
         """Let groups begin after the hits of an instant."""
@@ -320,7 +340,7 @@ class Groups(Persistence):
             fits = group.goes_on(now) or group.decide(now, False)
             if not fits:
                 self.misfits += 1
-            keep = [self._stays(present, one, v) for one, v in zip(touches, parting)]
+            keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
             if all(keep):
                 return parts_of(group, now)
             parting = [v for v, kept in zip(parting, keep) if kept]
@@ -395,7 +415,8 @@ class Groups(Persistence):
         return (
             until <= present.now
             and -most <= v
-            and (v if v > 0.0 else -e * v) <= most * math.sqrt(1.0 - e * e) + self.scale.noise
+            and (v if v > 0.0 else -e * v)
+            <= most * math.sqrt(max(1.0 - e * e, SHARED)) + self.scale.noise
         )
 
     def _set_phase(self, present: Present, each: Member) -> None:
@@ -415,7 +436,7 @@ class Groups(Persistence):
             else self.scale.none * self.scale.none
         )
 
-    def _stays(self, present: Present, one: Touch, parting: float) -> bool:
+    def _stays(self, present: Present, group: Group, one: Touch, parting: float) -> bool:
         """Tell whether two sides that part (m/s) stay together, to the eye."""
         if not one.on:
             return abs(parting) <= self.scale.none
@@ -425,9 +446,10 @@ class Groups(Persistence):
         if v <= self.scale.none:
             return True
         room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
-        if press <= 0.0 or v * v > 2.0 * press * (1.0 - e * e) * room:
+        lost = 1.0 - e * e if group.has_alone(one) else max(1.0 - e * e, SHARED)
+        if press <= 0.0 or v * v > 2.0 * press * lost * room:
             return False
-        bounces = 2.0 * v / (press * (1.0 - e))
+        bounces = 2.0 * v / (press * (1.0 - math.sqrt(1.0 - lost)))
         for each in (one.a, one.b):
             if each is not None and each.phase == SLIP and each.fades_in() < bounces:
                 return False
@@ -445,7 +467,7 @@ class Groups(Persistence):
             bend = 1.0 / (one.a.ball.radius + one.b.ball.radius)
         press = -(x * one.nx + y * one.ny) - bend * one.slip * one.slip
         room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
-        return press > 0.0 and e * e * v * v <= 2.0 * press * (1.0 - e * e) * room
+        return press > 0.0 and e * e * v * v <= 2.0 * press * self._lost(present, one) * room
 
     def _tolerance(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return what may go unseen (m): the more, the more often these balls have hit of late."""
@@ -470,8 +492,7 @@ class Groups(Persistence):
         return math.sqrt(2.0 * pull * lost * room)
 
     def _parts_unseen(self, present: Present, one: Contact, parting: float) -> bool:
-        e = one.pair.restitution
-        return parting <= self._unseen(present, one, 1.0 - e * e) + self.scale.noise
+        return parting <= self._unseen(present, one, self._lost(present, one)) + self.scale.noise
 
 
 def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:

@@ -130,7 +130,7 @@ class Touch:
         rolls_in = self.wrings and a.mode == ROLL
         n = -self.opening / (soft * (1.0 + self.mu) if rolls_in else soft)
         most, slip, roll = self.mu * n, self._present_slip, self.roll_in
-        t, i = -math.copysign(most, slip), -math.copysign(most / GYRATION, roll)
+        t, i = -math.copysign(1.0, slip) * most, -math.copysign(1.0, roll) * most / GYRATION
         if n > 0.0 and abs(t) * soft > abs(slip):
             t = -slip / soft
         if not self.wrings:
