@@ -122,7 +122,7 @@ class Group:
                         one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
             self._adopt()
             self.solve(False)
-            fits = self._fits(now)
+            fits = self._fits(now) or self._exchange(now)
             if fits:
                 break
         for each in self.members:
@@ -139,25 +139,31 @@ class Group:
         return self._fits(now)
 
     def _adopt(self) -> None:
-        """List the unknown forces: those that are not at their bounds."""
+        """Take the mode of the forces that relaxing has found: which of them are at their bounds."""
         none = self.scale.none
-        self.unknowns = []
         for one in self.touches:
             one.on = one.closed and one.n > self.weak * one.unit
             if not one.on:
                 one.press(0.0, 0.0, 0.0)
                 continue
-            self.hold(one, NORMAL)
             one.slides, most = sign(one.slip, none), 0.999999999 * one.mu * one.n
             if one.slides == 0.0 and abs(one.t) > most:
                 one.slides = -math.copysign(1.0, one.t)
-            if one.slides == 0.0 and one.mu > 0.0:
-                self.hold(one, ALONG)
-            one.turns, most = sign(one.roll_in, none), 2.5 * most
+            one.turns, most = sign(one.roll_in, none), most / GYRATION
             if one.turns == 0.0 and abs(one.i) > most:
                 one.turns = -math.copysign(1.0, one.i)
-            if one.turns == 0.0 and one.wrings and one.a.mode != REST:
-                self.hold(one, INTO)
+        self._list_unknowns()
+
+    def _list_unknowns(self) -> None:
+        """List the unknown forces: those that are not at their bounds."""
+        self.unknowns = []
+        for one in self.touches:
+            if one.on:
+                self.hold(one, NORMAL)
+                if one.slides == 0.0 and one.mu > 0.0:
+                    self.hold(one, ALONG)
+                if one.turns == 0.0 and one.wrings and one.a.mode != REST:
+                    self.hold(one, INTO)
         self.make_room()
 
     def make_room(self) -> None:
@@ -248,6 +254,57 @@ class Group:
         if each.mode == SLIP:
             x, y = x - each.bx, y - each.by
         return x * each.hx + y * each.hy >= -self.weak
+
+    def _exchange(self, now: float) -> bool:
+        """Exchange a force and what it holds where they do not fit, one after another.
+
+        Then one of both is free that was at its bound, or the other way round. Forces that are
+        redundant may need it: those of least norm can lie beyond a bound. It tells whether all fits.
+        """
+        for _ in range(2 * len(self.touches) + len(self.members)):
+            if not (self._exchange_at_touch() or self._exchange_at_member(now)):
+                return False
+            self._list_unknowns()
+            self.solve(False)
+            if self._fits(now):
+                return True
+        return False
+
+    def _exchange_at_touch(self) -> bool:
+        """Change the mode of the first touch that does not fit; tell whether there is one."""
+        none = self.scale.none
+        for one in self.touches:
+            if not one.on:
+                if one.closed and one.rate(NORMAL) < -4.0 * self.weak:
+                    one.on = True
+                    one.slides, one.turns = sign(one.slip, none), sign(one.roll_in, none)
+                    return True
+            elif not self._fits_touch(one):
+                slack = self.weak * one.unit
+                most = one.mu * one.n + slack
+                if one.n < -slack:
+                    one.on = False
+                    one.press(0.0, 0.0, 0.0)
+                elif one.slides == 0.0 and abs(one.t) > most:
+                    one.slides = -math.copysign(1.0, one.t)
+                elif one.turns == 0.0 and abs(one.i) > most / GYRATION:
+                    one.turns = -math.copysign(1.0, one.i)
+                else:
+                    one.slides, one.turns = sign(one.slip, none), sign(one.roll_in, none)
+                return True
+        return False
+
+    def _exchange_at_member(self, now: float) -> bool:
+        """Let static friction hold the first ball that does not fit, or let it go."""
+        for each in self.members:
+            if not self._fits_member(each, now):
+                if each.mode != each.phase:
+                    each.mode = each.phase
+                    each.face()
+                else:
+                    each.hold(now)
+                return True
+        return False
 
     # -- changes of velocity -------------------------------------------------------------------
 
