@@ -90,6 +90,7 @@ class Engine(Present):
                 self.near.put(ball, 0.0, INF)
         if self.is_finite:
             self._predict([ball for ball in self.balls if ball.path.moves and not ball.is_off])
+            self._begin_pressed()
 
     # -- playing -----------------------------------------------------------------------------------
 
@@ -126,6 +127,14 @@ class Engine(Present):
             self._predict(self.persistence.take_loose())
         else:
             self._cross_border(due.a)
+        self._begin_pressed()
+
+    def _begin_pressed(self) -> None:
+        """Let contacts persist from now on that do not close, but are pressed on these paths."""
+        if len(self.persistence.loose) > 0:
+            self.persistence.go_after(self, [], [])
+            self._predict(self.persistence.take_loose())
+            self.persistence.take_loose()
 
     def _pause(self) -> None:
         """Let the recorder do something else now and then: compiled code hears no interrupt."""

@@ -32,6 +32,7 @@ GROWTH: Final = 1.3
 MOST: Final = 100.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
+TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
 
 @final
@@ -59,8 +60,13 @@ class Groups(Persistence):
             for one in group.touches:
                 if is_of(one, a, b, wall):
                     return INF
-        if t <= present.now and self._closes_by_noise(present, a, b, wall):
-            return self._wait(present, a, b, wall)
+        if t <= present.now and (wall is None or not wall.is_pocket):
+            one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
+            if one.closing <= max(one.noise, self.scale.noise):
+                if self._is_pressed(present, one):
+                    put(self.loose, a)
+                elif a.hits > FEW:
+                    return self._wait(present, a, b, wall)
         if not self.is_hushed:
             return t
         until = self.quiet.get(sides_of(a, b, wall), t)
@@ -70,15 +76,6 @@ class Groups(Persistence):
         """Tell whether two sides close so slowly that they may wait for a moment."""
         one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
         return one.closing <= self.scale.hushed
-
-    def _closes_by_noise(
-        self, present: Present, a: Ball, b: Ball | None, wall: Wall | None
-    ) -> bool:
-        """Tell whether two sides would hit each other again and again by rounding alone."""
-        if wall is not None and wall.is_pocket:
-            return False
-        one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
-        return one.closing <= self.scale.noise
 
     def release(self, present: Present, dues: list[Due]) -> None:
         """Take the groups of balls apart that are due."""
@@ -182,10 +179,13 @@ class Groups(Persistence):
         e, a, b = one.pair.restitution, one.a.ball, one.b
         alone = len(self.loose) <= (1 if b is None else 2) and a.hit != present.now
         alone = alone and (b is None or b.ball.hit != present.now)
-        return 1.0 - e * e if alone else max(1.0 - e * e, SHARED)
+        return max(1.0 - e * e, TINY if alone else SHARED)
 
     def go_after(self, present: Present, contacts: list[Contact], changed: list[Ball]) -> None:
         """Let groups begin after the hits of an instant."""
+        for one in contacts:
+            if self.is_hushed and one.b is None and one.closing <= 0.0:
+                self._set_off_again(present, one.a.ball, changed)
         if any([ball.is_off for ball in self.loose]):  # A pocket has taken it in.
             self.loose = [ball for ball in self.loose if not ball.is_off]
         for ball in changed:
@@ -195,6 +195,13 @@ class Groups(Persistence):
         if len(may) > 0 or len(self.loose) > len(changed):
             for group in self._form(present, [*self.loose]):
                 self._begin(present, group)
+
+    def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
+        """Let a ball that has waited for a contact, but has missed it, go on along a new path."""
+        if ball.group is None and ball.rested == INF and not any([ball is one for one in changed]):
+            x, y, vx, vy = ball.path.at(present.now)
+            present.begin(ball, (x, y), (vx, vy), present.roll_of(ball), ball.noise)
+            put(self.loose, ball)
 
     def go_on(self, present: Present, ball: Ball) -> None:
         """Go on at the end of a piece: the mode may change."""
@@ -446,7 +453,7 @@ class Groups(Persistence):
         if v <= self.scale.none:
             return True
         room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
-        lost = 1.0 - e * e if group.has_alone(one) else max(1.0 - e * e, SHARED)
+        lost = max(1.0 - e * e, TINY if group.has_alone(one) else SHARED)
         if press <= 0.0 or v * v > 2.0 * press * lost * room:
             return False
         bounces = 2.0 * v / (press * (1.0 - math.sqrt(1.0 - lost)))
@@ -566,6 +573,9 @@ def parts_of(group: Group, now: float) -> list[Group]:
                         if other is not None and not any([other is known for known in part]):
                             part.append(other)
         left = [each for each in left if not any([each is known for known in part])]
+        for one in group.touches:
+            if one.closed and not one.on and one.rests_in(part):
+                touches.append(one)  # It may press as soon as a ball is let go.
         if len(touches) > 0 and any([each.phase != REST for each in part]):
             new = Group(part, touches, now, group.scale)
             for force in group.unknowns:

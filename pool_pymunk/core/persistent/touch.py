@@ -103,6 +103,12 @@ class Touch:
     def has(self, member: Member) -> bool:
         return self.a is member or self.b is member
 
+    def rests_in(self, members: list[Member]) -> bool:
+        """Tell whether its balls are among these members, and rest."""
+        a, b = self.a, self.b
+        rest = a.phase == REST and (b is None or b.phase == REST)
+        return rest and a in members and (b is None or b in members)
+
     def shift(self, gap: float, opening: float) -> None:
         """Move the sides apart by a length (m) and a speed (m/s); no momentum is lost."""
         total = self.softness
