@@ -32,6 +32,7 @@ GROWTH: Final = 1.3
 MOST: Final = 100.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
+FAINT: Final = 1e-4  # of the surface's pull; what presses less may be rounding of a short piece
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
 
@@ -62,10 +63,10 @@ class Groups(Persistence):
                     return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
             one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
-            if one.closing <= max(one.noise, self.scale.noise):
-                if self._is_pressed(present, one):
+            if one.closing <= max(one.noise, self.scale.noise) < INF:
+                if self._press(present, one) > FAINT * present.pull:
                     put(self.loose, a)
-                elif a.hits > FEW:
+                elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
                     return self._wait(present, a, b, wall)
         if not self.is_hushed:
             return t
@@ -75,7 +76,7 @@ class Groups(Persistence):
     def _is_slow(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether two sides close so slowly that they may wait for a moment."""
         one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
-        return one.closing <= self.scale.hushed
+        return one.closing <= self._hushed(present, a, b)
 
     def release(self, present: Present, dues: list[Due]) -> None:
         """Take the groups of balls apart that are due."""
@@ -167,7 +168,9 @@ class Groups(Persistence):
     def _is_faint(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit is so faint that neither it nor what follows can be seen."""
         a, b, now = one.a.ball, one.b, present.now
-        if (a.hit == now or (b is not None and b.ball.hit == now)) and one.closing > self.scale.hushed:
+        if (a.hit == now or (b is not None and b.ball.hit == now)) and (
+            one.closing > self._hushed(present, a, None if b is None else b.ball)
+        ):
             return False
         parting = one.pair.restitution * one.closing
         return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(
@@ -464,7 +467,13 @@ class Groups(Persistence):
 
     def _is_pressed(self, present: Present, one: Contact) -> bool:
         """Tell whether the paths of two sides that hit press them, so that bounces are not seen."""
-        a, e, v = one.a.ball.path, one.pair.restitution, one.closing
+        press, e, v = self._press(present, one), one.pair.restitution, one.closing
+        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
+        return press > 0.0 and e * e * v * v <= 2.0 * press * self._lost(present, one) * room
+
+    def _press(self, present: Present, one: Contact) -> float:
+        """Return how strongly (m/s^2) the present paths press two sides together."""
+        a = one.a.ball.path
         x, y = a.ax, a.ay
         if one.b is not None:
             b = one.b.ball.path
@@ -472,19 +481,25 @@ class Groups(Persistence):
         bend = one.curvature
         if one.b is not None:
             bend = 1.0 / (one.a.ball.radius + one.b.ball.radius)
-        press = -(x * one.nx + y * one.ny) - bend * one.slip * one.slip
-        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
-        return press > 0.0 and e * e * v * v <= 2.0 * press * self._lost(present, one) * room
+        return -(x * one.nx + y * one.ny) - bend * one.slip * one.slip
 
     def _tolerance(self, present: Present, a: Ball, b: Ball | None) -> float:
-        """Return what may go unseen (m): the more, the more often these balls have hit of late."""
+        """Return what may go unseen (m)."""
+        return self._wear(present, a, b) * self.tolerance
+
+    def _hushed(self, present: Present, a: Ball, b: Ball | None) -> float:
+        """Return the speed (m/s) below which hits around groups may wait."""
+        return self._wear(present, a, b) * self.scale.hushed
+
+    def _wear(self, present: Present, a: Ball, b: Ball | None) -> float:
+        """Return how many times more may go unseen, because these balls have hit often of late."""
         hits, now = a.hits if present.now - a.hit < SOON else 0, present.now
         if b is not None and now - b.hit < SOON:
             hits = max(hits, b.hits)
         times = 1.0
         while hits > FEW and times < MOST:
             times, hits = GROWTH * times, hits - 1
-        return times * self.tolerance
+        return times
 
     def _note_hit(self, present: Present, ball: Ball) -> None:
         now = present.now
