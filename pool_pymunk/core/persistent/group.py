@@ -76,6 +76,18 @@ class Group:
             pull = max(pull, abs(one.bend) * one.slip * one.slip if one.b is None else 0.0)
         self.weak = WEAK * pull
 
+    @property
+    def is_still(self) -> bool:
+        """This tells whether the forces hold all its balls in their places."""
+        for each in self.members:
+            u, v, p, q = each.rates
+            if max(abs(u), abs(v), abs(p), abs(q)) > 10.0 * self.weak:
+                return False
+            speed = max(abs(each.vx), abs(each.vy), abs(each.wx), abs(each.wy))
+            if speed > self.scale.faded:
+                return False
+        return True
+
     def has_alone(self, one: Touch) -> bool:
         """Tell whether no other contact of the group has a ball of this one."""
         for other in self.touches:
@@ -389,7 +401,8 @@ class Group:
         for each in self.members:
             each.second = each.rates
             (ax, ay, bx, by), (px, py, qx, qy) = each.first, each.second
-            jump = max(jump, abs(px - ax), abs(py - ay), abs(qx - bx), abs(qy - by))
+            share = each.steering(h)
+            jump = max(jump, abs(px - ax), abs(py - ay), share * max(abs(qx - bx), abs(qy - by)))
         self.is_even = jump * h * h <= 1e-6 * self.tolerance
         off = 0.0
         if self.is_even:
@@ -414,9 +427,8 @@ class Group:
             a, b, c, d = each.first, each.second, each.third, each.rates
             each.advance(h, 1.0, mean(a, b, c, d, 2.0, 1.0), mean(a, b, c, d, 1.0, 0.0))
             jump = max(jump, abs(d[0] - a[0]), abs(d[1] - a[1]))
-            error = max(
-                error, abs(c[0] - b[0]), abs(c[1] - b[1]), abs(c[2] - b[2]), abs(c[3] - b[3])
-            )
+            turning = each.steering(h) * max(abs(c[2] - b[2]), abs(c[3] - b[3]))
+            error = max(error, abs(c[0] - b[0]), abs(c[1] - b[1]), turning)
         return max(0.025 * jump * h * h / self.tolerance, 0.1 * error * h / self.tolerance)
 
     def go_to(self, t: float) -> None:

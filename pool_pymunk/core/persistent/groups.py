@@ -62,7 +62,7 @@ class Groups(Persistence):
                 if is_of(one, a, b, wall):
                     return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
-            one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
+            one = self._contact(present, a, b, wall)
             if one.closing <= max(one.noise, self.scale.noise) < INF:
                 if self._press(present, one) > FAINT * present.pull:
                     put(self.loose, a)
@@ -75,25 +75,36 @@ class Groups(Persistence):
 
     def _is_slow(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether two sides close so slowly that they may wait for a moment."""
-        one = present.contact(present.disc(a), None if b is None else present.disc(b), wall)
-        return one.closing <= self._hushed(present, a, b)
+        return self._contact(present, a, b, wall).closing <= self._hushed(present, a, b)
+
+    def _contact(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> Contact:
+        """Return the present contact of two sides."""
+        return present.contact(present.disc(a), None if b is None else present.disc(b), wall)
 
     def release(self, present: Present, dues: list[Due]) -> None:
-        """Take the groups of balls apart that are due."""
+        """Take the groups of balls apart that are due, if they close."""
         for due in dues:
-            self.take_apart(present, due.a)
-            if due.b is not None:
-                self.take_apart(present, due.b)
+            if not self._is_nothing(present, due):
+                self.take_apart(present, due.a)
+                if due.b is not None:
+                    self.take_apart(present, due.b)
+
+    def _is_nothing(self, present: Present, due: Due) -> bool:
+        """Tell whether a hit of a ball in a group is one by rounding alone."""
+        if due.a.group is None and (due.b is None or due.b.group is None):
+            return False
+        if due.wall is not None and due.wall.is_pocket:
+            return False
+        return self._contact(present, due.a, due.b, due.wall).closing <= self.scale.noise
 
     def _absorbs(self, present: Present, dues: list[Due]) -> bool:
         """Let groups begin instead of hits, if these would be too faint to be seen."""
         seeds: list[Ball] = []
         for due in dues:
-            one = present.contact(
-                present.disc(due.a), None if due.b is None else present.disc(due.b), due.wall
-            )
+            one = self._contact(present, due.a, due.b, due.wall)
             if not self.are_faint(present, [one]) or not self._is_pressed(present, one):
                 return False
+            self.quiet.pop(sides_of(due.a, due.b, due.wall), None)
             put(seeds, due.a)
             if due.b is not None:
                 put(seeds, due.b)
@@ -138,6 +149,11 @@ class Groups(Persistence):
 
         None is if groups begin instead; where a group was hit, too slow ones wait.
         """
+        nothing = [due for due in dues if self._is_nothing(present, due)]
+        if len(nothing) > 0:
+            for due in nothing:
+                self._wait(present, due.a, due.b, due.wall)
+            dues = [due for due in dues if not any([due is other for other in nothing])]
         if len(dues) > 0 and self._absorbs(present, dues):
             return []
         if len(self.loose) == 0:
@@ -315,7 +331,12 @@ class Groups(Persistence):
         self._play(present, group)
 
     def _play(self, present: Present, group: Group) -> None:
-        """Play the next piece of a group, and lead its balls along it."""
+        """Play the next piece of a group, and lead its balls along it, or let all of them rest."""
+        if group.is_still:
+            for member in group.members:
+                member.ball.group = None
+                self._rest(present, member)
+            return
         group.play(present.now)
         self.pace = min(max(2.0 * group.time, 100.0 * self.scale.least), self.scale.first)
         self.pieces += 1
@@ -459,6 +480,8 @@ class Groups(Persistence):
         lost = max(1.0 - e * e, TINY if group.has_alone(one) else SHARED)
         if press <= 0.0 or v * v > 2.0 * press * lost * room:
             return False
+        if v <= self._hushed(present, one.a.ball, None if one.b is None else one.b.ball):
+            return True
         bounces = 2.0 * v / (press * (1.0 - math.sqrt(1.0 - lost)))
         for each in (one.a, one.b):
             if each is not None and each.phase == SLIP and each.fades_in() < bounces:

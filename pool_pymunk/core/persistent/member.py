@@ -130,6 +130,15 @@ class Member:
         loss = -(x * a + y * b)
         return (x * x + y * y) / loss if loss > 0.0 else INF
 
+    def steering(self, time: float) -> float:
+        """Return how much an error of the roll, as a share of it, turns up in the velocity.
+
+        It turns the slip, and with it the friction of the surface for that time (s).
+        """
+        x, y = self.gliding
+        size, most = math.sqrt(x * x + y * y), self.pull * time
+        return 1.0 if self.phase != SLIP or size <= most else most / size
+
     def settle(self) -> None:
         """Let a ball roll whose slip has faded, or rest whose speed has.
 
