@@ -17,6 +17,7 @@ from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member, Rates
 from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.spells import Spells
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
 EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
@@ -59,7 +60,7 @@ class Group:
         self.scale = scale
         self.tolerance = EXACT * scale.tolerance
         self.began = now
-        self.time = 0.0
+        self.time = self.played = 0.0  # s; of the present piece, and of what it was played up to
         self.longest = scale.first
         self.least = scale.least
         self.fell = NEVER
@@ -348,6 +349,9 @@ class Group:
         for force in self.unknowns:
             self.matrix[force.row][len(self.unknowns)] = -force.touch.speed(force.kind)
         self._solve_system()
+        for one in self.touches:
+            (x, y), (p, q) = one.struck, one.push
+            one.struck = x + p, y + q
         for each in self.members:
             ax, ay, bx, by = each.second
             each.vx, each.vy = each.vx + each.ax - ax, each.vy + each.ay - ay
@@ -379,6 +383,8 @@ class Group:
             if 0.0 < fades < INF:
                 h = min(h, 1.01 * fades)
         h = max(h, self.least)
+        for one in self.touches:
+            one.at_start = one.push
         self._measure(self.before, now)
         while True:
             off = self.step(h)
@@ -394,9 +400,12 @@ class Group:
 
     def step(self, h: float) -> float:
         """Go on from the beginning for a time (s); return how many times too far off that is."""
+        self.played = h
         for each in self.members:
             each.advance(h, 0.5, each.first, each.first)
         self.solve(True)
+        for one in self.touches:
+            one.halfway = one.push
         jump = 0.0
         for each in self.members:
             each.second = each.rates
@@ -434,12 +443,23 @@ class Group:
     def go_to(self, t: float) -> None:
         """Let the state be that at a time (s) of the piece."""
         if t < self.began + self.time:
+            self.played = 0.0
             for each in self.members:
                 each.mode = each.phase
                 if t <= self.began:
                     each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
             if t > self.began:
                 self.step(t - self.began)
+
+    def add_up(self, spells: Spells) -> None:
+        """Add what the contacts have done in the present piece until now (Simpson's rule)."""
+        for one in self.touches:
+            if one.on:
+                (x, y), (p, q), (u, v), (jx, jy) = one.at_start, one.halfway, one.push, one.struck
+                h = self.played / 6.0
+                x, y = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
+                spells.add(one, self.began, self.began + self.played, (x, y))
+                one.struck = 0.0, 0.0
 
     def path(self, each: Member) -> Path:
         """Return the path of a member in this piece: it has its place at the end, too."""

@@ -15,8 +15,9 @@ from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import spare_drag
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
-from pool_pymunk.core.persistent.persistence import Persistence, sides_of
+from pool_pymunk.core.persistent.persistence import Persisted, Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.spells import Spells
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at
@@ -49,6 +50,7 @@ class Groups(Persistence):
         ] = {}  # Contacts that have opened are none for a moment (s).
         self.is_hushed = False  # There are some.
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
+        self.spells = Spells()
         self.pieces = self.misfits = self.begun = self.absorbed = 0
 
     # -- what is asked by the engine -----------------------------------------------------------
@@ -62,9 +64,9 @@ class Groups(Persistence):
                 if is_of(one, a, b, wall):
                     return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
-            one = self._contact(present, a, b, wall)
-            if one.closing <= max(one.noise, self.scale.noise) < INF:
-                if self._press(present, one) > FAINT * present.pull:
+            hit_now = self._contact(present, a, b, wall)
+            if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
+                if self._press(present, hit_now) > FAINT * present.pull:
                     put(self.loose, a)
                 elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
                     return self._wait(present, a, b, wall)
@@ -227,6 +229,7 @@ class Groups(Persistence):
         group, now = ball.group, present.now
         if group is None:
             return
+        group.add_up(self.spells)
         if group.fell == NEVER:
             self._play(present, group)
         elif self._has_side_ended(group):
@@ -262,12 +265,21 @@ class Groups(Persistence):
         put(self.loose, ball)
         self.go_after(present, [], [])
 
+    def persisted(self, present: Present) -> list[Persisted]:
+        for ball in present.balls:
+            group = ball.group
+            if group is not None and group.leader is ball:
+                group.go_to(present.now)
+                group.add_up(self.spells)
+        return self.spells.rows()
+
     # -- how groups end ------------------------------------------------------------------------
 
     def take_apart(self, present: Present, ball: Ball) -> None:
         group = ball.group
         if group is not None:
             group.go_to(present.now)
+            group.add_up(self.spells)
             for member in group.members:
                 member.ball.group = None
                 self._let_go(present, member)
@@ -361,6 +373,8 @@ class Groups(Persistence):
             for each, state in zip(members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
                 self._set_phase(present, each)
+            for one in touches:
+                one.struck = 0.0, 0.0
             group = Group(members, touches, now, self.scale)
             group.decide(now, True)
             for one, v in zip(touches, parting):

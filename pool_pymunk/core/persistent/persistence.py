@@ -8,6 +8,10 @@ from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.walls.wall import Wall
 
+# the balls (the second one is -1 at a cushion), the cushion (-1 of balls), from when until when
+# (s), and the impulse (N s) given to the last ball
+Persisted = tuple[int, int, int, float, float, float, float]
+
 
 class Persistence:
     """On a table without friction, and without hollow arcs, no contact persists.
@@ -65,6 +69,12 @@ class Persistence:
 
     def go_on_from(self, present: Present, ball: Ball) -> None:
         """Let contacts persist around a ball that goes on otherwise."""
+
+    # -- at the end of a run -----------------------------------------------------------------------
+
+    def persisted(self, present: Present) -> list[Persisted]:
+        """Return the rows of the contacts that have persisted, up to now."""
+        return []
 
 
 def sides_of(a: Ball, b: Ball | None, wall: Wall | None) -> tuple[int, int]:

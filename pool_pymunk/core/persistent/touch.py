@@ -7,7 +7,7 @@ from typing import Final, final
 
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.surface import GYRATION
-from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.persistent.member import REST, ROLL, Member
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
@@ -23,11 +23,13 @@ class Touch:
 
     Its forces (N) are ``n`` along the normal, ``t`` along the tangent, and ``i``, which slows the
     roll into a cushion. ``slides`` and ``turns`` have the signs of the slip and of that roll; where
-    they are 0, friction holds them. What has opened is no contact until ``later`` (s).
+    they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
+    without bounces have given to the last ball is ``struck`` (N s).
     """
 
-    __slots__ = ("a", "b", "bend", "closed", "i", "later", "mu", "n", "nx", "ny", "on", "pair",
-                 "side", "slides", "slip", "t", "turns", "unit", "wall", "wrings")  # fmt: skip
+    __slots__ = ("a", "at_start", "b", "bend", "closed", "halfway", "i", "later", "mu", "n", "nx",
+                 "ny", "on", "pair", "side", "slides", "slip", "struck", "t", "turns", "unit",
+                 "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
@@ -45,6 +47,9 @@ class Touch:
         self.slides = self.turns = 0.0
         self.n = self.t = self.i = 0.0
         self.nx, self.ny, self.bend, self.slip = 1.0, 0.0, 0.0, 0.0
+        self.at_start: Vector = (0.0, 0.0)
+        self.halfway: Vector = (0.0, 0.0)
+        self.struck: Vector = (0.0, 0.0)
 
     # -- where it is ---------------------------------------------------------------------------
 
@@ -61,6 +66,11 @@ class Touch:
             self.nx, self.ny = side.normal(a.x, a.y)
             self.bend = side.curvature(a.x, a.y)
         self.slip = v * self.nx - u * self.ny
+
+    @property
+    def push(self) -> Vector:
+        """The force (N) on the last ball."""
+        return self.n * self.nx - self.t * self.ny, self.n * self.ny + self.t * self.nx
 
     @property
     def gap(self) -> float:
@@ -144,6 +154,7 @@ class Touch:
         elif n > 0.0 and not rolls_in and abs(i) > a.mass * abs(roll):
             i = -a.mass * roll
         x, y = n * self.nx - t * self.ny, n * self.ny + t * self.nx
+        self.struck = self.struck[0] + x, self.struck[1] + y
         if b is None:
             a.kick((x, y), (i * self.nx, i * self.ny))
         else:
