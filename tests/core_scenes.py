@@ -755,7 +755,6 @@ def parts_of(trace: Trace) -> dict[str, list[Any]]:
         "instant": list(trace.instants),
         "end": [("status", trace.status), ("duration", trace.duration), ("steps", trace.steps)],
         "persistent contact": list(trace.persisted),
-        "group": list(trace.groups or ()),
         "roll at rest": list(trace.no_roll),
     }
 

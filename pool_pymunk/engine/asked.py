@@ -13,7 +13,7 @@ from typing import Any
 
 from pool_pymunk.engine.due import What, ends_of, hit_of
 from pool_pymunk.engine.policies import velocity_after
-from pool_pymunk.engine.recorder import Begun, Persisted
+from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.complementarity import decide
@@ -30,7 +30,7 @@ from pool_pymunk.physics.laws import Coulomb, Law, Slip, respond, solves_at_once
 from pool_pymunk.physics.patches import crossing
 from pool_pymunk.physics.path import Path, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
-from pool_pymunk.physics.pressed import BALL, Press, copy_of
+from pool_pymunk.physics.pressed import BALL, Press
 from pool_pymunk.physics.sides import shape_of, unit
 from pool_pymunk.physics.surface import NO_ROLL, Rolling, Sliding
 from pool_pymunk.physics.together import Rows, at_once
@@ -521,27 +521,6 @@ def note_impulse(w: Any, i: int, other: int, began: float, impulse: Vector) -> N
         old = Persisted(w.contact(hit), began, began)
     x, y = impulse
     groups.persisted[hit] = old._replace(until=w.now, x=old.x + x, y=old.y + y)
-
-
-def note_piece(w: Any, leader: int, piece: Piece) -> None:
-    """Tell the recorder about the piece of the group in the press that begins, if it listens."""
-    g, r = w.press, w.groups
-    if not w.recorder.hears_pieces:
-        return
-    if r.is_new[leader]:
-        hits = [hit_of(g.ball[g.one[k]], g.place[k]) for k in range(g.contacts)]
-        contacts = [w.contact(hit) for hit in hits]
-        r.modes[leader], r.is_new[leader] = (copy_of(g), contacts), 0
-    press, contacts = r.modes[leader]
-    balls, state = tuple(g.ball[: g.balls]), [*g.state[: 6 * g.balls]]
-    until, ends = w.now + piece.time, (piece.fell, piece.faded)
-    stops = [(w.now + g.stop_t[k], [*g.stop[k][: 6 * g.balls]]) for k in range(g.steps - 1)]
-    w.recorder.begun(Begun(w.now, until, balls, contacts, press, state, *ends, stops))
-
-
-def note_let_go(w: Any, i: int) -> None:
-    """Tell the recorder that a ball has left its group."""
-    w.recorder.let_go(i, w.now)
 
 
 # -- the motion of a group -------------------------------------------------------------------------

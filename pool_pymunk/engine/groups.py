@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 from pool_pymunk.engine.asked import find_end, has_room, mass_of, pull_and_drag, radius_of
 from pool_pymunk.engine.due import Hit
 from pool_pymunk.engine.recorder import Persisted
-from pool_pymunk.physics.contact import Contact
 from pool_pymunk.physics.pieces import clear_total
-from pool_pymunk.physics.pressed import Press, find_units, lengths, rows_of, set_time
+from pool_pymunk.physics.pressed import find_units, lengths, rows_of, set_time
 
 NONE = -1  # stands for no ball, no contact
 
@@ -38,7 +37,7 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "small": (float, ("N", 3)),
     "hit_t": (float, ("N",)), "many": (int, ("N",)), "loose": (int, ("N",)), "todo": (int, ("N",)),
     "local": (int, ("N",)), "first": (int, ("N",)), "joined": (int, ("N",)), "out": (int, ("N",)),
-    "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)), "is_new": (int, ("N",)),
+    "balls_of": (int, ("N",)), "contacts_of": (int, ("N",)),
     "one": (int, ("C",)), "other": (int, ("C",)), "following": (int, ("C",)),
     "on": (int, ("C",)), "slides": (int, ("C",)), "into": (int, ("C",)), "over": (int, ("C",)),
     "what": (int, ("C",)), "mu": (float, ("C",)), "edge": (float, ("C", 8)),
@@ -68,7 +67,6 @@ class Groups:
         self.patch: list[int] = []
         self.crossed: list[float] = []
         self.crossings: list[int] = []
-        self.modes: dict[int, tuple[Press, list[Contact]]] = {}  # by leader, for a recorder
 
     if TYPE_CHECKING:
 

@@ -192,7 +192,6 @@ def let_go(w: Any, m: int) -> None:
         groups.loosen(w.groups, i)
     else:
         rest(w, m)
-    asked.note_let_go(w, i)
 
 
 def rest(w: Any, m: int) -> None:
@@ -337,7 +336,6 @@ def play_pieces(w: Any) -> None:
         groups.load(w, leader)
         piece = asked.find_piece(w, r.longest[leader])
         keep_piece(w, leader, piece)
-        asked.note_piece(w, leader, piece)
         if piece.time == 0.0:
             r.changes[leader] += 1
             turn(w, leader, r.longest[leader] if any_is(w.press, LET_GO) else FIRST)
@@ -463,7 +461,6 @@ def store(w: Any, root: int) -> None:
             r.next[last] = i
         last, count = i, count + 1
     r.balls_of[leader], r.contacts_of[leader], r.contact[leader] = count, 0, NONE
-    r.is_new[leader] = 1
     for n in range(3):
         r.small[leader][n] = g.small[n]
     for k in range(g.contacts - 1, -1, -1):  # The list is built from its end.

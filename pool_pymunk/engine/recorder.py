@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact, Vector
@@ -27,30 +27,8 @@ class Persisted(NamedTuple):
     y: float = 0.0
 
 
-class Begun(NamedTuple):
-    """A group of balls in persistent contact begins a piece at ``since`` (s), in one mode.
-
-    It lasts until ``until`` (s) if nothing cuts it. The ``press`` has the mode, and is the same for
-    all pieces in it (:mod:`pool_pymunk.physics.pressed`); ``contacts`` are those of the press.
-    ``fell`` is the number of the measure that ends the mode there, or -1; ``faded`` tells whether a
-    slip or a speed has faded. A piece of several steps has ``stops`` (s, state) between them.
-    """
-
-    since: float
-    until: float
-    balls: tuple[int, ...]
-    contacts: list[Contact]
-    press: Any
-    state: list[float]
-    fell: int
-    faded: bool
-    stops: list[tuple[float, list[float]]]
-
-
 class Recorder:
     """A recorder listens to the engine; this one does nothing. Times are in s, places in m."""
-
-    hears_pieces = False  # A recorder that hears them learns when a group begins one.
 
     def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         """Take note that two balls, or a ball and a cushion, hit each other."""
@@ -78,12 +56,6 @@ class Recorder:
 
     def persistent(self, persisted: Persisted) -> None:
         """Take note of a contact that has persisted, and is over."""
-
-    def begun(self, piece: Begun) -> None:
-        """Take note that a group in persistent contact begins a piece."""
-
-    def let_go(self, i: int, t: float) -> None:
-        """Take note that ball ``i`` has left its group; its new path is noted before that."""
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         """Take note of an inelastic collapse, whose hits are not listed one by one."""

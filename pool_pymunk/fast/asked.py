@@ -51,7 +51,6 @@ from pool_pymunk.physics import contact, laws, moving
 from pool_pymunk.physics.complementarity import decide
 from pool_pymunk.physics.contact import NO_BALL, Pair, Vector, closing_speed, relative, speed_in
 from pool_pymunk.physics.forces import is_own as asks_own
-from pool_pymunk.physics.forces import kept_steady as keeps_steady
 from pool_pymunk.physics.forces import own_pull as asks_pull
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed, respond
@@ -60,7 +59,6 @@ from pool_pymunk.physics.patches import crossing
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of
 from pool_pymunk.physics.pressed import BALL
-from pool_pymunk.physics.pressed import root_of as finds_root
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.surface import NO_ROLL, changed_by, roll_on, slowed_by
 from pool_pymunk.physics.together import begin_orders, next_in_order, push_at_once
@@ -519,14 +517,6 @@ def forget_held(w: Work, m: int) -> None:
             r.held[k][n] = r.held[k + 1][n]
 
 
-def note_piece(w: Work, leader: int, piece: Piece) -> None:
-    """Do nothing: nobody follows changes through the pieces of compiled shots."""
-
-
-def note_let_go(w: Work, i: int) -> None:
-    """Do nothing: nobody follows changes through the pieces of compiled shots."""
-
-
 def find_piece(w: Work, longest: float) -> Piece:
     return piece_of(w.press, longest)
 
@@ -567,14 +557,6 @@ def own_pull(g: Any, s: Any, p: int) -> Vector:
     return NO_ROLL
 
 
-def kept_steady(g: Any, i: int, slip: Vector) -> Vector:
-    return slip
-
-
-def root_of(square: float) -> float:
-    return math.sqrt(square)
-
-
 # Each of these functions is the twin of the one of the same name.
 TWINS: dict[Any, Any] = {
     getattr(asked, name): value
@@ -587,7 +569,7 @@ TWINS |= {
     contact.drift_of: drift_of, asks_own: is_own,
     moving.gap_of: kinds.flat_gap, moving.normal_of: kinds.flat_normal,
     moving.curvature_of: kinds.flat_curvature, moving.height_of: kinds.flat_height,
-    asks_pull: own_pull, keeps_steady: kept_steady, finds_root: root_of,
+    asks_pull: own_pull,
     laws.balls_after: kinds.ball_ball, laws.cushion_after: kinds.cushion,
     laws.jumps_at: kinds.jumps,
 }  # fmt: skip

@@ -134,10 +134,10 @@ def follow_run(g: Any, run: Run) -> int | None:
     """Follow the changes through a single run by the compiled pass.
 
     Return why errors cannot be followed, or None where the pass cannot be asked: this machine has
-    not compiled it yet, contacts persist, or the law or a side is somebody's own.
+    not compiled it yet, or the law or a side is somebody's own.
     """
     scene, law = run.scene, g.law
-    is_known = run.known_groups == () and law_number(law) != NOTHING and can_compile(scene, law)
+    is_known = law_number(law) != NOTHING and can_compile(scene, law)
     if not is_known or not compiled.has_form(follow_shots, loop_form(scene)):
         return None
     record = np.zeros(1, SCENE).view(np.recarray)[0]
@@ -338,10 +338,6 @@ def _saltate(g: Any, geometry: Geometry, balls: int, roll: Vector) -> None:
                 z[k + j, p] -= after[k + j] * late
 
 
-def _no(*_: Any) -> bool:
-    return False
-
-
 def _warn(g: Any, why: int, t: float) -> None:
     found, used = g.kept.found, g.kept.used
     last = min(used[1], len(found)) - 1
@@ -396,7 +392,7 @@ TWINS: dict[Any, Any] = {
     columns.is_changed: _is_changed, columns.is_beyond: _is_beyond,
     columns.warn: _warn, columns.keep: _keep, columns.path_of: _path_of,
     columns.copy: _copy, columns.surface_at: _surface_at, columns.saltate: _saltate,
-    columns.has_parted: _no, columns.advance: _advance,
+    columns.advance: _advance,
     columns.advance_slowing: _advance_slowing,
     columns.squared: _squared, columns.add_sized: _add_sized, columns.add_mixed: _add_mixed,
     kinks.hit_slopes: kinds.hit_slopes, kinks.bounce_slopes: kinds.cushion_slopes,

@@ -133,7 +133,7 @@ class Desk:
         self.scene, self.errors, self.ball = array["scene"][0], array["errors"][0], array["ball"][0]
         self.now, self.last = array["now"], array["last"][0]
         self.answered, self.duration = array["count"]["answered"], array["count"]["duration"]
-        self.unlisted, track = array["instant"]["unlisted"], array["track"]
+        track = array["track"]
         # the numbers of rows, and the rows, of breakpoints, events, notes, and past contacts
         names = ("rows", "row"), ("events", "event"), ("notes", "note"), ("pasts", "past")
         self.tracks = [(track[many], track[one][0]) for many, one in names]
@@ -220,7 +220,6 @@ def trace_of(scene: Scene, start: State, law: Law, desk: Desk, kept: Kept) -> En
     note_all(trace, kept.notes)
     for contact in kept.past:
         trace.persistent(persisted_of(scene, contact))
-    trace.groups = None if desk.unlisted[0] else []
     trace.steps, trace.status = int(desk.answered[0]), STATUSES[int(desk.out.status[0])]
     trace.duration = float(desk.duration[0])
     if trace.status == "settled":

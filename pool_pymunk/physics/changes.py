@@ -15,7 +15,6 @@ from pool_pymunk.physics import errors
 from pool_pymunk.physics.columns import (
     any_of,
     columns,
-    has_parted,
     is_beyond,
     is_changed,
     is_of_errors,
@@ -39,6 +38,7 @@ from pool_pymunk.physics.motion_changes import (
     GOES_ON,
     GROWN,
     KNOWN_BEFORE,
+    LASTS,
     OUT,
     PERSISTS,
     RESTS_LAST,
@@ -104,14 +104,31 @@ def look_before(g: Any, k: int, why: int) -> None:
     """Look for touches on the paths that an event ends."""
     t, i, j = time_and_balls(g, k)
     other = int(g.events[k][2])
+    catch_up(g, t)
+    meets_some = why == SHARED or other == LASTS
     for n in range(1 if j == i else 2):
         met = other if n == 0 else i
-        look(g, j if n == 1 else i, t, ANYTHING if why == SHARED else met, i)
+        look(g, j if n == 1 else i, t, ANYTHING if meets_some else met, i)
+
+
+def catch_up(g: Any, t: float) -> None:
+    """Let balls of which nothing is known go on to their last breakpoints before a time (s).
+
+    In a persistent contact they have breakpoints that are no events. Others may touch them there.
+    """
+    for i in range(len(g.ball)):
+        following = g.following[g.ball[i].at]
+        while following >= 0 and g.rows[following][1] < t and is_unknown(g.change[i]):
+            look_at_balls(g, i, g.rows[following][1], ANYTHING, i)
+            g.ball[i].at, g.ball[i].met = following, STOP
+            following = g.following[following]
 
 
 def finish(g: Any) -> int:
     """Follow the changes to the end of the run; return why errors cannot be followed, if so."""
     t = g.one.ends[0]
+    if not is_of_errors(g):
+        catch_up(g, t)
     for i in range(len(g.ball)):
         following = g.following[g.ball[i].at]
         if following >= 0 and g.rows[following][1] < t:
@@ -149,9 +166,13 @@ def reason_at(g: Any, k: int, first: int, last: int) -> int:
     """Return why an event has no derivative, as far as its time tells."""
     (t, i, j), other = time_and_balls(g, k), g.events[k][2]
     if is_of_errors(g):
+        if other == LASTS:
+            return GOES_ON
         return SHARED if shares_a_ball(g, k, first, k) else FOLLOWED
     if is_unknown(g.change[i]) or is_unknown(g.change[j]):
         return KNOWN_BEFORE
+    if other == LASTS:
+        return GOES_ON
     if other <= STOP:
         return FOLLOWED
     if shares_a_ball(g, k, first, last):
@@ -225,6 +246,7 @@ def shares_a_ball(g: Any, k: int, first: int, last: int) -> bool:
                 break
             # A contact may have stopped the ball.
             counts = g.events[n][2] != STOP or (n < k and not is_of_errors(g))
+            counts = counts and g.events[n][2] != LASTS
             if counts and (one in (i, j) or other in (i, j)):
                 return True
             n += step
@@ -315,12 +337,18 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
     cushion, or end just where it touches. A small change makes a contact there or leaves a gap, so
     the ends have a kink. Ball ``done`` was looked at before.
     """
-    path, radius = path_of(g, i), g.ball[i].radius
-    is_still = not sets_off(path)
     if g.ball[i].gone:
         return
-    if not is_still:
+    path = path_of(g, i)
+    if sets_off(path):
         look_at_table(g, i, path, t, met)
+    look_at_balls(g, i, t, met, done)
+
+
+def look_at_balls(g: Any, i: int, t: float, met: int, done: int) -> None:
+    """Lose what touches of other balls decide on the path of a ball up to ``t`` (s)."""
+    path, radius = path_of(g, i), g.ball[i].radius
+    is_still = not sets_off(path)
     for j in range(len(g.ball)):
         if j in (i, done) or g.ball[j].gone:
             continue
@@ -331,7 +359,7 @@ def look(g: Any, i: int, t: float, met: int, done: int) -> None:
         begins, apart = not (g.ball[i].met == j and g.ball[j].met == i), radius + g.ball[j].radius
         if is_far(path, other, t, apart):
             continue
-        begins = (begins or path.t != other.t) and not has_parted(g, i, j)
+        begins = begins or path.t != other.t
         along, turns = touch_of_discs(
             path, other, t, apart, 1.0, (begins, met != j and met != ANYTHING)
         )
@@ -348,8 +376,7 @@ def look_at_table(g: Any, i: int, path: Path, t: float, met: int) -> None:
         is_disc = k < len(g.discs)
         thing = g.discs[k] if is_disc else g.faces[k - len(g.discs)]
         wall = -1 - int(thing[4 if is_disc else 7])
-        begins = g.ball[i].met != wall and not has_parted(g, i, wall)
-        free = begins, met != wall and met != ANYTHING
+        free = g.ball[i].met != wall, met != wall and met != ANYTHING
         if is_disc:
             still, apart = standing(0.0, thing[0], thing[1]), thing[2] + thing[3] * radius
             along, turns = touch_of_discs(path, still, t, apart, thing[3], free)
@@ -370,7 +397,7 @@ def touch(g: Any, balls: tuple[int, int], t: float, across: Vector) -> None:
     """Lose the derivatives at a touch: a contact there acts by the root of the gap's change.
 
     Every input that has changed one of the balls therefore matters, even to second order. At a face
-    with a normal ``across``, a ball that a persistent contact has led along it stays at it.
+    with a normal ``across``, inputs that move a ball along it alone do not: the ball stays at it.
     """
     i, j = balls
     was_known = not is_unknown(g.change[i]) and not is_unknown(g.change[j])

@@ -110,11 +110,6 @@ def warn(g: Any, why: int, t: float) -> None:
     g.kept.found.append((t, why))
 
 
-def has_parted(g: Any, i: int, other: int) -> bool:
-    """Tell whether a persistent contact of a ball, with another one or with a wall, has ended."""
-    return (i, other) in g.kept.parted
-
-
 def keep(g: Any, k: int, i: int, j: int, t: float) -> None:
     """Keep how late event ``k`` is, and the changes of its balls from ``t`` (s) on."""
     if k >= 0:

@@ -123,7 +123,7 @@ def find_rate(g: Any, s: Any, i: int) -> None:
         d[p + 4], d[p + 5] = cx, cy
         return
     if g.phase[i] == SLIP:
-        ux, uy = kept_steady(g, i, (vx - s[p + 4], vy - s[p + 5]))
+        ux, uy = vx - s[p + 4], vy - s[p + 5]
         share = holding(g.pull[i], ux, uy)
         d[p + 2], d[p + 3] = fx - share * ux, fy - share * uy
         spun = share / GYRATION if g.rolls else 0.0
@@ -143,11 +143,6 @@ def own_pull(g: Any, s: Any, p: int) -> Vector:
     """Return the acceleration (m/s^2) that a user's own surface gives a ball without contacts."""
     path = g.own.path(0.0, (s[p], s[p + 1]), (s[p + 2], s[p + 3]), (s[p + 4], s[p + 5]))
     return path.ax, path.ay
-
-
-def kept_steady(g: Any, i: int, slip: tuple[Any, Any]) -> tuple[Any, Any]:
-    """Return the slip (m/s) of ball ``i``; that of a ball that is ``steady`` has no changes."""
-    return (slip[0].real, slip[1].real) if i in g.steady else slip
 
 
 def holding(most: Any, x: Any, y: Any) -> Any:

@@ -25,10 +25,12 @@ from pool_pymunk.physics.surface import (
 
 # An event has its time, its ball, and what that meets: another ball, or a wall, which is -1 - its
 # number; pockets come after the walls. Or the ball comes to rest, begins to roll, or comes OUT of
-# all patches; into patch k it comes by OUT - 1 - k.
+# all patches; into patch k it comes by OUT - 1 - k. From a row with LASTS on, which is no event, it
+# is in a persistent contact.
 STOP = -(1 << 30)
 ROLL = STOP - 1
 OUT = STOP - 3
+LASTS = 2 * STOP
 UNCHANGED = 7  # This row of `of_numbers` is 0.
 ROUNDED = 64.0 * EPSILON  # of a unit of an input; rounding changes a gap by as much
 ANYTHING = STOP - 2  # stands for all that a ball may meet
@@ -55,15 +57,12 @@ REASONS = (
     "a contact is persistent",
     "a ball comes to rest just as the run ends",
     "errors grow until other contacts may come",
-    "a contact begins to persist just where the gap may open",
-    "the forces of persistent contacts change twice at one instant",
-    "a slip in persistent contact falls to zero and grows again, or turns until it has faded",
     "a ball grazes the border of a patch, or starts at one",
 )
 (
     FOLLOWED, KNOWN_BEFORE, SHARED, CUT_OFF, ENDS_THERE, RESTS_THERE, PERSISTS, AT_CORNER,
     IS_GRAZE, JUMPS, BY_POLICY, AT_RIM, GROWN, TOUCHES, TOUCH_FIRST, BENT, STOPPED, GOES_ON,
-    RESTS_LAST, CHAOS, OPENS, TWICE, TURNS, AT_BORDER,
+    RESTS_LAST, CHAOS, AT_BORDER,
 ) = range(len(REASONS))  # fmt: skip
 
 

@@ -10,8 +10,6 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from pool_pymunk.physics.surface import GYRATION
 
 REST, SLIP, ROLL = 0, 1, 2  # phases of a ball
@@ -70,17 +68,11 @@ FORM: dict[str, tuple[type, tuple[Any, ...]]] = {
     "before": (float, ("4C+N",)), "after": (float, ("4C+N",)),
 }  # fmt: skip
 
-OF_MODE = (
-    "small", "ball", "mass", "radius", "pull", "drag", "phase", "stuck", "place", "one", "other",
-    "what", "mu", "edge", "drift", "unit", "over", "on", "slides", "into", "at",
-)  # fmt: skip
-
 
 class Press:
     """A press is a group with the room for its forces and its next piece, in lists."""
 
     own: Any = None  # a surface of a user's, which accelerates balls without contacts
-    steady: tuple[int, ...] = ()  # balls whose slip has no changes (physics/persistent_changes.py)
     is_fixed = False  # Its room is.
 
     def __init__(self) -> None:
@@ -99,19 +91,6 @@ class Press:
             self.room = max(balls, 2 * n), max(contacts, 2 * c)
             for name, (kind, shape) in FORM.items():
                 setattr(self, name, rows_of(kind, lengths(shape, *self.room)))
-
-
-def copy_of(g: Press) -> Press:
-    """Return a press with the same balls and contacts in the same mode."""
-    found, counts = Press(), (g.balls, g.contacts)
-    found.hold(*counts)
-    found.balls, found.contacts = counts
-    found.own, found.rolls = g.own, g.rolls
-    for name in OF_MODE:
-        mine, its = getattr(found, name), getattr(g, name)
-        has_rows = name in ("edge", "drift")
-        mine[:] = [[*row] for row in its[: len(mine)]] if has_rows else its[: len(mine)]
-    return found
 
 
 def lengths(shape: Sequence[Any], balls: int, contacts: int) -> tuple[int, ...]:
@@ -297,12 +276,7 @@ def smallest(g: Any) -> float:
 
 def size_of(x: Any, y: Any) -> Any:
     """Return the length of a vector; a square root has the same bits on every machine."""
-    return root_of(x * x + y * y)
-
-
-def root_of(square: Any) -> Any:
-    """Return the square root of a number, or those of an array."""
-    return math.sqrt(square) if isinstance(square, float) else np.sqrt(square)
+    return math.sqrt(x * x + y * y)
 
 
 def sign(x: float, least: float) -> int:

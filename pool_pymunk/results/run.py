@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pool_pymunk.results.contacts import ContactRow
     from pool_pymunk.results.persistent import PersistentContact
     from pool_pymunk.results.table import ResultTable
-    from pool_pymunk.results.trace import Step, Trace
+    from pool_pymunk.results.trace import Trace
     from pool_pymunk.studies.derivatives import Derivatives
 
 Times = Array | Sequence[float] | float
@@ -84,7 +84,6 @@ class Run:
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
     persistent: tuple[PersistentContact, ...] = ()
-    known_groups: tuple[Step, ...] | None = field(default=(), compare=False, repr=False)
     known_shift: float | None = None
     again: Callable[..., Run] | None = field(default=None, compare=False)
     variants: tuple[Variant, ...] = field(default=(), compare=False)
@@ -128,16 +127,6 @@ class Run:
 
     def __hash__(self) -> int:
         return hash((self.scene, self.shot, self.solver, self.dt, self.events, self.duration))
-
-    @cached_property
-    def groups(self) -> tuple[Step, ...]:
-        """Return what derivatives need of persistent contacts; a file does not keep it.
-
-        Compiled shots do not tell it, so Python plays them again.
-        """
-        if self.known_groups is not None or self.again is None:
-            return self.known_groups or ()
-        return self.again(Variant(), compiled=False).groups
 
     @property
     def success(self) -> bool:
@@ -320,9 +309,10 @@ class Run:
         ``wrt`` names inputs or groups of them: "position" and "velocity" of all balls at the start,
         "speed", "angle" and "roll" of the shot, "mass", "radius", "restitution", "friction", or
         "all"; see :class:`~pool_pymunk.Derivatives` for names, shapes and units. The derivatives
-        are exact (saltation matrices), and through persistent contacts nearly so. Where none exists
-        (for example at a graze, or where two contacts of one instant share a ball) the entry is
-        NaN, and a warning says so. Raises SettingError for a run of a solver that is not exact.
+        are exact (saltation matrices). Where none exists (for example at a graze, or where two
+        contacts of one instant share a ball) the entry is NaN, and a warning says so. Derivatives
+        end at a persistent contact: what it has changed is NaN, too. Raises SettingError for a run
+        of a solver that is not exact.
 
         >>> from pool_pymunk import load, simulate
         >>> found = simulate(load("report"), 1, solver="event-driven").derivatives()

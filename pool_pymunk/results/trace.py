@@ -12,7 +12,7 @@ from pool_pymunk.results.events import Event
 from pool_pymunk.results.variants import Variant
 
 if TYPE_CHECKING:
-    from pool_pymunk.engine.recorder import Begun, Persisted
+    from pool_pymunk.engine.recorder import Persisted
     from pool_pymunk.model import Point, Scene, State
 
 # A run is given up after this many events, unless the user says otherwise, and after this many
@@ -32,10 +32,6 @@ Row: TypeAlias = "tuple[float, str, tuple[int, ...], int | None, Push]"
 
 PATCH = "patch"  # This is the kind of event at which a ball crosses the border of a patch.
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
-# What groups in persistent contact do: after so many events, with so many breakpoints of its balls,
-# a piece begins, or a ball is let go at a time (s).
-Step: TypeAlias = "tuple[int, tuple[int, ...], Begun | tuple[int, float]]"
-
 POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
 
 # These are the policies that answer what has no exact answer.
@@ -71,8 +67,6 @@ class Trace:
         self.no_roll = () if start.roll is None else NONE  # what a ball at rest has for a roll
         self.events: list[Row] = []
         self.persisted: list[Persisted] = []  # the contacts that persisted and are over
-        # what groups in persistent contact have done; None if that is not known
-        self.groups: list[Step] | None = []
         self.warned: dict[str, tuple[float, int]] = {}  # when first, and how often
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.instants: dict[float, None] = {}  # s; several contacts came at each of these instants

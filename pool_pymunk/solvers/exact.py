@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 
 from pool_pymunk.engine.contacts import ContactEngine, Tally
 from pool_pymunk.engine.decisions import LISTED, NEVER_SETTLES
-from pool_pymunk.engine.recorder import Begun, Persisted, Recorder
+from pool_pymunk.engine.recorder import Persisted, Recorder
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import Contact
@@ -15,7 +15,7 @@ from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, pocket
 from pool_pymunk.results.persistent import joined
-from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Step, Trace
+from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
 from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.record import Settings
 
@@ -52,13 +52,9 @@ def cut_off(trace: EngineTrace, engine: ContactEngine, t: float) -> None:
 class EngineTrace(Trace, Recorder):
     """This trace listens to the contact engine, and words the warnings of its policies."""
 
-    hears_pieces = True
-
     def __init__(self, scene: Scene, start: State, paths: Sequence[Path], law: Law) -> None:
         super().__init__(start, [path[5:7] for path in paths])
         self.scene, self.law = scene, law
-        self._steps: list[Step] = []
-        self.groups = self._steps
 
     def end_at(self, t: float, paths: Sequence[Path], state_of: StateOf) -> None:
         """End the run at ``t`` (s), and write down where the balls are that still move."""
@@ -85,13 +81,6 @@ class EngineTrace(Trace, Recorder):
     def persistent(self, persisted: Persisted) -> None:
         self.persisted.append(persisted)
         self.policies.add(PERSISTENT)
-
-    def begun(self, piece: Begun) -> None:
-        counts = tuple(len(self.knots[i]) for i in piece.balls)
-        self._steps.append((len(self.events), counts, piece))
-
-    def let_go(self, i: int, t: float) -> None:
-        self._steps.append((len(self.events), (len(self.knots[i]),), (i, t)))
 
     def warn_of_persisted(self) -> None:
         """Warn once of each set of balls and cushions that contacts have joined."""

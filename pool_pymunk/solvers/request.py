@@ -188,7 +188,6 @@ class Request(NamedTuple):
             off=start.off.union(taken),
             policies=frozenset(trace.policies),
             persistent=_persistent(trace, ids),
-            known_groups=None if trace.groups is None else tuple(trace.groups),
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,
@@ -197,16 +196,11 @@ class Request(NamedTuple):
         return made_later(run, trace)
 
     def _again(
-        self,
-        shot: Shot | None,
-        start: State,
-        variant: Variant,
-        most: int | None = None,
-        compiled: bool = True,
+        self, shot: Shot | None, start: State, variant: Variant, most: int | None = None
     ) -> Run:
         """Play a variant of the run, of at most this many events."""
-        listed, compiled = self.settings.max_events, compiled and self.settings.compiled
-        bounds = self.settings._replace(max_events=min(most or listed, listed), compiled=compiled)
+        listed = self.settings.max_events
+        bounds = self.settings._replace(max_events=min(most or listed, listed))
         trace = self._replace(settings=bounds)._solve(start, variant)
         return self._run(shot, start, trace, 0.0, None)
 

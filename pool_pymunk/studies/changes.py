@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Collection, Sequence
 from itertools import pairwise
 from types import SimpleNamespace
@@ -19,14 +19,13 @@ from pool_pymunk.physics import changes, columns, errors, motion_changes
 from pool_pymunk.physics.columns import Follow
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.motion_changes import CHAOS, FOLLOWED, OUT, REASONS, ROLL, STOP
+from pool_pymunk.physics.motion_changes import CHAOS, FOLLOWED, LASTS, OUT, REASONS, ROLL, STOP
 from pool_pymunk.physics.path import NOISE, Path, from_breakpoint
 from pool_pymunk.physics.saltation import AGREE, BLUR
 from pool_pymunk.physics.sides import pocket
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_solver
-from pool_pymunk.studies.persistent import follow_all
 
 NO_SIGNS = {"signs": np.empty((0, 0)), "alike": np.empty((0, 0, 0, 0)), "drawn": [0, 0]}
 
@@ -68,9 +67,6 @@ class Changes(NamedTuple):
         for (_, row, before), (_, later, after) in pairwise(kept):
             is_now = self._is_hit(g.kept.paths[row], g.rows[later], t)
             found[is_now] += np.where((before != 0.0) | (after != 0.0), math.nan, 0.0).sum(axis=0)
-        for steps in g.kept.spells[i]:
-            for k in np.flatnonzero((steps[0][0] < t) & (t < steps[-1][0])):
-                found[k] = between(steps, t[k])
         return found
 
     def _along(self, row: int, change: Array, t: Array) -> Array:
@@ -105,19 +101,6 @@ class Changes(NamedTuple):
         return is_now & ((t != self.run.duration) | bool(self.pass_.one.ends[1]))
 
 
-def between(steps: Sequence[tuple[float, Array]], t: float) -> Array:
-    """Return the changes (2, P) of a ball's place at a time (s) between the steps of a group.
-
-    A cubic fits the changes of places and velocities at the steps beside it (Hermite).
-    """
-    k = bisect_right([when for when, _ in steps], t)
-    (since, first), (until, last) = steps[k - 1], steps[k]
-    h, s = until - since, (t - since) / (until - since)
-    kept = (1.0 + 2.0 * s) * (1.0 - s) ** 2
-    by_place = kept * first[:2] + (1.0 - kept) * last[:2]
-    return np.asarray(by_place + h * s * (1.0 - s) * ((1.0 - s) * first[2:4] - s * last[2:4]))
-
-
 def by_names(run: Run, names: Names, some: Collection[str]) -> Array:
     """Return the changes (N, K, P) of the balls' states at the start, by some of the inputs."""
     scene, shot = run.scene, run.shot
@@ -132,19 +115,25 @@ def by_names(run: Run, names: Names, some: Collection[str]) -> Array:
 
 
 def changes_of(run: Run, names: Names, starts: Array) -> Changes:
-    """Follow the changes of the ``starts`` (N, K, P) through a run.
+    """Follow the changes of the ``starts`` (N, K, P) through a run, up to persistent contacts.
 
     Raises SettingError for a law or a surface that has no derivatives.
     """
     g = follow_of(run, starts, changed_numbers(run.scene, names))
-    g, _ = followed(g, run, lambda g: follow_all(g, run))
+    g, _ = followed(g, run, follow_all)
     found = sorted(g.kept.found, key=lambda one: one[0])
     lost = "what depends on it has no derivative, and is NaN"
     texts = dict.fromkeys(
         f"{REASONS[k].format(g.law.name)} (at {t:.6g} s): {lost}" for t, k in found
     )
-    times = np.array(g.kept.lates).reshape(len(g.events), len(names))
-    return Changes(run, g, g.change, times, tuple(texts))
+    lates = np.array(g.kept.lates).reshape(len(g.events), len(names))
+    is_event = np.array([other != LASTS for *_, other in g.events], bool)
+    return Changes(run, g, g.change, lates[is_event], tuple(texts))
+
+
+def follow_all(g: Any) -> int:
+    """Follow the changes through a run; return why errors cannot be followed, if so."""
+    return changes.follow(g, 0, len(g.events)) or changes.finish(g)
 
 
 def follow_of(
@@ -165,7 +154,7 @@ def follow_of(
     one.ends[:3] = run.duration, is_cut, run.status == "max_events"
     one.numbers[:] = coefficients_of(scene)
     kept = SimpleNamespace(
-        paths=Paths(rows), found=[], lates=[], spells=[[] for _ in starts], parted=set(),
+        paths=Paths(rows), found=[], lates=[],
         changes=[[(0.0, i, start.copy())] for i, start in enumerate(starts)],
     )  # fmt: skip
     g: Any = Follow(
@@ -234,7 +223,10 @@ def following_of(rows: Array, balls: int) -> Any:
 
 
 def events_of(run: Run) -> Array:
-    """Return the time (E, 3) of each event, its ball, and what that meets."""
+    """Return the time (E, 3) of each event, its ball, and what that meets.
+
+    Between them are the rows from which on balls are in persistent contacts.
+    """
     scene, found = run.scene, list[tuple[float, int, int]]()
     holes = {hole.id: k for k, hole in enumerate(scene.pockets, start=len(scene.cushions))}
     for event in run.events:
@@ -243,7 +235,29 @@ def events_of(run: Run) -> Array:
         into = OUT if event.patch is None else OUT - 1 - event.patch
         met = {"stop": STOP, "roll": ROLL, "patch": into}.get(event.kind, -1 - (wall or 0))
         found.append((event.t, i, others[0] if others else met))
-    return np.array(found, float).reshape(-1, 3)
+    rows, begun = np.array(found, float).reshape(-1, 3), beginnings(run)
+    lost = np.array([(t, i, LASTS) for _, t, i in begun], float).reshape(-1, 3)
+    return np.insert(rows, [k for k, _, _ in begun], lost, axis=0)
+
+
+def beginnings(run: Run) -> list[tuple[int, float, int]]:
+    """Return before which event (its number) and when (s) balls come to persistent contacts.
+
+    Each ball comes to its first one after its hits of that instant. Where it has none, that is
+    after what else it does then, such as to stop.
+    """
+    firsts: dict[str, float] = {}
+    for contact in run.persistent:
+        for id_ in contact.balls:
+            firsts[id_] = min(contact.since, firsts.get(id_, math.inf))
+    times, found = [event.t for event in run.events], []
+    for id_, t in firsts.items():
+        first, last = bisect_left(times, t), bisect_right(times, t)
+        own = [k for k in range(first, last) if id_ in run.events[k].balls]
+        hits = [k for k in own if run.events[k].is_contact]
+        if t <= run.duration:
+            found.append((max(hits or own, default=first - 1) + 1, t, run.scene.index[id_]))
+    return sorted(found)
 
 
 def law_of(run: Run) -> Law:
@@ -268,13 +282,10 @@ def rounding(run: Run) -> float:
     count, size = len(run.scene.balls), 6 if run.scene.surface.rolls else 4
     none = [np.zeros((rows, errors.COLUMNS)) for rows in (7, count, count)]
 
-    def follow(g: Any) -> int:
-        with np.errstate(all="ignore"):
-            return changes.follow(g, 0, len(g.events)) or changes.finish(g)
-
     try:
         g = follow_of(run, np.zeros((count, size, errors.COLUMNS)), none, errors.room())
-        g, why = followed(g, run, follow)
+        with np.errstate(all="ignore"):
+            g, why = followed(g, run, follow_all)
     except SettingError:
         return math.nan
     if why != FOLLOWED:

@@ -48,6 +48,8 @@ class Found:
 
     ``angle`` (degrees) and ``speed`` (m/s) are those of ``shot``; ``run`` is its exact run.
     ``off`` (m) is the root of the sum of the squared distances of balls from where they shall end.
+    ``warnings`` say why it is not known how these ends depend on the shot, so that it may not have
+    been moved to where they are least off.
     """
 
     shot: Shot
@@ -56,6 +58,7 @@ class Found:
     share: float
     run: Run
     off: float = 0.0
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         off = f", {self.off:.2g} m off" if self.off else ""
@@ -100,9 +103,9 @@ def find(
 
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
     the sum of the squared distances is least (Gauss-Newton), as long as it does what is asked for,
-    and the nearest shots come first. ``law`` is that of every contact (default: the scene's).
-    ``on_done(done, planned)`` counts the shots played, and those that will be at most. Raises
-    SettingError, which names the argument.
+    and the nearest shots come first; ``warnings`` of a shot say where its ends have no derivatives.
+    ``law`` is that of every contact (default: the scene's). ``on_done(done, planned)`` counts the
+    shots played, and those that will be at most. Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -275,11 +278,12 @@ class _ShotSearch:
         run = self.played(spot)
         if run is None:
             return None
+        why: tuple[str, ...] = ()
         if self.balls:
-            spot, run = self.improved(spot, run)
+            spot, run, why = self.improved(spot, run)
         share, (angle, speed, *_) = self.does(self.around(spot, errors)).mean(), spot.tolist()
         assert run.shot is not None
-        return Found(run.shot, angle, speed, float(share), run, self.off(run))
+        return Found(run.shot, angle, speed, float(share), run, self.off(run), why)
 
     def around(self, spot: Array, errors: Array) -> Array:
         """Return tries of a spot with these errors, (S, 5 + P)."""
@@ -301,11 +305,17 @@ class _ShotSearch:
         ends = np.array(run.end.position)[self.balls]
         return float(np.sqrt(((ends - self.goals) ** 2).sum()))
 
-    def improved(self, spot: Array, run: Run) -> tuple[Array, Run]:
-        """Move a shot to where the balls end nearest to their goals, by steps of Gauss-Newton."""
+    def improved(self, spot: Array, run: Run) -> tuple[Array, Run, tuple[str, ...]]:
+        """Move a shot to where the balls end nearest to their goals, by steps of Gauss-Newton.
+
+        What has no derivative at the present shot is not moved; say why it has none.
+        """
         names = [f"{key}.{self.shot.ball}" if key in "xy" else key for key in self.varied]
+        why: tuple[str, ...] = ()
         for _ in range(MOST_STEPS):
-            slopes = derivatives(run, names).final[self.balls].reshape(-1, len(names))
+            found = derivatives(run, names)
+            slopes = found.final[self.balls].reshape(-1, len(names))
+            why = found.warnings if np.isnan(slopes).any() else ()
             apart = (self.goals - np.array(run.end.position)[self.balls]).ravel()
             step = np.linalg.lstsq(np.nan_to_num(slopes), apart, rcond=None)[0]
             whole_step, least = np.zeros(len(spot)), (1.0 - LEAST_GAIN) * self.off(run)
@@ -318,7 +328,7 @@ class _ShotSearch:
                     break
             else:
                 break
-        return spot, run
+        return spot, run, why
 
     def is_near(self, spot: Array, spots: Sequence[Array]) -> bool:
         """Tell whether a spot is within three standard deviations of one of the others."""

@@ -307,11 +307,11 @@ class _Minimizer:
         if self.forecast.runs(values) is None:
             message = "its shots do not come to an end"
             raise setting_error("scene", self.forecast.scene.title, message)
-        derivatives, _ = self.forecast.derivatives(values)
+        derivatives, why = self.forecast.derivatives(values)
         found: Mask = np.asarray(np.isfinite(derivatives).all(axis=(1, 2)))
         if not found.any():
             message = "no measured place has derivatives: runs have no exact answer to fit with"
-            raise setting_error("measured", len(found), message)
+            raise setting_error("measured", len(found), "; ".join((message, *why)))
         return found
 
     def _look(self, k: int, count: int, best: Optimum | None = None) -> list[Array]:
