@@ -1,7 +1,6 @@
 """Groups of the core play contacts that persist, as accurately as a tolerance asks.
 
-Nobody asks them by default yet: the contact engine plays these runs. Only scenes with a reference
-are here, because random crowded ones may still end elsewhere.
+Only scenes with a reference are here.
 """
 
 from __future__ import annotations
@@ -27,8 +26,8 @@ R, M = 0.0286, 0.17
 def play(scene: Scene, tolerance: float = TOLERANCE) -> Trace:
     """Play a scene by the core alone."""
     settings = Settings(None, max_time=60.0, contact_tolerance=tolerance)
-    trace = event_driven.play(scene, scene.start(None), settings)
-    assert trace is not None and trace.status == "settled"
+    trace = event_driven.solve(scene, scene.start(None), settings)
+    assert trace.status == "settled"
     return trace
 
 

@@ -42,7 +42,7 @@ from pool_pymunk.physics.path import LOST
 from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.render import FilmSettings
-from pool_pymunk.results.trace import COARSER
+from pool_pymunk.results.variants import COARSER
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
 from pool_pymunk.studies.grid import Column

@@ -29,7 +29,7 @@ from pool_pymunk.results.trace import NEVER_SETTLES, POCKET, ZERO_SLIP, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers.frozen import DECIDED, nudged, touching
-from pool_pymunk.solvers.record import OnTime, Settings, Solver
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings, Solver
 from pool_pymunk.solvers.registry import PYMUNK
 from pool_pymunk.solvers.registry import SOLVERS as SOLVERS
 
@@ -188,6 +188,7 @@ class Request(NamedTuple):
             off=start.off.union(taken),
             policies=frozenset(trace.policies),
             persistent=_persistent(trace, ids),
+            contact_tolerance=self.settings.contact_tolerance if self.solver.to_tolerance else None,
             known_groups=None if trace.groups is None else tuple(trace.groups),
             known_shift=shift,
             variants=trace.variants,
@@ -230,6 +231,7 @@ def request(
     max_time: object = None,
     max_events: object = None,
     on_time: OnTime | None = None,
+    contact_tolerance: object = None,
     compiled: bool = True,
     **options: Any,
 ) -> Request:
@@ -262,6 +264,7 @@ def request(
     if isinstance(law, str) and law != scene.physics.law:
         scene = replace(scene, physics=replace(scene.physics, law=law))
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)
+    left_out = _given("contact_tolerance", contact_tolerance, size)
     settings = Settings(
         dt=None if method.dt is None else step or method.dt,
         max_time=latest or scene.physics.max_time,
@@ -269,6 +272,7 @@ def request(
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
         compiled=compiled,
+        contact_tolerance=left_out or CONTACT_TOLERANCE,
     )
     at = None if times is None else read_times(times)
     if at is not None and at.ndim != 1:
