@@ -311,7 +311,7 @@ def test_a_ball_that_its_roll_holds_to_a_cushion_is_compiled() -> None:
     velocity = np.array([[[0.5, 1.0]]])
     batch = simulate_many(scene, velocity=velocity, roll=velocity * [[[0.0]], [[1.0]]])
     assert batch.handed_back.tolist() == [False, False]
-    assert "persistent contact" in batch.run(1).policies
+    assert batch.run(1).persistent
     check_bits(batch, range(2))
 
 

@@ -137,7 +137,8 @@ def follow_run(g: Any, run: Run) -> int | None:
     not compiled it yet, contacts persist, or the law or a side is somebody's own.
     """
     scene, law = run.scene, g.law
-    is_known = run.known_groups == () and law_number(law) != NOTHING and can_compile(scene, law)
+    lasts = run.persistent or run.known_groups != ()
+    is_known = not lasts and law_number(law) != NOTHING and can_compile(scene, law)
     if not is_known or not compiled.has_form(follow_shots, loop_form(scene)):
         return None
     record = np.zeros(1, SCENE).view(np.recarray)[0]

@@ -82,8 +82,8 @@ def warn_of_persisted(trace: Trace, ids: Sequence[str]) -> None:
     for each in joined(trace.persisted):
         text = (
             f"surface friction, a roll or an arc presses {each.words(ids)}: they stay in "
-            f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s; "
-            "run.persistent_shift says how far that may put the ends off"
+            f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s. "
+            "For how far that may put the ends off see run.persistent_shift"
         )
         trace.warn(text, each.since)
 

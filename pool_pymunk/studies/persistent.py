@@ -476,9 +476,19 @@ def free_rate(row: Any, motion: Any, g: Any) -> Array:
 
 
 def follow_all(g: Any, run: Run) -> None:
-    """Follow the changes through the events of a run, and through its groups."""
+    """Follow the changes through the events of a run, and through its groups.
+
+    Where the groups are not known, balls lose their derivatives when a contact begins to persist.
+    """
     groups, steps, done = GroupChanges(g, run), run.groups, 0
+    unknown = [] if steps else sorted(run.persistent, key=lambda one: -one.since)
     for k in range(len(g.events) + 1):
+        while unknown and (k == len(g.events) or unknown[-1].since < g.events[k][0]):
+            one = unknown.pop()
+            columns.warn(g, motion_changes.PERSISTS, one.since)
+            for i in (run.scene.index[id_] for id_ in one.balls):
+                g.change[i] = math.nan
+                columns.keep(g, -1, i, i, one.since)
         while done < len(steps) and steps[done][0] <= k:
             _, counts, what = steps[done]
             done += 1
