@@ -163,7 +163,8 @@ def test_the_run_is_played_again_when_the_figure_is_asked_for_and_once(
 @pytest.mark.usefixtures("tells")
 def test_the_figure_is_at_most_the_diagonal_of_the_table() -> None:
     table = Table(((-1.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-1.0, 1.0)))
-    scene = dataclasses.replace(follower(0.9), table=table)
+    restitution = Restitution(0.9, cushion=0.9)
+    scene = dataclasses.replace(follower(0.9), table=table, restitution=restitution)
     run = simulate(scene, solver="event-driven", contact_tolerance=99.0)
     assert run.persistent_shift == scene.diagonal < 99.0
 
