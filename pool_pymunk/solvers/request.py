@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
-LONG = 1.0  # s; where a run takes longer and has variants, compiled shots are loaded for them
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
 
@@ -122,21 +121,10 @@ class Request(NamedTuple):
             trace.complete(self.scene.surface)
         return trace
 
-    def _loads(self) -> bool:
-        """Load compiled shots, if this machine has them; tell whether variants are played by them.
-
-        It takes less than a second, and some ten variants are to be played.
-        """
-        from pool_pymunk.fast.ahead import load
-
-        return self.solver.is_reference and self.settings.compiled and load(self.scene)
-
     def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
         """Warn of how far (m) other answers of policies would move the ends; return it if known."""
         measures = self.settings.measures_policies and self.solver.engine
-        is_long = measures and wall_time > LONG and bool(trace.instants or trace.policies)
-        is_fast = is_long and self._loads()
-        is_measured = measures and (wall_time <= QUICK or is_fast)
+        is_measured = measures and wall_time <= QUICK
         touches = trace.instants or (is_measured and len(touching(self.scene, state)))
         is_open = measures and bool(touches)
         if not (is_open or trace.policies):
