@@ -104,16 +104,16 @@ def tells(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(event_driven, "Listener", Tells)
 
 
-def pressed(tolerance: float | None = None) -> Run:
+def bounced(tolerance: float | None = None) -> Run:
     """Play a ball that bounces on another one ever lower, to a tolerance (m)."""
     return simulate(follower(0.9), solver="event-driven", contact_tolerance=tolerance)
 
 
 def test_a_finer_tolerance_takes_more_pieces_and_a_wide_one_is_a_share_of_a_radius() -> None:
-    assert pressed().end == pressed(CONTACT_TOLERANCE).end
-    pieces = [len(pressed(tolerance).knots[0]) for tolerance in (1e-5, CONTACT_TOLERANCE, 1e-9)]
+    assert bounced().end == bounced(CONTACT_TOLERANCE).end
+    pieces = [len(bounced(tolerance).knots[0]) for tolerance in (1e-5, CONTACT_TOLERANCE, 1e-9)]
     assert pieces == sorted(set(pieces))
-    assert pressed(1.0).end == pressed(1e-3 * R).end
+    assert bounced(1.0).end == bounced(1e-3 * R).end
 
 
 @pytest.mark.parametrize("solver", [name for name in SOLVERS if name != "event-driven"])
@@ -127,8 +127,8 @@ def test_a_solver_without_a_tolerance_takes_no_notice_of_it(solver: str) -> None
 @pytest.mark.usefixtures("tells")
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
 def test_the_figure_is_four_changes_by_finer_tolerances_or_the_tolerance(tolerance: float) -> None:
-    run = pressed(tolerance)
-    moved = [largest_distance(run, pressed(tolerance * share)) for share in (1 / 3, 0.1)]
+    run = bounced(tolerance)
+    moved = [largest_distance(run, bounced(tolerance * share)) for share in (1 / 3, 0.1)]
     assert max(moved) > 0.0
     assert run.persistent_shift == max(SURE_OF_FINER * max(moved), tolerance)
     assert run.persistent_shift < 1e-2
@@ -138,7 +138,7 @@ def test_the_figure_is_four_changes_by_finer_tolerances_or_the_tolerance(toleran
 def test_the_figure_covers_the_reference() -> None:
     final = [complex(4.095778492736671), complex(4.152978492736671)]
     for tolerance in (1e-4, 1e-5, 1e-6):
-        run = pressed(tolerance)
+        run = bounced(tolerance)
         ends = [complex(*end) for end in run.final.values()]
         assert farthest(ends, final) <= run.persistent_shift
 
@@ -154,7 +154,7 @@ def test_the_run_is_played_again_when_the_figure_is_asked_for_and_once(
         return solve(scene, start, settings)
 
     monkeypatch.setattr(event_driven, "solve", counted)
-    run = pressed()
+    run = bounced()
     assert (sorted(run.policies), run.policy_shift, played) == ([], 0.0, [1.0])
     assert run.persistent_shift == run.persistent_shift > 0.0
     assert played == [1.0, 1 / 3, 0.1]
@@ -177,7 +177,7 @@ def test_a_run_without_such_contacts_has_no_figure() -> None:
 @pytest.mark.usefixtures("tells")
 def test_the_log_says_it_if_its_digits_show_it() -> None:
     def said(tolerance: float) -> list[str]:
-        return [line for line in shot_lines(pressed(tolerance)) if "Contacts that persist" in line]
+        return [line for line in shot_lines(bounced(tolerance)) if "Contacts that persist" in line]
 
     assert said(1e-7) == []
     assert said(1e-3) != []
@@ -186,14 +186,14 @@ def test_the_log_says_it_if_its_digits_show_it() -> None:
 @pytest.mark.usefixtures("tells")
 def test_derivatives_end_where_a_contact_begins_to_persist() -> None:
     """A group's own motion is not differentiated."""
-    found = pressed().derivatives("velocity")
+    found = bounced().derivatives("velocity")
     assert np.isnan(found.final).all()
     assert any("a contact is persistent" in line for line in found.warnings)
 
 
 @pytest.mark.usefixtures("tells")
 def test_the_tolerance_is_saved(tmp_path: Path) -> None:
-    run = pressed(1e-6)
+    run = bounced(1e-6)
     run.save(tmp_path / "run.npz")
     again = Run.load(tmp_path / "run.npz")
     assert again == run and again.contact_tolerance == 1e-6

@@ -210,7 +210,7 @@ def test_errors_at_tolerances_are_distances_from_a_tenth_of_the_finest_one() -> 
     assert [s.contact_tolerance for s in result.settings] == list(TOLERANCES)
     for s in result.settings:
         run = simulate(scene, solver="event-driven", contact_tolerance=s.contact_tolerance)
-        assert s.largest == Comparison(reference, run).largest > result.rounding
+        assert s.largest == Comparison(reference, run).largest > result.last_digit
         assert s.events == len(run.events) > 0
         assert (s.solver, s.dt, s.failure) == ("event-driven", None, "")
     errors = [s.largest for s in result.settings]
@@ -240,7 +240,7 @@ def test_errors_are_told_as_multiples_of_the_tolerance() -> None:
     assert sentences(none) == [
         "No contact persists in these shots, so their tolerance does not matter."
     ]
-    pressed = replace(reference, persistent=(contact,))
-    said = sentences(replace(none, references=(pressed,)))
+    lasted = replace(reference, persistent=(contact,))
+    said = sentences(replace(none, references=(lasted,)))
     assert said[0] == "The largest error is 30 times the tolerance, at 1e-05 m."
     assert said[1].startswith("Errors are distances from runs at 1e-06 m, which may be off by")

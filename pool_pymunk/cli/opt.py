@@ -95,7 +95,7 @@ MaxTime = Annotated[
 ContactTolerance = Annotated[
     str | None,
     option(
-        "How far what event-driven leaves out where balls stay in contact may move a ball; "
+        "How far what the exact solver leaves out where balls stay in contact may move a ball; "
         "default: 1e-7m. Without a unit it is in the scenario's.",
         "LENGTH", "--contact-tolerance", for_experts=True,
     ),

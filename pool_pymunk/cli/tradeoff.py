@@ -18,8 +18,8 @@ NAME = "contact-tolerance"  # of the files, where tolerances are measured
 Tolerances = Annotated[
     str | None,
     opt.option(
-        "Measure event-driven at these tolerances of contacts that persist, in place of solvers "
-        "and steps. Without a unit they are in the scenario's.",
+        "Measure the exact solver at these tolerances of contacts that persist, in place of "
+        "solvers and steps. Without a unit they are in the scenario's.",
         "LENGTH,...", "--contact-tolerance", for_experts=True,
     ),
 ]  # fmt: skip

@@ -65,14 +65,16 @@ def _line(axes: Axes, result: Tradeoff, solver: Solver, settings: Sequence[Setti
 
 def _about(result: Tradeoff, solver: Solver, settings: Sequence[Setting]) -> str:
     """Say how the solver's error shrinks with the step, or nothing where that is not known."""
-    has_no_step = all(s.fineness is None for s in settings)
-    if has_no_step or max(s.largest for s in settings) < 100 * result.rounding:
-        return f"exact to rounding{', no step' if has_no_step else ' at every step'}"
+    floor = result.rounding
+    if any(s.contact_tolerance for s in settings):
+        floor = result.last_digit
+    elif solver.is_reference or max(s.largest for s in settings) < 100 * floor:
+        return f"exact to rounding{', no step' if solver.is_reference else ' at every step'}"
     table, places = result.scene.table, [ball.position for ball in result.scene.balls]
     # Errors as large (m) as the scene say nothing about the order.
     sides = np.ptp(table.outline if table else places, axis=0)
     size = float(sides.min() if table else max(sides.max(), 1e-9))
-    slope = order(settings, result.rounding, 0.5 * size)
-    if slope is None:
+    slope = order(settings, floor, 0.5 * size)
+    if slope is None or (solver.is_reference and slope < NO_ORDER):
         return ""
     return f"order {slope:.1f}" if slope >= NO_ORDER else "does not converge to this contact law"

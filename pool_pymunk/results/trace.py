@@ -30,8 +30,8 @@ Push: TypeAlias = "Impulses | Callable[[], Impulses] | None"
 # the time, the kind, the balls, the number of the cushion, pocket or patch, a contact's impulse
 Row: TypeAlias = "tuple[float, str, tuple[int, ...], int | None, Push]"
 
-# Balls a and b (-1: a cushion), the cushion (-1: a ball), from when to when (s) they were pressed
-# together, and the impulse (x, y) in N s that this gave to the last ball.
+# Balls a and b (-1: a cushion), the cushion (-1: a ball), from when to when (s) they stayed in
+# contact, and the impulse (x, y) in N s that this gave to the last ball.
 Persisted = tuple[int, int, int, float, float, float, float]
 
 PATCH = "patch"  # This is the kind of event at which a ball crosses the border of a patch.

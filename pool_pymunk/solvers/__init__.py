@@ -56,7 +56,7 @@ def simulate(
     at the instant of the last of them. What ``event-driven`` leaves out at a contact that persists,
     and one piece of its motion, may move a ball by the ``contact_tolerance`` (m; default: 1e-7);
     solvers that do not play to a tolerance take no notice of it, as of ``dt`` one without a step.
-    With ``compiled=False`` no compiled shots are used. The option ``friction`` of ``pymunk`` is
+    ``compiled`` has no effect any more. The option ``friction`` of ``pymunk`` is
     "joint" or "callback", and that of ``pymunk-discrete`` is "callback". Numbers and points may be
     NumPy's.
 

@@ -4,7 +4,9 @@ A *column* of the grid is a solver at a step, a row is a shot, and a cell is a r
 reference run of that shot (:class:`~pool_pymunk.studies.compare.Comparison`). The error of a column
 is the largest distance of any ball's end from its exact end, over all shots. Its time is the sum
 over the shots of the least time of one to seven runs. The exact solver errs by rounding alone
-(:attr:`~pool_pymunk.Run.rounding`), and no error is taken to be smaller than that.
+(:attr:`~pool_pymunk.Run.rounding`) and by contacts that persist
+(:attr:`~pool_pymunk.Run.persistent_shift`), and no error is taken to be smaller than that, except
+for the exact solver at other tolerances of such contacts.
 """
 
 from __future__ import annotations
@@ -165,11 +167,13 @@ class Tradeoff:
 
         It includes how far contacts that persist may put the exact runs off.
         """
-        return max(
-            max(EPSILON * float(np.abs(run.end.position).max()), known(run.rounding) or 0.0)
-            + run.persistent_shift
-            for run in self.sound
-        )
+        figures = ((known(run.rounding) or 0.0) + run.persistent_shift for run in self.sound)
+        return max(self.last_digit, *figures)
+
+    @property
+    def last_digit(self) -> float:
+        """Return the unit (m) of the last digit of the ends."""
+        return max(EPSILON * float(np.abs(run.end.position).max()) for run in self.sound)
 
     @property
     def exact(self) -> list[str]:
@@ -206,10 +210,11 @@ class Tradeoff:
             events=sum(len(each.run.events) for each in cells),
         )  # fmt: skip
         if not failures:
+            floor = self.rounding if found.contact_tolerance is None else self.last_digit
             found = replace(
                 found,
-                largest=max(self.rounding, *(each.largest for each in cells)),
-                rms=max(self.rounding, math.sqrt(sum(each.rms**2 for each in cells) / len(cells))),
+                largest=max(floor, *(each.largest for each in cells)),
+                rms=max(floor, math.sqrt(sum(each.rms**2 for each in cells) / len(cells))),
                 shared=sum(each.shared for each in cells),
                 contacts=sum(len(contacts(run)) for run in self.sound),
                 time=sum(min(run.wall_time for run in runs) for runs in zip(*passes, strict=True)),
