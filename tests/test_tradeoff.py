@@ -217,6 +217,13 @@ def test_errors_at_tolerances_are_distances_from_a_tenth_of_the_finest_one() -> 
     assert errors == sorted(errors, reverse=True)
 
 
+def test_a_distance_of_none_counts_as_a_last_digit() -> None:
+    """Both runs round alike, so rounding is no error of theirs."""
+    result = begin(load("report"), [load("report").shots[0]], TOLERANCES)
+    [setting] = result.measured(at_tolerances(TOLERANCES)[0]).settings
+    assert 0.0 < setting.largest == setting.rms == result.last_digit < result.rounding
+
+
 def test_the_diagram_names_the_tolerances() -> None:
     def setting(tolerance: float) -> Setting:
         error = 30.0 * tolerance
