@@ -5,8 +5,8 @@ how many true errors lie above ``Run.rounding``, and by how much the figure is l
 in the median and in 99 of 100 runs; a smaller error than ``LEAST`` counts as that. It names runs
 that say decimetres where the error is small: they are *absurd*. Runs with policies count apart,
 because what the policies decided is no rounding. Only in the class of persistent contacts is their
-figure ``Run.policy_shift``, too, in runs without contacts of one instant: the reference knows their
-order. Classes may be named after the number.
+figure ``Run.persistent_shift``, too, in runs without policies: the reference knows the order of
+contacts of one instant. Classes may be named after the number.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ from shots import KINDS, ROLLING, some_scene
 from test_rounding import CLASSES, error, rolling
 
 from pool_pymunk import Restitution, Run, Scene, SceneError, simulate
-from pool_pymunk.results.trace import PERSISTENT
 
 LEAST = 1e-16  # m
 FINEST = 1e-12, 1e-10  # m; such errors of persistent contacts count as that, and as covered
@@ -133,7 +132,8 @@ def answered(kind: str, name: str) -> tuple[Run, float] | None:
 def figure_of(kind: str, run: Run) -> float:
     """Return how far off (m) a run says that its ends may be; nan where that is not asked."""
     if kind == IN_CONTACT:
-        return run.rounding + run.policy_shift if run.policies == {PERSISTENT} else math.nan
+        is_asked = run.persistent and not run.policies
+        return run.rounding + run.persistent_shift if is_asked else math.nan
     return math.nan if run.policies else run.rounding
 
 

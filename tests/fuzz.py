@@ -58,7 +58,9 @@ def beside(exact: Run, off: float, other_doubt: float = 0.0) -> str:
     figures = max(exact.rounding, other_doubt)
     if off <= AGREES + figures:
         return "within the figure of rounding"
-    if exact.policies and off <= figures + exact.policy_shift:
+    if exact.persistent and off <= figures + exact.persistent_shift:
+        return "within the figure of persistent contacts"
+    if exact.policies and off <= figures + exact.policy_shift + exact.persistent_shift:
         return "within the figure of policies"
     return "disagrees"
 

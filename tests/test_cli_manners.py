@@ -51,6 +51,7 @@ from pool_pymunk.results.table import NO_BREAK, ResultTable, alike
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.solvers import Settings
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 from pool_pymunk.solvers.request import Request
 from pool_pymunk.studies.grid import NO_ESTIMATE, Column, Estimate, estimate
 
@@ -247,6 +248,46 @@ def test_the_options_reach_the_solver(
     assert exit_code(command, "two-balls", *options, *more[command], "--out", tmp_path) == 0
     assert seen
     assert set(map(str, seen)) == {str(("published", 0.25, {"friction": "callback"}))}
+
+
+@pytest.mark.parametrize(
+    ("command", "more", "asked"),
+    [
+        ("run", ("--solver", "event-driven", "--no-pictures"), {1e-3}),
+        ("compare", ("--no-pictures", "--solvers", "pymunk"), {1e-3}),
+        ("render", ("--solver", "event-driven", "--no-films"), {1e-3}),
+        ("page", ("--solver", "event-driven"), {1e-3}),
+        ("tradeoff", ("--budget", 0), {1e-3, 1e-4}),
+    ],
+)
+def test_the_tolerance_of_contacts_reaches_the_exact_solver(
+    command: str, more: tuple[object, ...], asked: set[float],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """Without a unit it is in the scenario's, which are inches here."""
+    seen, solve = set(), SOLVERS["event-driven"].solve
+
+    def spy(scene: Scene, start: State, settings: Settings) -> Trace:
+        seen.add(settings.contact_tolerance)
+        return solve(scene, start, settings)
+
+    monkeypatch.setitem(SOLVERS, "event-driven", replace(SOLVERS["event-driven"], solve=spy))
+    out = tmp_path / "page.html" if command == "page" else tmp_path
+    typed = str(1e-3 / 0.0254)
+    options = ("--contact-tolerance", typed, "--out", out, *more)
+    assert exit_code(command, "two-balls", *options) == 0
+    found = {round(each, 9) for each in seen}
+    assert found - {CONTACT_TOLERANCE} == asked  # Estimates of time have the default.
+
+
+def test_the_json_of_run_has_the_tolerance_of_a_solver_that_has_one(tmp_path: Path) -> None:
+    file, solvers = tmp_path / "run.json", []
+    for solver, more in (("event-driven", ("--contact-tolerance", "0.001mm")), ("pymunk", ())):
+        where = ("--no-pictures", "--json", file, "--out", tmp_path, "--max-time", 1)
+        assert exit_code("run", "two-balls", "--solver", solver, *more, *where) == 0
+        solvers.append(json.loads(file.read_text(encoding="utf-8"))["solver"])
+    assert solvers[0] == {"name": "event-driven", "dt": None, "contact_tolerance": 1e-6}
+    assert "contact_tolerance" not in solvers[1]
 
 
 def test_run_draws_the_energy(tmp_path: Path) -> None:

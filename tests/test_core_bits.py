@@ -21,6 +21,7 @@ from core_scenes import (
     WRONG,
     Case,
     bundled_shot,
+    by_core,
     case_of,
     digests,
     names,
@@ -34,7 +35,6 @@ import pool_pymunk
 from pool_pymunk import NT, Law, Pair
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.variants import Variant
-from pool_pymunk.solvers import event_driven
 
 SHOTS = 100  # random ones of each bundled scene
 MANY = 5_000  # random scenes; they are played by the HANDFUL, of which a few are QUICK
@@ -100,7 +100,7 @@ class Raising(Law):
 
 def some_trace() -> Trace:
     """Return what the core makes of a shot with hits, rolls and stops."""
-    trace = event_driven.play(*own_case("carrom")[1:])
+    trace = by_core(*own_case("carrom")[1:])
     assert trace is not None and len(trace.events) > 3
     return trace
 
@@ -156,12 +156,12 @@ def test_another_engine_is_found_to_differ() -> None:
         return verdicts(case, play)[0].word
 
     def rounded(scene: Any, start: Any, settings: Any) -> Trace | None:
-        return event_driven.play(scene, start, settings._replace(variant=Variant(seed=1)))
+        return by_core(scene, start, settings._replace(variant=Variant(seed=1)))
 
     def failing(*_: Any) -> Trace | None:
         raise ValueError("nothing")
 
-    assert found(event_driven.play) == SAME
+    assert found(by_core) == SAME
     assert found(rounded) == DIFFERS
     assert found(failing) == DIFFERS
     assert found(lambda *_: None) == NEEDLESS

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from core_scenes import parts_of
+from core_scenes import by_core, parts_of
 
 import pool_pymunk
 from pool_pymunk import NT, Ball, Friction, Law, Pair, Physics, Restitution, Scene, Table
@@ -22,12 +22,12 @@ from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, face_between
 from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers import event_driven, grouped
+from pool_pymunk.solvers import grouped
 from pool_pymunk.solvers.record import Settings
 
 R = 0.05  # m
 CORNERS = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
-ENGINES = (grouped.solve, event_driven.play)  # the contact engine, and the core
+ENGINES = (grouped.solve, by_core)  # the contact engine, and the core
 
 
 def scene(kind: type[Scene] = Scene, table: Table | None = None, law: str = "coulomb") -> Scene:
@@ -306,7 +306,7 @@ def test_pairs_of_a_scene_have_numbers_of_any_type(kind: str) -> None:
 def test_a_scene_is_asked_once_in_a_run_for_each_two_balls() -> None:
     given[0] = Scene.pair
     where, counts = in_a_corner(WithPair), list[list[tuple[int, int]]]()
-    for solve in (*ENGINES, event_driven.play):  # Another run asks again.
+    for solve in (*ENGINES, by_core):  # Another run asks again.
         asked.clear()
         played(solve, where)
         counts.append(list(asked))

@@ -1,24 +1,39 @@
 """Groups of the core play contacts that persist, as accurately as a tolerance asks.
 
-Nobody asks them by default yet: the contact engine plays these runs. Only scenes with a reference
-are here, because random crowded ones may still end elsewhere.
+Only scenes with a reference are here.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from press_scenes import farthest
-from scenes import DATA
+from scenes import DATA, largest_distance
 
-from pool_pymunk import Ball, Friction, Restitution, Scene, Table
+from pool_pymunk import (
+    SOLVERS,
+    Ball,
+    Friction,
+    Restitution,
+    Run,
+    Scene,
+    Shot,
+    Table,
+    load,
+    simulate,
+)
 from pool_pymunk.core.persistent import bounces
+from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.variants import SURE_OF_FINER
 from pool_pymunk.solvers import event_driven
-from pool_pymunk.solvers.record import Settings
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE, Settings
 
 TOLERANCE = 1e-8  # m
 R, M = 0.0286, 0.17
@@ -27,8 +42,8 @@ R, M = 0.0286, 0.17
 def play(scene: Scene, tolerance: float = TOLERANCE) -> Trace:
     """Play a scene by the core alone."""
     settings = Settings(None, max_time=60.0, contact_tolerance=tolerance)
-    trace = event_driven.play(scene, scene.start(None), settings)
-    assert trace is not None and trace.status == "settled"
+    trace = event_driven.solve(scene, scene.start(None), settings)
+    assert trace.status == "settled"
     return trace
 
 
@@ -82,3 +97,117 @@ def test_the_follower_ends_where_the_reference_has_it() -> None:
 def test_a_lone_hit_comes_again_at_a_share_of_its_speed() -> None:
     """Two sides without slips, of restitution e, close at e times the last speed."""
     assert math.isclose(bounces.return_speed(0.5, [(2.0, 0.0), (2.0, 0.0)], 2.0), 0.5)
+
+
+# -- the tolerance, and the figure -----------------------------------------------------------------
+
+
+def bounced(tolerance: float | None = None) -> Run:
+    """Play a ball that bounces on another one ever lower, to a tolerance (m)."""
+    return simulate(follower(0.9), solver="event-driven", contact_tolerance=tolerance)
+
+
+def test_a_finer_tolerance_takes_more_pieces_and_a_wide_one_is_a_share_of_a_radius() -> None:
+    assert bounced().end == bounced(CONTACT_TOLERANCE).end
+    pieces = [len(bounced(tolerance).knots[0]) for tolerance in (1e-5, CONTACT_TOLERANCE, 1e-9)]
+    assert pieces == sorted(set(pieces))
+    assert bounced(1.0).end == bounced(1e-3 * R).end
+
+
+@pytest.mark.parametrize("solver", [name for name in SOLVERS if name != "event-driven"])
+def test_a_solver_without_a_tolerance_takes_no_notice_of_it(solver: str) -> None:
+    """So it is with the step of a solver that has none."""
+    run = simulate(load("two-balls"), solver=solver, dt=1e-3, contact_tolerance=1e-3)
+    assert run.contact_tolerance is None
+    assert run == simulate(load("two-balls"), solver=solver, dt=1e-3)
+
+
+def soft_break() -> Scene:
+    """Return a soft break of eight-ball, whose hits amplify what is left out."""
+    shot = Shot("soft", "cue", speed=1.0, aim="1", roll=1.0)
+    return dataclasses.replace(load("eight-ball"), shots=(shot,))
+
+
+@pytest.mark.parametrize("is_amplified", [True, False])
+def test_the_figure_is_four_changes_by_finer_tolerances_or_the_tolerance(
+    is_amplified: bool,
+) -> None:
+    scene, tolerance = soft_break() if is_amplified else follower(0.9), 1e-6
+    run, *others = (
+        simulate(scene, solver="event-driven", contact_tolerance=tolerance * share)
+        for share in (1.0, 1 / 3, 0.1)
+    )
+    moved = max(largest_distance(run, other) for other in others)
+    assert moved > 0.0 and (SURE_OF_FINER * moved > tolerance) == is_amplified
+    assert run.persistent_shift == max(SURE_OF_FINER * moved, tolerance) < 0.1
+
+
+def test_the_figure_covers_the_reference() -> None:
+    final = [complex(4.095778492736671), complex(4.152978492736671)]
+    for tolerance in (1e-4, 1e-5, 1e-6):
+        run = bounced(tolerance)
+        ends = [complex(*end) for end in run.final.values()]
+        assert farthest(ends, final) <= run.persistent_shift
+
+
+def test_the_run_is_played_again_when_the_figure_is_asked_for_and_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    played, solve = list[float](), event_driven.solve
+
+    def counted(scene: Scene, start: Any, settings: Settings) -> Trace:
+        played.append(settings.variant.coarser)
+        return solve(scene, start, settings)
+
+    monkeypatch.setattr(event_driven, "solve", counted)
+    run = bounced()
+    assert (sorted(run.policies), run.policy_shift, played) == ([], 0.0, [1.0])
+    assert run.persistent_shift == run.persistent_shift > 0.0
+    assert played == [1.0, 1 / 3, 0.1]
+
+
+def test_the_figure_is_at_most_the_diagonal_of_the_table() -> None:
+    table = Table(((-1.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-1.0, 1.0)))
+    restitution = Restitution(0.9, cushion=0.9)
+    scene = dataclasses.replace(follower(0.9), table=table, restitution=restitution)
+    run = simulate(scene, solver="event-driven", contact_tolerance=99.0)
+    assert run.persistent_shift == scene.diagonal < 99.0
+
+
+def test_a_run_without_such_contacts_has_no_figure() -> None:
+    run = simulate(load("report"), 1, solver="event-driven")
+    assert not run.persistent and run.persistent_shift == 0.0
+
+
+def test_the_log_says_it_if_its_digits_show_it() -> None:
+    def said(tolerance: float) -> list[str]:
+        return [line for line in shot_lines(bounced(tolerance)) if "Contacts that persist" in line]
+
+    assert said(1e-7) == []
+    assert said(1e-3) != []
+
+
+def test_derivatives_end_where_a_contact_begins_to_persist() -> None:
+    """The record says so even of balls that are on paths of their own, which have derivatives."""
+    balls = (
+        Ball("a", (0.0, 0.0), R, M, velocity=(1.0, 0.0)),
+        Ball("b", (0.3, 0.01), R, M),
+        Ball("c", (0.0, 1.0), R, M, velocity=(1.0, 0.0)),
+    )
+    scene = Scene(balls, None, Restitution(0.9), Friction(0.2, 0.0, 0.1))
+    run = simulate(scene, solver="event-driven")
+    found = run.derivatives("velocity")
+    assert np.isnan(found.final[:2]).all() and np.isfinite(found.final[2]).all()
+    assert [line.partition(" (")[0] for line in found.warnings] == [
+        "a contact is persistent, or answered by a policy"
+    ]
+    plain = dataclasses.replace(run, persistent=())
+    assert np.isfinite(plain.derivatives("velocity").final).all()
+
+
+def test_the_tolerance_is_saved(tmp_path: Path) -> None:
+    run = bounced(1e-6)
+    run.save(tmp_path / "run.npz")
+    again = Run.load(tmp_path / "run.npz")
+    assert again == run and again.contact_tolerance == 1e-6
+    assert math.isnan(again.persistent_shift)

@@ -190,3 +190,19 @@ def test_a_ball_without_losses_is_chaotic_in_a_stadium_and_regular_in_a_circle(
         assert np.abs(sines - 0.6 * math.sin(math.radians(angle))).max() < 1e-12
         turned = math.pi - 2.0 * math.asin(sines[0])
         assert np.abs(np.sin((np.diff(along) - turned) / 2.0)).max() < 1e-10
+
+
+# -- contacts that persist -------------------------------------------------------------------------
+
+
+def test_soft_breaks_are_nearer_to_their_ends_at_finer_tolerances(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    contact_tolerance = example("contact_tolerance")
+    found = contact_tolerance.main(["--out", str(tmp_path), "--shots", "4", "--budget", "0"])
+    assert (tmp_path / "contact_tolerance.png").read_bytes().startswith(b"\x89PNG")
+    tolerances = [one.contact_tolerance for one in found.settings]
+    assert tolerances == list(contact_tolerance.TOLERANCES)
+    assert "1e-07 m: errors of" in capsys.readouterr().out
+    medians = np.median(contact_tolerance.errors_of(found), axis=1)
+    assert 30.0 * medians[-1] < medians[0] < 0.01

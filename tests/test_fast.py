@@ -275,6 +275,8 @@ def test_a_frozen_rack_says_what_the_order_of_its_contacts_decides() -> None:
         assert each.policy_shift is not None and each.rounding is not None
         assert each.policy_shift.tolist() == [run.policy_shift]
         assert each.rounding.tolist() == [run.rounding]
+        assert each.persistent_shift is not None
+        assert each.persistent_shift.tolist() == [run.persistent_shift]
     assert batch.run(0).policy_shift > 0.01
     assert other.run(0).policy_shift == 0.0 < other.run(0).rounding
     with pytest.raises(AttributeError, match=r"figures=True\) gives batch.policy_shift"):
@@ -311,7 +313,7 @@ def test_a_ball_that_its_roll_holds_to_a_cushion_is_compiled() -> None:
     velocity = np.array([[[0.5, 1.0]]])
     batch = simulate_many(scene, velocity=velocity, roll=velocity * [[[0.0]], [[1.0]]])
     assert batch.handed_back.tolist() == [False, False]
-    assert "persistent contact" in batch.run(1).policies
+    assert batch.run(1).persistent
     check_bits(batch, range(2))
 
 

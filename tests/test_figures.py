@@ -42,7 +42,9 @@ from pool_pymunk.physics.path import LOST
 from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.render import FilmSettings
-from pool_pymunk.results.trace import COARSER
+from pool_pymunk.results.variants import COARSER, FINER
+from pool_pymunk.solvers.event_driven import MOST
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
 from pool_pymunk.studies.grid import Column
@@ -238,8 +240,9 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
     assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
     assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
     assert (UNSEEN, DEVIATION, LOST, QUICK) == (1e-10, 4e-9, 1e-3, 2.0)
-    assert "apart by less than 1e-10 radii in all are left out" in page
-    assert "deviate by less than 1e-8 radii" in page
+    assert (CONTACT_TOLERANCE, MOST) == (1e-7, 1e-3)
+    assert "which is 1e-7 m by default" in page
+    assert "never wider than a thousandth of the smallest radius" in page
     assert "travels 1e-3 of its radius" in page
     assert "Runs computed in under two seconds" in page
 
@@ -259,6 +262,9 @@ def test_numbers_of_persistent_contacts() -> None:
     assert "by a factor of 1.3 with each hit, for fifty hits at most" in page
     assert [variant.coarser for variant in COARSER] == [30, 300]
     assert [variant.sure * (math.sqrt(variant.coarser) - 1.0) for variant in COARSER] == [4.0, 4.0]
+    assert [variant.coarser for variant in FINER] == [1 / 3, 0.1]
+    assert {variant.sure for variant in FINER} == {4.0}
+    assert "at a third and at a tenth of its contact tolerance" in page
     assert "the figure is four times that" in " ".join(page.split())
     assert "30 and 300 times as much is left out" in page
 

@@ -38,7 +38,6 @@ LATE: set[tuple[str, str]] = {
     ("results/run.py", "page"),
     ("results/run.py", "render"),
     ("results/run.py", "studies"),
-    ("solvers/request.py", "fast"),
 }
 
 # Only these rooms may import each of these libraries.

@@ -28,11 +28,10 @@ from pool_pymunk import (
     same_balls,
     simulate,
 )
-from pool_pymunk.engine.recorder import Persisted
 from pool_pymunk.page.content import content
-from pool_pymunk.physics.contact import Contact, Pair
 from pool_pymunk.physics.pressed import Press
 from pool_pymunk.results.persistent import joined
+from pool_pymunk.results.trace import Persisted
 from pool_pymunk.solvers.pymunk_space import set_up
 from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world import ContactEvent
@@ -124,10 +123,11 @@ def pressing(run: Run) -> list[str]:
 
 def test_one_warning_tells_which_balls_stay_in_contact() -> None:
     run = exact(persistent(0.0))
-    assert run.policies == {"persistent contact"}
+    assert run.policies == set()
     assert pressing(run) == [
         "surface friction, a roll or an arc presses balls a, b together: they stay in contact "
-        f"until {run.persistent[0].until:.6g} s (at 0 s)"
+        f"until {run.persistent[0].until:.6g} s. For how far that may put the ends off see "
+        "run.persistent_shift (at 0 s)"
     ]
 
 
@@ -138,9 +138,9 @@ def test_a_ball_that_runs_from_cushion_to_cushion_gets_one_warning() -> None:
     assert "presses ball C to cushions 0, 1: they stay in contact until" in line
 
 
-def lasted(balls: tuple[int, ...], since: float, until: float, cushion: int | None = None) -> Any:
+def lasted(balls: tuple[int, ...], since: float, until: float, cushion: int = -1) -> Persisted:
     a, b = (*balls, -1)[:2]
-    return Persisted(Contact(a, b, (1.0, 0.0), Pair(1, 1, 0, 0), cushion, (0.0, 0.0)), since, until)
+    return a, b, cushion, since, until, 0.0, 0.0
 
 
 def test_contacts_that_share_balls_and_overlap_in_time_are_one_group() -> None:

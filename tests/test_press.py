@@ -72,7 +72,7 @@ def test_random_scenes_end_where_the_reference_has_them() -> None:
         forces.append(has_force(expected))
         if off > FAR and off > FAR * amplification(scene, expected.final):
             far.append(seed)
-        if off > LEAST and off > run.policy_shift + run.rounding:
+        if off > LEAST and off > run.policy_shift + run.persistent_shift + run.rounding:
             beyond.append(seed)
     assert sum(forces) > len(seeds(200)) / 4
     assert not far and not beyond, (far, beyond)

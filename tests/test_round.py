@@ -84,8 +84,8 @@ def test_a_ball_runs_along_an_arc_as_the_equation_has_it(
     else:
         length = 1.2**2 / (2 * pull)
     off = abs(around(run) - (length / INNER) % math.tau) * INNER
-    assert run.policies == {"persistent contact"}
-    assert off < run.policy_shift < 5e-3
+    assert run.persistent and run.policies == set()
+    assert off < run.persistent_shift < 5e-3
     assert off < 2e-5
 
 
@@ -108,8 +108,8 @@ def test_a_ball_rolls_along_an_arc_as_the_equation_has_it(
         loss = rubs / (1 + rubs)
         length = INNER / (2 * loss) * math.log(1 + loss * speed**2 / (pull * INNER))
     off = abs(around(run) - length / INNER) * INNER
-    assert "persistent contact" in run.policies
-    assert off < run.policy_shift < 1e-3
+    assert run.persistent
+    assert off < run.persistent_shift < 1e-3
     assert off < 1e-5
     assert [event.kind for event in run.events].count("roll") <= 2
     assert np.diff(run.energy_at(run.knots[0][:, 0])).max() <= 1e-15 * run.energy["initial"]
@@ -118,7 +118,7 @@ def test_a_ball_rolls_along_an_arc_as_the_equation_has_it(
 def test_a_ball_without_losses_runs_along_an_arc_for_ever() -> None:
     run = play(on_a_circle(1.0, 0.0, 0.5, max_time=2.0))
     assert math.hypot(*run.velocity[-1, 0]) == pytest.approx(1.0, abs=1e-4)
-    assert abs(around(run) - (2.0 / INNER) % math.tau) * INNER < run.policy_shift
+    assert abs(around(run) - (2.0 / INNER) % math.tau) * INNER < run.persistent_shift
 
 
 @pytest.mark.parametrize(("solver", "dt"), EXACT)
@@ -251,7 +251,7 @@ def test_a_ball_in_a_wedge_of_arcs_ends_where_many_digits_have_it(
     try:
         answer = hard_run(scene)
     except Refused:
-        assert play(scene).policies == {"persistent contact"}
+        assert play(scene).persistent
         return
     for solver, dt in EXACT:
         (end,), run = answer.final, play(scene, solver, dt)

@@ -8,12 +8,24 @@ from dataclasses import replace
 import pytest
 from scenes import columns_of, tradeoff, turned
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
+from pool_pymunk import (
+    Ball,
+    Friction,
+    PersistentContact,
+    Physics,
+    Restitution,
+    Scene,
+    Table,
+    load,
+    simulate,
+)
 from pool_pymunk.cli.common import How
 from pool_pymunk.render.diagram import figure_of
+from pool_pymunk.studies.compare import Comparison
 from pool_pymunk.studies.grid import (
     Column,
     Setting,
+    at_tolerances,
     begin,
     cheapest,
     order,
@@ -171,3 +183,71 @@ def test_the_diagram_has_logarithmic_axes_and_a_legend_beside_them() -> None:
     assert beside.x0 > axes.get_window_extent().x1 and figure.bbox.containsx(beside.x1)
     words = [text.get_window_extent() for text in legend.get_texts()]
     assert not any(a.overlaps(b) for k, a in enumerate(words) for b in words[:k])
+
+
+# -- tolerances of contacts that persist -----------------------------------------------------------
+
+TOLERANCES = (1e-4, 1e-5, 1e-6)  # m
+
+
+def _bounces_on() -> Scene:
+    """Return a ball that turns fast behind another one, and bounces on it ever lower."""
+    radius, mass = 0.0286, 0.17
+    balls = (
+        Ball("b0", (0.0, 0.0), radius, mass, velocity=(0.602, 0.0), roll=4.31),
+        Ball("b1", (0.057307, 0.0), radius, mass, velocity=(0.602, 0.0), roll=1.0),
+    )
+    return Scene(balls, None, Restitution(0.9), Friction(0.25, 0.0, 0.0, rolling=0.01))
+
+
+def test_errors_at_tolerances_are_distances_from_a_tenth_of_the_finest_one() -> None:
+    scene = _bounces_on()
+    result = begin(scene, tolerances=TOLERANCES)
+    for column in at_tolerances(TOLERANCES):
+        result = result.measured(column)
+    [reference] = result.references
+    assert reference.contact_tolerance == pytest.approx(1e-7)
+    assert [s.contact_tolerance for s in result.settings] == list(TOLERANCES)
+    for s in result.settings:
+        run = simulate(scene, solver="event-driven", contact_tolerance=s.contact_tolerance)
+        assert s.largest == Comparison(reference, run).largest > result.last_digit
+        assert s.events == len(run.events) > 0
+        assert (s.solver, s.dt, s.failure) == ("event-driven", None, "")
+    errors = [s.largest for s in result.settings]
+    assert errors == sorted(errors, reverse=True)
+
+
+def test_a_distance_of_none_counts_as_a_last_digit() -> None:
+    """Both runs round alike, so rounding is no error of theirs."""
+    result = begin(load("report"), [load("report").shots[0]], TOLERANCES)
+    [setting] = result.measured(at_tolerances(TOLERANCES)[0]).settings
+    assert 0.0 < setting.largest == setting.rms == result.last_digit < result.rounding
+
+
+def test_the_diagram_names_the_tolerances() -> None:
+    def setting(tolerance: float) -> Setting:
+        error = 30.0 * tolerance
+        return Setting("event-driven", None, error, error, 0, 0, 1e-3, 1, "", tolerance, 9)
+
+    result = replace(begin(_bounces_on()), settings=tuple(map(setting, TOLERANCES)))
+    assert order(result.settings, 0.0, 1.0) == pytest.approx(1.0)
+    figure = figure_of(result)
+    (axes,), (legend,) = figure.axes, figure.legends
+    assert [text.get_text() for text in axes.texts] == ["0.0001 m", "1e-05 m", "1e-06 m"]
+    [said] = [text.get_text() for text in legend.get_texts()]
+    assert said == "event-driven\n0.0001 m to 1e-06 m\norder 1.0"
+
+
+def test_errors_are_told_as_multiples_of_the_tolerance() -> None:
+    contact = PersistentContact(("b0", "b1"), None, 0.0, 1.0, (0.0, 0.0))
+    result = begin(_bounces_on(), tolerances=(1e-5,))
+    [reference] = result.references
+    setting = Setting("event-driven", None, 3e-4, 3e-4, contact_tolerance=1e-5)
+    none = replace(result, references=(replace(reference, persistent=()),), settings=(setting,))
+    assert sentences(none) == [
+        "No contact persists in these shots, so their tolerance does not matter."
+    ]
+    lasted = replace(reference, persistent=(contact,))
+    said = sentences(replace(none, references=(lasted,)))
+    assert said[0] == "The largest error is 30 times the tolerance, at 1e-05 m."
+    assert said[1].startswith("Errors are distances from runs at 1e-06 m, which may be off by")

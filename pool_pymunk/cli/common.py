@@ -34,6 +34,7 @@ class How(NamedTuple):
     law: str | None = None
     friction: str | None = None
     max_time: str | None = None
+    contact_tolerance: str | None = None
 
     def scene(self, scenario: str) -> lib.Scene:
         """Return the scene of a scenario with this law, and with this latest time of its shots."""
@@ -42,10 +43,20 @@ class How(NamedTuple):
         law = self.law or scene.physics.law
         return replace(scene, physics=replace(scene.physics, law=law, max_time=latest))
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """Return the solver's options."""
-        return {} if self.friction is None else {"friction": self.friction}
+    def options(self, solver: str, units: lib.Units) -> dict[str, Any]:
+        """Return the solver's options; a solver without a tolerance does not get one."""
+        found: dict[str, Any] = {} if self.friction is None else {"friction": self.friction}
+        key, typed = "--contact-tolerance", self.contact_tolerance
+        tolerance = None if typed is None else read.length(key, typed, units)
+        if tolerance is not None and lib.solvers.find_solver(solver).to_tolerance:
+            found["contact_tolerance"] = tolerance
+        return found
+
+    def reference(self, scene: lib.Scene) -> lib.grid.Column:
+        """Return the exact solver, with which others are compared."""
+        name = lib.solvers.reference_solver().name
+        options = self._replace(friction=None).options(name, scene.units)
+        return lib.grid.Column(name, options=options)
 
     def columns(
         self, scene: lib.Scene, typed: str | None, dt: float | None = None, every: bool = False
@@ -62,7 +73,8 @@ class How(NamedTuple):
         for name in read.names("--solvers", typed or "") if named else names:
             one = read_setting(name, "--solvers", dt, laws=())
             solver = lib.solvers.find_solver(one.solver)
-            options = self.options if named else lib.solvers.options_for(solver, self.options)
+            options = self.options(solver.name, scene.units)
+            options = options if named else lib.solvers.options_for(solver, options)
             try:
                 lib.solvers.request(scene, solver.name, **options)
             except lib.problems.SettingError as error:
@@ -78,10 +90,14 @@ class How(NamedTuple):
     def setting(self, scene: lib.Scene, solver: str, dt: str | None) -> lib.grid.Column:
         """Return the solver and its step as typed; an error names an option that does not fit."""
         step = read.seconds("--dt", dt)
-        lib.solvers.request(scene, solver, law=self.law, **self.options)
+        options = self.options(solver, scene.units)
+        lib.solvers.request(scene, solver, law=self.law, **options)
         if dt is not None and lib.solvers.find_solver(solver).dt is None:
             raise read.InputError(f"--dt = {dt}: {solver} has no time step")
-        return lib.grid.Column(solver, step, options=self.options)
+        if self.contact_tolerance is not None and "contact_tolerance" not in options:
+            message = f"{solver} does not play contacts to a tolerance"
+            raise read.InputError(f"--contact-tolerance = {self.contact_tolerance}: {message}")
+        return lib.grid.Column(solver, step, options=options)
 
 
 def read_setting(

@@ -24,15 +24,16 @@ def compare(
     law: opt.LawName = None,
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
+    contact_tolerance: opt.ContactTolerance = None,
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: Annotated[bool, opt.option("Draw each run over the exact one.")] = True,
 ) -> int:
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
-    how = common.How(law, friction, max_time)
+    how = common.How(law, friction, max_time, contact_tolerance)
     scene = how.scene(scenario)
     columns, left_out = how.columns(scene, solvers, read.seconds("--dt", dt))
-    columns.insert(0, lib.grid.Column(lib.solvers.reference_solver().name))
+    columns.insert(0, how.reference(scene))
     folder = common.place(out, scenario, "compare")
     found: list[lib.compare.Comparison] = []
     try:

@@ -92,6 +92,14 @@ AimAnew = Annotated[
 MaxTime = Annotated[
     str | None, option("End each shot at this time (s).", "S", "--max-time", for_experts=True)
 ]
+ContactTolerance = Annotated[
+    str | None,
+    option(
+        "How far what the exact solver leaves out where balls stay in contact may move a ball; "
+        "default: 1e-7m. Without a unit it is in the scenario's.",
+        "LENGTH", "--contact-tolerance", for_experts=True,
+    ),
+]  # fmt: skip
 Step = Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT", "--dt")]
 ShotName = Annotated[str | None, option("One shot only: its number or its name.", "K", "--shot")]
 PositionError = Annotated[

@@ -18,6 +18,7 @@ def page(
     law: opt.LawName = None,
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
+    contact_tolerance: opt.ContactTolerance = None,
     overlay: Annotated[
         list[str] | None,
         opt.option(
@@ -39,7 +40,7 @@ def page(
     same table, and balls of the same ids and sizes; the page names it by its title. With --predict
     a class says where balls will go before the page shows it.
     """
-    how = common.How(law, friction, max_time)
+    how = common.How(law, friction, max_time, contact_tolerance)
     scene = how.scene(scenario)
     chosen = read.shots(scene, shot)
     files = [text for text in overlay or () if common.is_scenario(text)]

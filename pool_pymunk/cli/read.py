@@ -26,6 +26,11 @@ def seconds(key: str, text: str | None) -> float | None:
     )
 
 
+def length(key: str, text: str, units: lib.Units) -> float:
+    """Return a length (m) as typed, greater than 0; without a unit it is in the scenario's."""
+    return lib.quantities.positive(key, text, "length", units)
+
+
 def shots(scene: lib.Scene, name: str | None) -> list[lib.Shot | None]:
     """Return the shots asked for: all of the scene's, or one by its number from 1 or its name."""
     if name is None:

@@ -34,6 +34,7 @@ def render(
     law: opt.LawName = None,
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
+    contact_tolerance: opt.ContactTolerance = None,
     out: opt.OutDir = None,
     overlay: Overlay = None,
     side_by_side: SideBySide = False,
@@ -69,7 +70,7 @@ def render(
     A scenario to compare with must have the same table, and balls of the same ids and sizes; words
     say what differs (render soft.toml --side-by-side hard.toml).
     """
-    how = common.How(law, friction, max_time)
+    how = common.How(law, friction, max_time, contact_tolerance)
     scene = how.scene(scenario)
     setting, shots = how.setting(scene, solver, dt), read.shots(scene, shot)
     read.one_of("--format", form, FILM_FORMATS)

@@ -49,6 +49,7 @@ def run(
     law: opt.LawName = None,
     friction: opt.FrictionBy = None,
     max_time: opt.MaxTime = None,
+    contact_tolerance: opt.ContactTolerance = None,
     json: opt.JsonFile = None,
     out: opt.OutDir = None,
     pictures: opt.StartAndEnd = True,
@@ -71,7 +72,7 @@ def run(
     and velocities as npz and CSV, and the events as CSV, with --contacts also the contacts. If the
     command ends early, it keeps the files of the shots that were finished.
     """
-    how = How(law, friction, max_time)
+    how = How(law, friction, max_time, contact_tolerance)
     scene = how.scene(scenario)
     setting = how.setting(scene, solver, dt)
     shots = read.shots(scene, shot)
@@ -113,7 +114,7 @@ def _limit(tolerance: str | None, dt: str | None, solver: str, units: lib.Units)
     if dt is not None:
         raise read.InputError(f"--tolerance = {tolerance}: give either --tolerance or --dt")
     lib.tolerance.finest_step(solver)  # There must be a step to choose.
-    return lib.quantities.positive("--tolerance", tolerance, "length", units)
+    return read.length("--tolerance", tolerance, units)
 
 
 def _units(typed: str, own: lib.Units) -> lib.Units:
@@ -207,7 +208,11 @@ def _results(done: Sequence[PlayedShot]) -> dict[str, object]:
         if choice is not None:
             record["tolerance"] = choice.as_dict()
     steps = {run.dt for run, _ in done}
-    solver = {"name": done[0][0].solver, "dt": steps.pop() if len(steps) == 1 else None}
+    first = done[0][0]
+    solver: dict[str, object] = {"name": first.solver}
+    solver["dt"] = steps.pop() if len(steps) == 1 else None
+    if first.contact_tolerance is not None:
+        solver["contact_tolerance"] = first.contact_tolerance
     return {"solver": solver, "shots": records}
 
 

@@ -42,8 +42,8 @@ def compile(  # noqa: A001  It is called by its full name.
     only the loop of its kind is compiled. Scenes and tables of 65 to 512 ``balls`` have four other
     loops. Tables with walls that move (``moving=True``) have two, for balls that slide and for
     balls that roll. To compile a loop takes a minute or two, once on each machine; to load it takes
-    some 0.6 s in each process. Then ``event-driven`` plays single runs by it in this process, and
-    ``Billiards`` its steps, with the same bits. With ``derivatives``, the pass for
+    some 0.6 s in each process. Then ``Billiards`` plays its steps by it in this process, with the
+    same bits. With ``derivatives``, the pass for
     :meth:`Run.derivatives`, ``run.rounding`` and fits is compiled, too, which takes half as long
     again. Later garbage collections leave out the objects that exist by then (``gc.freeze``).
     Raises ModuleNotFoundError if numba is not installed.

@@ -50,9 +50,9 @@ class Batch:
     if none were asked for. ``derived_in_python`` (S,) marks the shots whose derivatives come from
     Python: those handed back, and those in which contacts come together.
 
-    ``rounding`` and ``policy_shift`` (S,) tell how far (m) rounding, and what has no exact answer,
-    may have moved the ends, as ``run(k)`` says. They are NaN for a shot without an end, and None if
-    no figures were asked for.
+    ``rounding``, ``policy_shift`` and ``persistent_shift`` (S,) tell how far (m) rounding, what has
+    no exact answer, and contacts that persist may have moved the ends, as ``run(k)`` says. They
+    are NaN for a shot without an end, and None if no figures were asked for.
     """
 
     scene: Scene
@@ -76,6 +76,7 @@ class Batch:
     derived_in_python: NDArray[np.bool_] | None = field(default=None, repr=False)
     rounding: Floats | None = field(default=None, repr=False)
     policy_shift: Floats | None = field(default=None, repr=False)
+    persistent_shift: Floats | None = field(default=None, repr=False)
 
     statuses = STATUSES
 

@@ -41,6 +41,7 @@ SLOW = "numba is not installed, so many shots take some hundred times longer tha
 # s; Python plays shots that take less time than this where their loop is not compiled yet. It is a
 # quarter of the time that compilation takes (`python -m tests.loops`, docs/speed.md).
 EARLY = 20.0
+FIGURES = ("rounding", "policy_shift", "persistent_shift")
 FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
 HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
     "slower: more than 64 contacts came together, a law of your own answers them, or balls " \
@@ -79,13 +80,15 @@ def simulate_many(
     ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` (default: as many as cores)
     share the work, and change no result. ``on_done(n)`` is called with 0 when the first shots
     begin, and whenever ``n`` more are done. ``derivatives`` names the inputs of
-    ``batch.derivatives``, as :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding`` and
-    ``batch.policy_shift`` say how far off the ends may be; each shot is then played as a run, too.
+    ``batch.derivatives``, as :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``,
+    ``batch.policy_shift`` and ``batch.persistent_shift`` say how far off the ends may be; each shot
+    is then played as a run, too.
 
-    Every bit is that of ``simulate(..., solver="event-driven")``. With numba (``pip install
-    'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with more than 512 balls,
-    radii that vary or a law of your own for single hits, take the Python solver. A shot takes 27 +
-    21 N bytes in the result. Raises SettingError, in one line that names the argument.
+    Where no contact persists, every bit is that of ``simulate(..., solver="event-driven")``. With
+    numba (``pip install 'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with
+    more than 512 balls, radii that vary or a law of your own for single hits, take the Python
+    solver. A shot takes 27 + 21 N bytes in the result. Raises SettingError, in one line that names
+    the argument.
 
     >>> import numpy as np
     >>> from pool_pymunk import load
@@ -112,7 +115,7 @@ def simulate_many(
         derived = {"derivatives": follower.found, "by": follower.names}
         derived["derived_in_python"] = follower.again
     if figures:
-        derived["rounding"], derived["policy_shift"] = _figures(source, out)
+        derived |= zip(FIGURES, _figures(source, out), strict=True)
     hard = int((handed_back & (out.status != CANNOT_START)).sum())
     if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
         warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
@@ -123,11 +126,11 @@ def simulate_many(
 
 
 def _figures(source: Source, out: Out) -> Floats:
-    """Return how far (m) rounding and policies may have moved the ends of each shot (2, S)."""
-    found = np.full((2, len(out.status)), np.nan)
+    """Return how far (m) the ends of each shot may have been moved, by each of ``FIGURES``."""
+    found = np.full((len(FIGURES), len(out.status)), np.nan)
     for k in np.flatnonzero(out.status < NON_FINITE).tolist():
         run = source.run(k)
-        found[:, k] = run.rounding, run.policy_shift
+        found[:, k] = [getattr(run, name) for name in FIGURES]
     return found
 
 

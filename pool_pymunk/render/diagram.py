@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pool_pymunk.render.canvas import Figure, save_figure
-from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver
 from pool_pymunk.studies.grid import SHARED_ENGINE, Setting, Tradeoff, order
 
@@ -49,24 +48,33 @@ def figure_of(result: Tradeoff) -> Figure:
 def _line(axes: Axes, result: Tradeoff, solver: Solver, settings: Sequence[Setting]) -> None:
     """Draw the solver's errors and times, and say which steps it has and what its order is."""
     errors = [result.scene.units.from_si(s.largest, "length") for s in settings]
-    steps = [step_text(s.dt) for s in settings if s.dt is not None]
+    steps = [str(s) for s in settings if s.fineness is not None]
     said = " to ".join(dict.fromkeys((*steps[:1], *steps[-1:])))
     words = "\n".join(filter(None, (solver.name, said, _about(result, solver, settings))))
     axes.plot(
         errors, [1e3 * s.time for s in settings], label=words, color=solver.color,
         marker=solver.marker, markersize=14 if solver.marker == "*" else 7,
     )  # fmt: skip
+    for error, one in zip(errors, settings, strict=True):
+        if one.contact_tolerance is not None:
+            axes.annotate(
+                str(one), (error, 1e3 * one.time), (8.0, 5.0), textcoords="offset points",
+                size="small", color="#555555",
+            )  # fmt: skip
 
 
 def _about(result: Tradeoff, solver: Solver, settings: Sequence[Setting]) -> str:
     """Say how the solver's error shrinks with the step, or nothing where that is not known."""
-    if solver.is_reference or max(s.largest for s in settings) < 100 * result.rounding:
+    floor = result.rounding
+    if any(s.contact_tolerance for s in settings):
+        floor = result.last_digit
+    elif solver.is_reference or max(s.largest for s in settings) < 100 * floor:
         return f"exact to rounding{', no step' if solver.is_reference else ' at every step'}"
     table, places = result.scene.table, [ball.position for ball in result.scene.balls]
     # Errors as large (m) as the scene say nothing about the order.
     sides = np.ptp(table.outline if table else places, axis=0)
     size = float(sides.min() if table else max(sides.max(), 1e-9))
-    slope = order(settings, result.rounding, 0.5 * size)
-    if slope is None:
+    slope = order(settings, floor, 0.5 * size)
+    if slope is None or (solver.is_reference and slope < NO_ORDER):
         return ""
     return f"order {slope:.1f}" if slope >= NO_ORDER else "does not converge to this contact law"

@@ -140,9 +140,11 @@ def _doubts(run: Run) -> Iterator[str]:
     if run.wall_time > QUICK:
         yield "    Rounding was not measured: that may take four more runs as long as this one"
         return
-    rounding = units.from_si(run.rounding, "length")
-    if rounding >= 0.5 * 10.0 ** -_decimals(run):
-        yield f"    Rounding may have moved the ends by up to {rounding:.2g} {units.length}"
+    figures = {"Rounding": run.rounding, "Contacts that persist": run.persistent_shift}
+    for what, figure in figures.items():
+        moved = units.from_si(figure, "length")
+        if moved >= 0.5 * 10.0 ** -_decimals(run):
+            yield f"    {what} may have moved the ends by up to {moved:.2g} {units.length}"
 
 
 def closing(runs: Sequence[Run]) -> Iterator[str]:

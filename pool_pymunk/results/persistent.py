@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,8 +14,8 @@ from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import roll_rates
 
 if TYPE_CHECKING:
-    from pool_pymunk.engine.recorder import Persisted
     from pool_pymunk.results.run import Run
+    from pool_pymunk.results.trace import Persisted, Trace
 
 Spell = tuple[float, float]  # from when to when (s)
 
@@ -61,10 +62,30 @@ def contacts_of(
     """Return what a run tells of the contacts that persisted, in the order of their beginnings."""
     return tuple(
         PersistentContact(
-            tuple(ids[i] for i in contact.balls), contact.cushion, since, until, (x, y)
+            tuple(ids[i] for i in balls_of(a, b)),
+            cushion if b < 0 else None, since, until, (x, y),
         )
-        for contact, since, until, x, y in sorted(persisted, key=lambda each: each.since)
-    )
+        for a, b, cushion, since, until, x, y in sorted(persisted, key=SINCE)
+    )  # fmt: skip
+
+
+SINCE = itemgetter(3)
+
+
+def balls_of(a: int, b: int) -> tuple[int, ...]:
+    """Return the numbers of the balls of a contact, one or two."""
+    return (a,) if b < 0 else (a, b)
+
+
+def warn_of_persisted(trace: Trace, ids: Sequence[str]) -> None:
+    """Warn once of each set of balls and cushions that contacts have joined."""
+    for each in joined(trace.persisted):
+        text = (
+            f"surface friction, a roll or an arc presses {each.words(ids)}: they stay in "
+            f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s. "
+            "For how far that may put the ends off see run.persistent_shift"
+        )
+        trace.warn(text, each.since)
 
 
 class Joined(NamedTuple):
@@ -99,8 +120,8 @@ def joined(persisted: Iterable[Persisted]) -> list[Joined]:
     """
     now: list[Joined] = []
     past: list[Joined] = []
-    for contact, since, until, _, _ in sorted(persisted, key=lambda each: each.since):
-        balls, group = set(contact.balls), [] if contact.cushion is None else [contact.cushion]
+    for a, b, cushion, since, until, _, _ in sorted(persisted, key=SINCE):
+        balls, group = set(balls_of(a, b)), [cushion] if b < 0 else []
         one = Joined(tuple(sorted(balls)), tuple(group), since, until)
         past += [each for each in now if each.until < since]
         now = [each for each in now if each.until >= since]

@@ -23,7 +23,7 @@ from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.physics.motion import Array, free_motions
 from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.results.events import IMPULSES, Event, two
-from pool_pymunk.results.variants import Variant
+from pool_pymunk.results.variants import COARSER, FINER, Variant
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -62,8 +62,9 @@ class Run:
     wy, the roll (m/s). ``law`` names the law that answered the contacts. ``off`` has the ids of the
     balls that are off the table at the end; a pocketed ball ends at its pocket's position.
     ``policies`` names those that answered what has no exact answer: "zero slip", "one instant",
-    "persistent contact", "collapse cut off", "frozen balls"; see :attr:`policy_shift`.
-    ``persistent`` has the contacts that lasted, in the order of their beginnings.
+    "collapse cut off", "frozen balls"; see :attr:`policy_shift`. ``persistent`` has the contacts
+    that lasted, in the order of their beginnings; see :attr:`persistent_shift`. They were played to
+    the ``contact_tolerance`` (m; None: the solver has none).
 
     Two runs are equal if all their fields but ``wall_time`` are equal.
     """
@@ -84,6 +85,7 @@ class Run:
     off: frozenset[str] = frozenset()
     policies: frozenset[str] = frozenset()
     persistent: tuple[PersistentContact, ...] = ()
+    contact_tolerance: float | None = None
     known_shift: float | None = None
     again: Callable[..., Run] | None = field(default=None, compare=False)
     variants: tuple[Variant, ...] = field(default=(), compare=False)
@@ -332,16 +334,36 @@ class Run:
         It is 0 where everything had an exact answer, and nan where it is not known. Otherwise it
         comes from some more runs. In some of them a slip of rounding size has the one sign and the
         other, and the largest change counts. In others the start is nudged: balls that touch have
-        gaps of 1e-13 to 4e-6 m. These are samples, so four times their largest change counts. In
-        two more, 30 and 300 times as much is left out of persistent contacts. There errors are at
-        least 5 and 17 times as large, which says how far the run itself may err; four times that
-        counts. The figure is the largest of these, and at most the table's diagonal.
+        gaps of 1e-13 to 4e-6 m. These are samples, so four times their largest change counts. The
+        figure is the largest of these, and at most the table's diagonal.
         """
         if not self.policies:
             return 0.0
         if self.known_shift is not None or self.again is None:
             return math.nan if self.known_shift is None else self.known_shift
         return min(self._moved(self.variants), self.scene.diagonal)
+
+    @cached_property
+    def persistent_shift(self) -> float:
+        """Return how far (m) contacts that persist may put the ends off.
+
+        It is 0 where no contact persisted, and nan where it is not known: for a run loaded from a
+        file. Otherwise the run is played again at a third and at a tenth of its
+        ``contact_tolerance``. The figure is four times the largest change of an end, at least the
+        tolerance itself, and at most the table's diagonal. Where the solver has no tolerance, 30
+        and 300 times as much is left out; errors are then at least 5 and 17 times as large.
+
+        >>> from pool_pymunk import load, simulate
+        >>> simulate(load("report"), 1, solver="event-driven").persistent_shift
+        0.0
+        """
+        if not self.persistent:
+            return 0.0
+        if self.again is None:
+            return math.nan
+        tolerance = self.contact_tolerance
+        moved = self._moved(COARSER if tolerance is None else FINER)
+        return min(max(moved, tolerance or 0.0), self.scene.diagonal)
 
     def _moved(self, variants: Iterable[Variant], most: int | None = None) -> float:
         """Return how far (m) ends may move, by variants of the run, cut at ``most`` events."""

@@ -33,6 +33,7 @@ def save(run: Run, path: str | Path) -> None:
         "sample_times": run.sample_times,
         "off": sorted(run.off),
         "policies": sorted(run.policies),
+        "contact_tolerance": run.contact_tolerance,
         "persistent": [astuple(contact) for contact in run.persistent],
         "known_shift": run.known_shift,
         **{key: getattr(run, key) for key in PLAIN},
@@ -74,6 +75,7 @@ def load(path: str | Path) -> Run:
             PersistentContact(tuple(balls), cushion, since, until, tuple(impulse))
             for balls, cushion, since, until, impulse in about.get("persistent", ())
         ),
+        contact_tolerance=about.get("contact_tolerance"),
         known_shift=about.get("known_shift"),
         **{key: about[key] for key in PLAIN},
     )

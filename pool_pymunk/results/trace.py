@@ -12,7 +12,6 @@ from pool_pymunk.results.events import Event
 from pool_pymunk.results.variants import Variant
 
 if TYPE_CHECKING:
-    from pool_pymunk.engine.recorder import Persisted
     from pool_pymunk.model import Point, Scene, State
 
 # A run is given up after this many events, unless the user says otherwise, and after this many
@@ -30,6 +29,10 @@ Push: TypeAlias = "Impulses | Callable[[], Impulses] | None"
 # the time, the kind, the balls, the number of the cushion, pocket or patch, a contact's impulse
 Row: TypeAlias = "tuple[float, str, tuple[int, ...], int | None, Push]"
 
+# Balls a and b (-1: a cushion), the cushion (-1: a ball), from when to when (s) they stayed in
+# contact, and the impulse (x, y) in N s that this gave to the last ball.
+Persisted = tuple[int, int, int, float, float, float, float]
+
 PATCH = "patch"  # This is the kind of event at which a ball crosses the border of a patch.
 ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
 POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
@@ -37,12 +40,9 @@ POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in
 # These are the policies that answer what has no exact answer.
 ZERO_SLIP = "zero slip"
 ONE_INSTANT = "one instant"
-PERSISTENT = "persistent contact"
 COLLAPSE = "collapse cut off"
 FROZEN = "frozen balls"
 
-# In these variants much more is left out of contacts that persist, to show how far that moves ends.
-COARSER = tuple(Variant(coarser=coarser) for coarser in (30.0, 300.0))
 # These variants have both signs of a slip that is rounding: of balls that move against each other
 # along the tangent, and of balls that both move to one side. So `published` gives all its answers.
 SLIPS = tuple(Variant(slip=slip) for slip in ((1.0, -1.0), (-1.0, 1.0), (-1.0, -2.0), (1.0, 2.0)))
@@ -79,8 +79,7 @@ class Trace:
         """The variants of the run that show what its policies decide."""
         nudges = (*self.nudges(0), *self.nudges(1)) if self.policies & {ONE_INSTANT, FROZEN} else ()
         slips = SLIPS if ZERO_SLIP in self.policies else ()
-        coarser = COARSER if PERSISTENT in self.policies else ()
-        return (*coarser, *nudges, *slips)
+        return (*nudges, *slips)
 
     def nudges(self, kind: int) -> list[Variant]:
         """Return variants with nudged starts: narrow ones are of kind 0, wide ones of kind 1."""

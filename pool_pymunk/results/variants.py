@@ -8,6 +8,7 @@ from typing import NamedTuple
 from pool_pymunk.physics.laws import Slip
 
 SURE = 4.0  # A figure is this many times the largest change of some runs, which are samples.
+SURE_OF_FINER = 4.0  # the same, where contacts that persist are played to a finer tolerance
 
 
 class Variant(NamedTuple):
@@ -16,6 +17,7 @@ class Variant(NamedTuple):
     seed: int | None = None  # of random errors of places and velocities, of the size of rounding
     nudge: int | None = None  # the number of a nudge of the start (solvers/frozen.py)
     coarser: float = 1.0  # so many times as much is left out of contacts that persist
+    #                    (of a solver that plays them to a tolerance: so many times that)
     slip: Slip | None = None  # of balls whose slip is rounding, where the law jumps
 
     @property
@@ -28,7 +30,14 @@ class Variant(NamedTuple):
         """
         if self.slip is not None:
             return 1.0
+        if self.coarser < 1.0:
+            return SURE_OF_FINER
         return SURE if self.coarser == 1.0 else SURE / (math.sqrt(self.coarser) - 1.0)
 
 
 AS_IT_IS = Variant()
+
+# These show how far contacts that persist put the ends off: to finer tolerances, or where a solver
+# has none, with much more that is left out.
+FINER = tuple(Variant(coarser=share) for share in (1 / 3, 0.1))
+COARSER = tuple(Variant(coarser=times) for times in (30.0, 300.0))

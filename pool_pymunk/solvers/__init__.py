@@ -39,6 +39,7 @@ def simulate(
     start: State | Sequence[Any] | Array | None = None,
     max_time: float | None = None,
     max_events: int | None = None,
+    contact_tolerance: float | None = None,
     compiled: bool = True,
     **options: Any,
 ) -> Run:
@@ -52,10 +53,12 @@ def simulate(
     :class:`~pool_pymunk.State` or positions and velocities (default: the scene's own, or where the
     shot before ended if the shot goes on from there). ``max_time`` (s; default: the scene's) and
     ``max_events`` bound the run; the latter counts ``Run.events``, stops included, and the run ends
-    at the instant of the last of them. Where :func:`~pool_pymunk.compile` or many shots have loaded
-    compiled shots, ``event-driven`` uses them where contacts persist, with the same bits; with
-    plays the run. The option ``friction`` of ``pymunk`` is "joint" or
-    "callback", and that of ``pymunk-discrete`` is "callback". Numbers and points may be NumPy's.
+    at the instant of the last of them. What ``event-driven`` leaves out at a contact that persists,
+    and one piece of its motion, may move a ball by the ``contact_tolerance`` (m; default: 1e-7);
+    solvers that do not play to a tolerance take no notice of it, as of ``dt`` one without a step.
+    ``compiled`` has no effect any more. The option ``friction`` of ``pymunk`` is
+    "joint" or "callback", and that of ``pymunk-discrete`` is "callback". Numbers and points may be
+    NumPy's.
 
     >>> from pool_pymunk import load
     >>> run = simulate(load("report"), "Simulation 3", solver="pymunk", dt=1/240)
@@ -67,7 +70,7 @@ def simulate(
     """
     asked = request(
         scene, solver, dt=dt, law=law, times=times, max_time=max_time, max_events=max_events,
-        compiled=compiled, **options,
+        contact_tolerance=contact_tolerance, compiled=compiled, **options,
     )  # fmt: skip
     return asked.play(find_shot(scene, shot), None if start is None else scene.state(start))
 

@@ -1,8 +1,8 @@
 """The exact solver jumps from contact to contact, because motion between them is closed-form.
 
 It has no time step, and it errs by rounding alone. The core plays the run
-(:mod:`pool_pymunk.core.engine`); where a contact would persist, the run is played again by
-:mod:`pool_pymunk.solvers.grouped`.
+(:mod:`pool_pymunk.core.engine`). Contacts that persist are played as exactly as a tolerance asks
+(:mod:`pool_pymunk.core.persistent.groups`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.motion.path import Path
-from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.persistent.groups import Groups
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.persistent.scale import Scale
@@ -34,23 +33,12 @@ LISTED = 100  # hits at one instant; more are a collapse, whose hits are no even
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     """Simulate exactly; ``settings.dt`` has no meaning here, and events carry their true times."""
-    trace = play(scene, start, settings)
-    if trace is None:
-        from pool_pymunk.solvers.grouped import solve as solve_by_groups
-
-        return solve_by_groups(scene, start, settings)
-    return trace
-
-
-def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
-    """Play a run by the core; return None if a contact would persist in it."""
-    if settings.variant.coarser != 1.0:
-        return None
     law, table = settings.law_of(scene), table_of(scene)
     balls = balls_of(scene, start, table)
     trace = Trace(start, [pull_of(ball.path) for ball in balls])
     record = Listener(trace, settings.on_time)
-    persistence = persistence_of(table, balls, settings.contact_tolerance)
+    tolerance = settings.contact_tolerance * settings.variant.coarser
+    persistence = persistence_of(table, balls, tolerance)
     engine = Engine(table, balls, law_in_core(law), record, persistence)
     vary(engine.errors, settings.variant)
     engine.most_events = settings.max_events
@@ -60,19 +48,15 @@ def play(scene: Scene, start: State, settings: Settings) -> Trace | None:
     engine.begin_run()
     latest = math.inf if settings.max_time is None else settings.max_time
     engine.advance(latest)
-    if persistence.declines:
-        return None
     keep(trace, engine, record, latest)
     tell(trace, record.notes, scene, law)
     return trace
 
 
-def persistence_of(table: Table, balls: Sequence[Ball], tolerance: float | None) -> Persistence:
-    """Return what plays contacts that persist, or declines them where no tolerance (m) is given."""
+def persistence_of(table: Table, balls: Sequence[Ball], tolerance: float) -> Persistence:
+    """Return what plays contacts that persist to a tolerance (m), if there may be any."""
     if not may_press(table):
         return Persistence()
-    if tolerance is None:
-        return Declined()
     least = min(ball.radius for ball in balls)
     return Groups(Scale(min(tolerance, MOST * least), least, table.pull))
 
@@ -115,6 +99,7 @@ def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
     trace.steps = engine.answered
     trace.status = status_of(engine, latest)
     if trace.status == "settled":
+        trace.persisted = engine.persistence.persisted(engine)
         return
     is_cut = trace.status == "max_time" and latest < math.inf
     t = latest if is_cut else engine.now
@@ -125,6 +110,7 @@ def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
             t,
         )
     trace.duration = engine.now = t
+    trace.persisted = engine.persistence.persisted(engine)
     for ball, rows in zip(engine.balls, trace.knots, strict=True):
         path = ball.path
         if path.end > t or rows[-1][3:5] != NONE:
@@ -146,6 +132,10 @@ def status_of(engine: Engine, latest: float) -> str:
 def tell(trace: Trace, notes: Sequence[Note], scene: Scene, law: Law) -> None:
     """Put what no event says into words."""
     ids = [ball.id for ball in scene.balls]
+    if trace.persisted:
+        from pool_pymunk.results.persistent import warn_of_persisted
+
+        warn_of_persisted(trace, ids)
     for note in notes:
         balls = [ids[i] for i in note.balls]
         if note.hits is None:

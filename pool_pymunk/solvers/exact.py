@@ -14,8 +14,8 @@ from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, pocket
-from pool_pymunk.results.persistent import joined
-from pool_pymunk.results.trace import COLLAPSE, NONE, PERSISTENT, ZERO_SLIP, Trace
+from pool_pymunk.results.persistent import warn_of_persisted
+from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
 from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.record import Settings
 
@@ -79,18 +79,12 @@ class EngineTrace(Trace, Recorder):
         self.warn(without_slip(self.law.name, hit), t, ZERO_SLIP)
 
     def persistent(self, persisted: Persisted) -> None:
-        self.persisted.append(persisted)
-        self.policies.add(PERSISTENT)
+        (a, b, _, _, cushion, *_), since, until, x, y = persisted
+        self.persisted.append((a, b, -1 if cushion is None else cushion, since, until, x, y))
 
     def warn_of_persisted(self) -> None:
         """Warn once of each set of balls and cushions that contacts have joined."""
-        ids = [ball.id for ball in self.scene.balls]
-        for each in joined(self.persisted):
-            text = (
-                f"surface friction, a roll or an arc presses {each.words(ids)}: they stay in "
-                f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s"
-            )
-            self.warn(text, each.since, PERSISTENT)
+        warn_of_persisted(self, tuple(self.scene.index))
 
     def no_end(self, contacts: Collection[Contact], collapse: Collapse, t: float) -> None:
         text = (

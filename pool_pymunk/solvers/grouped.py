@@ -1,6 +1,6 @@
-"""Runs in which contacts persist are played here, by the contact engine with its groups.
+"""The contact engine plays single runs here, for tests that compare the core with it.
 
-It also plays what the core does not play yet. It has no time step. The contact engine
+It has no time step. The contact engine
 (:mod:`pool_pymunk.engine.contacts`) finds what is near a ball by boxes around the balls' paths.
 """
 

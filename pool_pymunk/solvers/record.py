@@ -14,6 +14,10 @@ from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import NEVER_SETTLES, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 
+# m; at it, the scenes with known ends (tests/data/press.json) are within 1e-6 m, and a soft break
+# has some 500 events. `pool-pymunk tradeoff SCENARIO --contact-tolerance ...` measures others.
+CONTACT_TOLERANCE = 1e-7
+
 OnTime = Callable[[float], object]
 Steps = tuple[float, ...]  # s, from coarse to fine
 
@@ -25,9 +29,9 @@ class Settings(NamedTuple):
     the contacts. A solver with steps calls ``on_time`` now and then with its present time (s).
     Solvers with the contact engine play a ``variant``, which shows what depends on policies.
     ``measures_policies`` tells whether a run measures this by playing variants. Without
-    ``compiled``, Python plays the run even if compiled shots are loaded. What contacts that persist
-    leave out may move a ball by the ``contact_tolerance`` (m); without it, the contact engine plays
-    these runs.
+    ``compiled``, Python plays the run even if compiled shots are loaded. What is left out at
+    a contact that persists, and one piece of its motion, may move a ball by the
+    ``contact_tolerance`` (m), if the solver plays to one.
     """
 
     dt: float | None
@@ -38,7 +42,7 @@ class Settings(NamedTuple):
     variant: Variant = AS_IT_IS
     measures_policies: bool = True
     compiled: bool = True
-    contact_tolerance: float | None = None
+    contact_tolerance: float = CONTACT_TOLERANCE
 
     def law_of(self, scene: Scene) -> Law:
         """Return the law that answers every contact of the run."""
@@ -79,6 +83,7 @@ class Solver:
     own_law: bool = False  # It does not use the scene's contact law.
     rolls: bool = False  # It plays scenes in which balls roll.
     patches: bool = False  # It plays scenes that have patches.
+    to_tolerance: bool = False  # It plays contacts that persist as exactly as a tolerance asks.
     engine: bool = False  # It has the contact engine, so it can play variants of a run.
     limits: str = ""  # It says why the method must break at extremes. Empty: it must not break.
 

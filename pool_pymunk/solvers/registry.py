@@ -40,7 +40,8 @@ BUILTIN = Solver(
 EVENT_DRIVEN = Solver(
     name="event-driven", solve=InFile("event_driven"),
     about="exact: from contact to contact", dt=None, exact=True, engine=True, rolls=True,
-    patches=True, no_tolerance="it is exact and has no step: no tolerance is needed",
+    patches=True, to_tolerance=True,
+    no_tolerance="it is exact and has no step: no tolerance is needed",
     color="#000000", marker="*",
 )  # fmt: skip
 

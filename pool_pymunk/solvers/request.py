@@ -29,7 +29,7 @@ from pool_pymunk.results.trace import NEVER_SETTLES, POCKET, ZERO_SLIP, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers.frozen import DECIDED, nudged, touching
-from pool_pymunk.solvers.record import OnTime, Settings, Solver
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings, Solver
 from pool_pymunk.solvers.registry import PYMUNK
 from pool_pymunk.solvers.registry import SOLVERS as SOLVERS
 
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
-LONG = 1.0  # s; where a run takes longer and has variants, compiled shots are loaded for them
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
 
@@ -122,21 +121,10 @@ class Request(NamedTuple):
             trace.complete(self.scene.surface)
         return trace
 
-    def _loads(self) -> bool:
-        """Load compiled shots, if this machine has them; tell whether variants are played by them.
-
-        It takes less than a second, and some ten variants are to be played.
-        """
-        from pool_pymunk.fast.ahead import load
-
-        return self.solver.is_reference and self.settings.compiled and load(self.scene)
-
     def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
         """Warn of how far (m) other answers of policies would move the ends; return it if known."""
         measures = self.settings.measures_policies and self.solver.engine
-        is_long = measures and wall_time > LONG and bool(trace.instants or trace.policies)
-        is_fast = is_long and self._loads()
-        is_measured = measures and (wall_time <= QUICK or is_fast)
+        is_measured = measures and wall_time <= QUICK
         touches = trace.instants or (is_measured and len(touching(self.scene, state)))
         is_open = measures and bool(touches)
         if not (is_open or trace.policies):
@@ -188,6 +176,7 @@ class Request(NamedTuple):
             off=start.off.union(taken),
             policies=frozenset(trace.policies),
             persistent=_persistent(trace, ids),
+            contact_tolerance=self.settings.contact_tolerance if self.solver.to_tolerance else None,
             known_shift=shift,
             variants=trace.variants,
             again=partial(self._again, shot, start) if self.solver.engine else None,
@@ -224,6 +213,7 @@ def request(
     max_time: object = None,
     max_events: object = None,
     on_time: OnTime | None = None,
+    contact_tolerance: object = None,
     compiled: bool = True,
     **options: Any,
 ) -> Request:
@@ -256,6 +246,7 @@ def request(
     if isinstance(law, str) and law != scene.physics.law:
         scene = replace(scene, physics=replace(scene.physics, law=law))
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)
+    left_out = _given("contact_tolerance", contact_tolerance, size)
     settings = Settings(
         dt=None if method.dt is None else step or method.dt,
         max_time=latest or scene.physics.max_time,
@@ -263,6 +254,7 @@ def request(
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
         compiled=compiled,
+        contact_tolerance=left_out or CONTACT_TOLERANCE,
     )
     at = None if times is None else read_times(times)
     if at is not None and at.ndim != 1:

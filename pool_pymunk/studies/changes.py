@@ -275,9 +275,9 @@ def rounding(run: Run) -> float:
     The errors that every path and every contact make (:mod:`pool_pymunk.physics.errors`) go through
     the run as changes do, in ``COLUMNS`` draws of random signs. The answer is ``SURE`` times the
     largest root mean square move of a ball over the draws. It is inf where errors grow until other
-    contacts may come, and nan where the run has no derivative.
+    contacts may come, and nan where the run has no derivative, or where contacts persisted.
     """
-    if not find_solver(run.solver).exact:
+    if not find_solver(run.solver).exact or run.persistent:
         return math.nan
     count, size = len(run.scene.balls), 6 if run.scene.surface.rolls else 4
     none = [np.zeros((rows, errors.COLUMNS)) for rows in (7, count, count)]

@@ -4,7 +4,9 @@ A *column* of the grid is a solver at a step, a row is a shot, and a cell is a r
 reference run of that shot (:class:`~pool_pymunk.studies.compare.Comparison`). The error of a column
 is the largest distance of any ball's end from its exact end, over all shots. Its time is the sum
 over the shots of the least time of one to seven runs. The exact solver errs by rounding alone
-(:attr:`~pool_pymunk.Run.rounding`), and no error is taken to be smaller than that.
+(:attr:`~pool_pymunk.Run.rounding`) and by contacts that persist
+(:attr:`~pool_pymunk.Run.persistent_shift`), and no error is taken to be smaller than that, except
+for the exact solver at other tolerances of such contacts.
 """
 
 from __future__ import annotations
@@ -39,6 +41,7 @@ MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but at most MOST_STEPS; shorter tria
 LONGEST = 45  # letters; if the names of shots are longer together, the shots are counted
 MOST_REPEATS = 7  # More runs hardly lower the least of seven times.
 LONG_TRIAL = 0.1  # s; after a shorter trial of the fewest steps there is one of more
+FINER = 0.1  # of the finest tolerance that is measured is that of the runs to compare with
 LEAST_COST = 2e-3  # s; about what a run of few steps takes
 
 
@@ -83,7 +86,10 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """A setting is a measured column: errors (m), shared contacts, time (s), or failure."""
+    """A setting is a measured column: errors (m), shared contacts, time (s), or failure.
+
+    It has a step ``dt`` (s), or a ``contact_tolerance`` (m) if one was asked for, or neither.
+    """
 
     solver: str
     dt: float | None
@@ -94,6 +100,19 @@ class Setting:
     time: float = math.nan
     repeats: int = 1
     failure: str = ""
+    contact_tolerance: float | None = None
+    events: int = 0
+
+    @property
+    def fineness(self) -> float | None:
+        """The step (s) or the tolerance (m), if it has one: errors shrink with it."""
+        return self.dt or self.contact_tolerance
+
+    def __str__(self) -> str:
+        """Return its fineness as people write it."""
+        if self.contact_tolerance is not None:
+            return f"{self.contact_tolerance:g} m"
+        return "" if self.dt is None else step_text(self.dt)
 
 
 @dataclass(frozen=True)
@@ -144,11 +163,17 @@ class Tradeoff:
 
     @cached_property
     def rounding(self) -> float:
-        """Return how far (m) rounding moves the ends: by a unit of their last digit, or more."""
-        return max(
-            max(EPSILON * float(np.abs(run.end.position).max()), known(run.rounding) or 0.0)
-            for run in self.sound
-        )
+        """Return how far (m) rounding moves the ends: by a unit of their last digit, or more.
+
+        It includes how far contacts that persist may put the exact runs off.
+        """
+        figures = ((known(run.rounding) or 0.0) + run.persistent_shift for run in self.sound)
+        return max(self.last_digit, *figures)
+
+    @property
+    def last_digit(self) -> float:
+        """Return the unit (m) of the last digit of the ends."""
+        return max(EPSILON * float(np.abs(run.end.position).max()) for run in self.sound)
 
     @property
     def exact(self) -> list[str]:
@@ -179,12 +204,17 @@ class Tradeoff:
             if time.perf_counter() + sum(run.wall_time for run in passes[-1]) > until:
                 break
             passes.append(list(column.runs(self.scene, shots)))
-        found = Setting(column.solver, column.dt, repeats=len(passes), failure=(*failures, "")[0])
+        found = Setting(
+            column.solver, column.dt, repeats=len(passes), failure=(*failures, "")[0],
+            contact_tolerance=column.options.get("contact_tolerance"),
+            events=sum(len(each.run.events) for each in cells),
+        )  # fmt: skip
         if not failures:
+            floor = self.rounding if found.contact_tolerance is None else self.last_digit
             found = replace(
                 found,
-                largest=max(self.rounding, *(each.largest for each in cells)),
-                rms=max(self.rounding, math.sqrt(sum(each.rms**2 for each in cells) / len(cells))),
+                largest=max(floor, *(each.largest for each in cells)),
+                rms=max(floor, math.sqrt(sum(each.rms**2 for each in cells) / len(cells))),
                 shared=sum(each.shared for each in cells),
                 contacts=sum(len(contacts(run)) for run in self.sound),
                 time=sum(min(run.wall_time for run in runs) for runs in zip(*passes, strict=True)),
@@ -193,9 +223,21 @@ class Tradeoff:
         return replace(self, settings=(*self.settings, found), runs=runs)
 
 
-def begin(scene: Scene, shots: Shots | None = None) -> Tradeoff:
-    """Play the shots exactly; nothing else is measured yet."""
-    return Tradeoff(scene, tuple(simulate_all(scene, shots, solver=reference_solver().name)))
+def begin(scene: Scene, shots: Shots | None = None, tolerances: Sequence[float] = ()) -> Tradeoff:
+    """Play the shots exactly; nothing else is measured yet.
+
+    If ``tolerances`` (m) of contacts that persist are to be measured, the runs to compare with have
+    a tenth of the finest one.
+    """
+    name, finest = reference_solver().name, FINER * min(tolerances) if tolerances else None
+    runs = simulate_all(scene, shots, solver=name, contact_tolerance=finest)
+    return Tradeoff(scene, tuple(runs))
+
+
+def at_tolerances(tolerances: Sequence[float]) -> list[Column]:
+    """Return columns of the exact solver that play contacts that persist to tolerances (m)."""
+    name = reference_solver().name
+    return [Column(name, options={"contact_tolerance": each}) for each in tolerances]
 
 
 # -- how long a run takes --------------------------------------------------------------------------
@@ -269,9 +311,12 @@ def planned(scene: Scene, columns: Sequence[Column], shots: Shots, budget: float
 def order(settings: Sequence[Setting], floor: float, ceiling: float) -> float | None:
     """Return the slope of log error over log dt, of errors from 10 ``floor`` to ``ceiling`` (m).
 
+    Settings at tolerances have these in place of a step.
+
     It is None for fewer than three of them. Smaller errors are rounding, which has no order.
     """
-    return slope([(s.dt, s.largest) for s in settings if s.dt and 10 * floor < s.largest < ceiling])
+    good = [s for s in settings if 10 * floor < s.largest < ceiling]
+    return slope([(s.fineness, s.largest) for s in good if s.fineness])
 
 
 def cheapest(settings: Iterable[Setting], tolerance: float) -> Setting | None:
@@ -289,6 +334,8 @@ SHARED_ENGINE = (
 def sentences(result: Tradeoff) -> list[str]:
     """Say in words what the measurement tells."""
     units = result.scene.units
+    if any(s.contact_tolerance for s in result.settings):
+        return [*_to_tolerances(result), *_without_exact_end(result)]
     lines = [_within(result, digits) for digits in (1.0, 0.1, 0.01, 0.001)]
     lines += [
         f"Without a step: {one.solver} in {one.time * 1e3:.3g} ms, "
@@ -303,6 +350,22 @@ def sentences(result: Tradeoff) -> list[str]:
             "and the reference in forty digits that the project's tests compare with."
         )
     return lines + list(_without_exact_end(result))
+
+
+def _to_tolerances(result: Tradeoff) -> Iterator[str]:
+    """Say how errors and times go with the tolerance of contacts that persist."""
+    good = [s for s in result.settings if s.contact_tolerance and not s.failure]
+    if not any(run.persistent for run in result.sound):
+        yield "No contact persists in these shots, so their tolerance does not matter."
+    elif good:
+        ratios = {s.largest / (s.contact_tolerance or 1.0): s for s in good}
+        most = max(ratios)
+        yield f"The largest error is {most:.2g} times the tolerance, at {ratios[most]}."
+        finest = max(run.contact_tolerance or 0.0 for run in result.references)
+        yield (
+            f"Errors are distances from runs at {finest:g} m, which may be off by "
+            f"{result.rounding:.1g} m themselves."
+        )
 
 
 def _verdict(result: Tradeoff, spread: float) -> str:

@@ -254,6 +254,10 @@ def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:
         error = math.inf if run.status == "non_finite" else run.rounding
         error = 0.0 if math.isnan(error) else error  # It is not known without the contact engine.
         reason, levels = f"rounding may move the ends by {error:.2g} m, at every step", ()
+        persistent = run.persistent_shift
+        if persistent > error:
+            reason = f"contacts that persist may put the ends off by {persistent:.2g} m"
+        error += persistent
     if (shifted := error + run.policy_shift) != error:
         error, policies = shifted, ", ".join(sorted(run.policies))
         reason = (

@@ -12,13 +12,14 @@ import time
 from typing import Any
 
 import pytest
+from core_scenes import by_core
 
 from pool_pymunk import Scene, Shot, State, compiled, load
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.record import Record
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers import event_driven, grouped
+from pool_pymunk.solvers import grouped
 from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
 from pool_pymunk.solvers.record import Settings
 
@@ -79,7 +80,7 @@ def test_the_core_is_faster(benchmark: Any, name: str) -> None:
     scene, shots = case(name)
     for shot in shots:
         start = scene.start(shot)
-        one = event_driven.play(scene, start, bounded(scene))
+        one = by_core(scene, start, bounded(scene))
         assert rows_of(one) == rows_of(grouped.solve(scene, start, bounded(scene)))
     core, engine = benchmark.pedantic(times_of, (scene, shots), rounds=1, iterations=1)
     benchmark.extra_info["ratio"] = engine / core

@@ -152,7 +152,7 @@ class Group:
         return self._fits(now)
 
     def _adopt(self) -> None:
-        """Take the mode of the forces that relaxing has found: which of them are at their bounds."""
+        """Take the mode of the forces that relaxing has found: which are at their bounds."""
         none = self.scale.none
         for one in self.touches:
             one.on = one.closed and one.n > self.weak * one.unit
@@ -271,8 +271,8 @@ class Group:
     def _exchange(self, now: float) -> bool:
         """Exchange a force and what it holds where they do not fit, one after another.
 
-        Then one of both is free that was at its bound, or the other way round. Forces that are
-        redundant may need it: those of least norm can lie beyond a bound. It tells whether all fits.
+        Then one of both is free that was at its bound, or the other way round. Redundant forces may
+        need it: those of least norm can lie beyond a bound. It tells whether all fits.
         """
         for _ in range(2 * len(self.touches) + len(self.members)):
             if not (self._exchange_at_touch() or self._exchange_at_member(now)):

@@ -1,4 +1,4 @@
-"""Spells of persistent contacts: from when until when two sides press on each other, how strongly."""
+"""Spells of persistent contacts: from when until when two sides press on each other."""
 
 from __future__ import annotations
 

@@ -26,7 +26,6 @@ from pool_pymunk.model import Point, Scene, SceneError, State, Table
 from pool_pymunk.model.outline import lies_between
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.physics.pieces import DEVIATION, ERROR
-from pool_pymunk.results.trace import PERSISTENT
 from pool_pymunk.studies.compare import Comparison, end_distances, longest
 from pool_pymunk.studies.stability.trial import Claim, Measure, Trial, grid, wrong
 
@@ -80,7 +79,7 @@ def energy_kept(trial: Trial) -> Measure:
     change = float(np.ptp(total) if keeps else max(np.diff(total).max(), 0.0))
     words = f"energy {'changes' if keeps else 'grows'} by {{}} of itself"
     bound = CARE * EPSILON * (trial.contacts + 1)
-    bound = max(bound, 2.0 * ERROR * (PERSISTENT in trial.run.policies))  # ERROR is of a speed.
+    bound = max(bound, 2.0 * ERROR * bool(trial.run.persistent))  # ERROR is of a speed.
     return Measure("energy", change, bound, words=words)
 
 
@@ -108,7 +107,7 @@ def inside(trial: Trial) -> Measure | None:
     points, there = trial.run.at(trial.times)[0], trial.run.on_table(trial.times)
     depth = float(beyond(table, points, trial.radii)[there].max(initial=0.0))
     bound = OVERLAP * trial.smallest + CARE * trial.rounding + trial.late
-    bound = max(bound, DEVIATION * trial.smallest * (PERSISTENT in trial.run.policies))
+    bound = max(bound, DEVIATION * trial.smallest * bool(trial.run.persistent))
     return Measure("inside", depth, bound, trial.smallest, "m", "a ball {} beyond a cushion")
 
 
@@ -148,7 +147,7 @@ def overlap(trial: Trial) -> Measure | None:
         depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
         deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
-    bound = max(bound, 2.0 * DEVIATION * trial.smallest * (PERSISTENT in trial.run.policies))
+    bound = max(bound, 2.0 * DEVIATION * trial.smallest * bool(trial.run.persistent))
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 
@@ -306,12 +305,13 @@ def end_at(trial: Trial, places: Mapping[str, Point], slack: float = 0.0) -> Mea
 
 @claim
 def know_of_ends(trial: Trial, places: Mapping[str, Point]) -> Measure | None:
-    """Measure that an exact run's ``policy_shift`` covers its distance from these ends (m)."""
+    """Measure that an exact run's figures cover its distance from these ends (m)."""
     if not trial.method.exact:
         return None
     off = max(end_distances(trial.run, places).values())
     words = "{} from where balls may end, and the run does not say so"
-    return Measure("order", off, trial.run.policy_shift, trial.smallest, "m", words)
+    said = trial.run.policy_shift + trial.run.persistent_shift
+    return Measure("order", off, said, trial.smallest, "m", words)
 
 
 @claim
