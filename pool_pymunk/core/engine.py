@@ -130,11 +130,14 @@ class Engine(Present):
         self._begin_pressed()
 
     def _begin_pressed(self) -> None:
-        """Let contacts persist from now on that do not close, but are pressed on these paths."""
-        if len(self.persistence.loose) > 0:
-            self.persistence.go_after(self, [], [])
-            self._predict(self.persistence.take_loose())
-            self.persistence.take_loose()
+        """Let contacts persist that do not close, but are pressed, at the end of an instant."""
+        persistence = self.persistence
+        if len(persistence.loose) > 0:
+            persistence.go_after(self, [], [])
+            persistence.take_loose()
+        if len(persistence.seeds) > 0 and self.queue.upcoming() > self.now:
+            persistence.form(self)
+            self._predict(persistence.take_loose())
 
     def _pause(self) -> None:
         """Let the recorder do something else now and then: compiled code hears no interrupt."""

@@ -49,6 +49,8 @@ class Groups(Persistence):
             tuple[int, int], float
         ] = {}  # Contacts that have opened are none for a moment (s).
         self.is_hushed = False  # There are some.
+        self.opened: dict[tuple[int, int], float] = {}  # Those that a group has let open (s).
+        self.formed = -INF  # s; when groups have begun, or could not
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
         self.spells = Spells()
         self.pieces = self.misfits = self.begun = self.absorbed = 0
@@ -67,6 +69,8 @@ class Groups(Persistence):
             hit_now = self._contact(present, a, b, wall)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
                 if self._press(present, hit_now) > FAINT * present.pull:
+                    if self.formed == present.now:
+                        return self._wait(present, a, b, wall)
                     put(self.loose, a)
                 elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
                     return self._wait(present, a, b, wall)
@@ -106,12 +110,13 @@ class Groups(Persistence):
             one = self._contact(present, due.a, due.b, due.wall)
             if not self.are_faint(present, [one]) or not self._is_pressed(present, one):
                 return False
-            self.quiet.pop(sides_of(due.a, due.b, due.wall), None)
+            self.opened.pop(sides_of(due.a, due.b, due.wall), None)
             put(seeds, due.a)
             if due.b is not None:
                 put(seeds, due.b)
-        for ball in self.loose:
-            put(seeds, ball)
+        for ball in (*self.loose, *self.seeds):
+            if ball.group is None and not ball.is_off:
+                put(seeds, ball)
         groups = self._form(present, seeds)
         for due in dues:
             if not any([holds(group, due) for group in groups]):
@@ -158,7 +163,7 @@ class Groups(Persistence):
             dues = [due for due in dues if not any([due is other for other in nothing])]
         if len(dues) > 0 and self._absorbs(present, dues):
             return []
-        if len(self.loose) == 0:
+        if len(self.loose) == 0 and len(self.seeds) == 0:
             return dues
         found: list[Due] = []
         for due in dues:
@@ -199,6 +204,7 @@ class Groups(Persistence):
         """Return the share of the energy of a bounce that is lost, by other contacts, too."""
         e, a, b = one.pair.restitution, one.a.ball, one.b
         alone = len(self.loose) <= (1 if b is None else 2) and a.hit != present.now
+        alone = alone and not any([ball is a for ball in self.seeds])
         alone = alone and (b is None or b.ball.hit != present.now)
         return max(1.0 - e * e, TINY if alone else SHARED)
 
@@ -214,8 +220,15 @@ class Groups(Persistence):
             self._note_hit(present, ball)
         may = [one for one in contacts if self._parts_unseen(present, one, -one.closing)]
         if len(may) > 0 or len(self.loose) > len(changed):
-            for group in self._form(present, [*self.loose]):
-                self._begin(present, group)
+            for ball in self.loose:
+                put(self.seeds, ball)
+
+    def form(self, present: Present) -> None:
+        seeds = [ball for ball in self.seeds if ball.group is None and not ball.is_off]
+        self.seeds = []
+        self.formed = present.now
+        for group in self._form(present, seeds):
+            self._begin(present, group)
 
     def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
         """Let a ball that has waited for a contact, but has missed it, go on along a new path."""
@@ -312,9 +325,9 @@ class Groups(Persistence):
         if which < 4 * len(group.touches):
             one = group.touches[which // 4]
             if which % 4 == 0:
-                one.later = self._wait(
-                    present, one.a.ball, None if one.b is None else one.b.ball, one.wall
-                )
+                b = None if one.b is None else one.b.ball
+                one.later = self._wait(present, one.a.ball, b, one.wall)
+                self.opened[sides_of(one.a.ball, b, one.wall)] = one.later
             elif which % 4 == 1 and one.slides != 0.0:
                 one.stick()
             elif which % 4 == 2 and one.turns != 0.0:
@@ -456,7 +469,7 @@ class Groups(Persistence):
         e, v = one.pair.restitution, one.opening
         pull = STRONGEST * present.pull + abs(one.bend) * one.slip * one.slip
         most = math.sqrt(2.0 * pull * self._tolerance(present, a, b))
-        until = self.quiet.get(sides_of(a, b, wall), -INF)
+        until = self.opened.get(sides_of(a, b, wall), -INF)
         return (
             until <= present.now
             and -most <= v

@@ -17,12 +17,14 @@ class Persistence:
     """On a table without friction, and without hollow arcs, no contact persists.
 
     The engine and its instants ask this whether hits are hits, and tell it of those that were
-    answered. ``loose`` are balls on new paths, which the engine is to predict. Once it
+    answered. ``loose`` are balls on new paths, which the engine is to predict, and ``seeds`` those
+    around which groups are to begin at the end of an instant. Once it
     ``declines``, the run is to be played by somebody else.
     """
 
     def __init__(self) -> None:
         self.loose: list[Ball] = []
+        self.seeds: list[Ball] = []
         self.declines = False
 
     def take_loose(self) -> list[Ball]:
@@ -58,6 +60,9 @@ class Persistence:
 
     def go_after(self, present: Present, contacts: list[Contact], changed: list[Ball]) -> None:
         """Take note of the contacts of an instant, and of the balls that it has changed."""
+
+    def form(self, present: Present) -> None:
+        """Let groups begin around the seeds, as nothing more hits at this instant."""
 
     # -- while contacts persist --------------------------------------------------------------------
 
