@@ -24,6 +24,9 @@ EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
 WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
 RIDGE: Final = 1e-10  # Redundant forces are those of least norm, to such a share.
 ROUNDS: Final = 20
+EXCHANGES: Final = 12
+FEW: Final = 12  # Groups of more contacts have FEW_ROUNDS.
+FEW_ROUNDS: Final = 4
 SWEEPS: Final = 4
 GROWTH: Final = 4.0
 NEVER: Final = -1
@@ -125,7 +128,8 @@ class Group:
             if not one.closed or one.softness == 0.0:  # What rests presses on nothing by itself.
                 one.press(0.0, 0.0, 0.0)
         fits = False
-        for k in range(ROUNDS):
+        rounds = ROUNDS if len(self.touches) <= FEW else FEW_ROUNDS
+        for k in range(rounds):
             for each in self.members:
                 each.hold(now)
                 each.move()
@@ -135,7 +139,7 @@ class Group:
                         one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
             self._adopt()
             self.solve(False)
-            fits = self._fits(now) or self._exchange(now)
+            fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now))
             if fits:
                 break
         for each in self.members:
@@ -274,7 +278,7 @@ class Group:
         Then one of both is free that was at its bound, or the other way round. Redundant forces may
         need it: those of least norm can lie beyond a bound. It tells whether all fits.
         """
-        for _ in range(2 * len(self.touches) + len(self.members)):
+        for _ in range(EXCHANGES):
             if not (self._exchange_at_touch() or self._exchange_at_member(now)):
                 return False
             self._list_unknowns()
