@@ -334,8 +334,9 @@ class Group:
         for _ in range(STRIKES * len(self.touches)):
             hardest, most = None, max(enough, self.scale.noise)
             for one in self.touches:
-                if one.on and abs(one.opening) > most:
-                    hardest, most = one, abs(one.opening)
+                closing = -one.opening
+                if closing > most or (one.on and -closing > most):
+                    hardest, most = one, abs(closing)
             if hardest is None:
                 break
             enough = most * NEARLY if enough == 0.0 else enough

@@ -38,6 +38,20 @@ TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tole
 
 
 @final
+class Cluster:
+    """A cluster has the balls and contacts around a hit, and the groups that they form."""
+
+    def __init__(self, members: list[Member], touches: list[Touch], groups: list[Group]) -> None:
+        self.members = members
+        self.touches = touches
+        self.groups = groups
+
+    def holds(self, due: Due) -> bool:
+        """Tell whether a contact is one of the cluster."""
+        return any([is_of(one, due.a, due.b, due.wall) for one in self.touches])
+
+
+@final
 class Groups(Persistence):
     """The groups of an engine; ``loose`` balls are to be predicted at the end of an instant."""
 
@@ -107,23 +121,25 @@ class Groups(Persistence):
         """Let groups begin instead of hits, if these would be too faint to be seen."""
         seeds: list[Ball] = []
         for due in dues:
-            one = self._contact(present, due.a, due.b, due.wall)
-            if not self.are_faint(present, [one]) or not self._is_pressed(present, one):
-                return False
-            self.opened.pop(sides_of(due.a, due.b, due.wall), None)
             put(seeds, due.a)
             if due.b is not None:
                 put(seeds, due.b)
+        hit = len(seeds)
         for ball in (*self.loose, *self.seeds):
             if ball.group is None and not ball.is_off:
                 put(seeds, ball)
-        groups = self._form(present, seeds)
         for due in dues:
-            if not any([holds(group, due) for group in groups]):
+            one = self._contact(present, due.a, due.b, due.wall)
+            is_pressed = len(seeds) > hit or self._is_pressed(present, one)
+            if not (is_pressed and self.are_faint(present, [one])):
+                return False
+            self.opened.pop(sides_of(due.a, due.b, due.wall), None)
+        cluster = self._form(present, seeds)
+        for due in dues:
+            if not cluster.holds(due):
                 return False
         self.absorbed += 1
-        for group in groups:
-            self._begin(present, group)
+        self._begin_in(present, cluster)
         return True
 
     def concerns(self, present: Present, one: Contact) -> bool:
@@ -190,11 +206,6 @@ class Groups(Persistence):
 
     def _is_faint(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit is so faint that neither it nor what follows can be seen."""
-        a, b, now = one.a.ball, one.b, present.now
-        if (a.hit == now or (b is not None and b.ball.hit == now)) and (
-            one.closing > self._hushed(present, a, None if b is None else b.ball)
-        ):
-            return False
         parting = one.pair.restitution * one.closing
         return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(
             present, one, parting
@@ -227,8 +238,7 @@ class Groups(Persistence):
         seeds = [ball for ball in self.seeds if ball.group is None and not ball.is_off]
         self.seeds = []
         self.formed = present.now
-        for group in self._form(present, seeds):
-            self._begin(present, group)
+        self._begin_in(present, self._form(present, seeds))
 
     def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
         """Let a ball that has waited for a contact, but has missed it, go on along a new path."""
@@ -248,8 +258,7 @@ class Groups(Persistence):
         elif self._has_side_ended(group):
             pass_on(present, group.touches[group.fell // 4].a)
             self.take_apart(present, ball)
-            for new in self._form(present, [*self.loose]):
-                self._begin(present, new)
+            self._begin_in(present, self._form(present, [*self.loose]))
         else:
             self._change(present, group)
             if not group.decide(now, False):
@@ -348,6 +357,14 @@ class Groups(Persistence):
 
     # -- how groups begin ----------------------------------------------------------------------
 
+    def _begin_in(self, present: Present, cluster: Cluster) -> None:
+        """Let the groups of a cluster begin; other balls that were struck there go on alone."""
+        for group in cluster.groups:
+            self._begin(present, group)
+        for member in cluster.members:
+            if member.is_struck and member.ball.group is None:
+                self._let_go(present, member)
+
     def _begin(self, present: Present, group: Group) -> None:
         self.begun += 1
         for member in group.members:
@@ -376,8 +393,8 @@ class Groups(Persistence):
         if first is not None:
             group.leader = first
 
-    def _form(self, present: Present, seeds: list[Ball]) -> list[Group]:
-        """Return the groups around some balls; they have not begun."""
+    def _form(self, present: Present, seeds: list[Ball]) -> Cluster:
+        """Return the cluster around some balls; its groups have not begun."""
         members, now = list[Member](), present.now
         touches = self._touches(present, seeds, members)
         parting = [one.opening for one in touches]
@@ -385,6 +402,7 @@ class Groups(Persistence):
         while len(touches) > 0:
             for each, state in zip(members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
+                each.is_struck = False
                 self._set_phase(present, each)
             for one in touches:
                 one.struck = 0.0, 0.0
@@ -400,10 +418,10 @@ class Groups(Persistence):
                 self.misfits += 1
             keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
             if all(keep):
-                return parts_of(group, now)
+                return Cluster(members, touches, parts_of(group, now))
             parting = [v for v, kept in zip(parting, keep) if kept]
             touches = [one for one, kept in zip(touches, keep) if kept]
-        return []
+        return Cluster([], [], [])
 
     def _touches(self, present: Present, seeds: list[Ball], members: list[Member]) -> list[Touch]:
         """Return the contacts of a cluster that may persist; find its members."""
@@ -497,7 +515,7 @@ class Groups(Persistence):
     def _stays(self, present: Present, group: Group, one: Touch, parting: float) -> bool:
         """Tell whether two sides that part (m/s) stay together, to the eye."""
         if not one.on:
-            return abs(parting) <= self.scale.none
+            return one.opening >= -self.scale.none
         e = one.pair.restitution
         v = parting if parting > 0.0 else -e * parting
         press = one.n * one.softness
@@ -572,13 +590,6 @@ def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
     if one.b is None:
         return b is None and one.a.ball is a and one.wall is wall
     return (one.a.ball is a and one.b.ball is b) or (one.a.ball is b and one.b.ball is a)
-
-
-def holds(group: Group, due: Due) -> bool:
-    for one in group.touches:
-        if is_of(one, due.a, due.b, due.wall):
-            return True
-    return False
 
 
 def pass_on(present: Present, each: Member) -> None:

@@ -43,8 +43,8 @@ class Member:
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
-                 "gy", "held", "hx", "hy", "mass", "mode", "phase", "pull", "rolls", "scale",
-                 "second", "start", "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "phase", "pull", "rolls",
+                 "scale", "second", "start", "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector
@@ -59,6 +59,7 @@ class Member:
         self.wx, self.wy = roll
         self.phase = self.mode = SLIP
         self.held = -INF
+        self.is_struck = False
         self.gx, self.gy = 1.0, 0.0
         self.hx, self.hy = 1.0, 0.0
         self.fx = self.fy = self.cx = self.cy = 0.0
@@ -187,6 +188,7 @@ class Member:
         """Change the velocity by a push (N s) and the roll by a turn (N s), in this mode."""
         if self.mode == REST:
             return
+        self.is_struck = True
         (x, y), (p, q), m = push, turn, self.mass
         if self.mode == ROLL:
             x, y = (1.0 - SHARE) * x + SHARE * p, (1.0 - SHARE) * y + SHARE * q
