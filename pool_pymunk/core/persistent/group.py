@@ -37,15 +37,17 @@ FINE: Final = 1e-3  # of the shortest piece; where it ends is found as finely
 
 @final
 class Unknown:
-    """An unknown force of the linear system, and its row there."""
+    """An unknown force of the linear system has a row there."""
 
-    __slots__ = ("base", "kind", "row", "touch")
+    __slots__ = ("base", "kind", "near", "row", "touch", "want")
 
     def __init__(self, touch: Touch, kind: int, row: int) -> None:
         self.touch = touch
         self.kind = kind
         self.row = row
         self.base = 0.0
+        self.want = 0.0  # what the forces together are to add to its rate
+        self.near: list[Unknown] = []  # those whose rates it changes, too
 
 
 @final
@@ -70,7 +72,6 @@ class Group:
         self.leader: Ball | None = None  # The end of a piece is due for this ball.
         self.is_even = True
         self.unknowns: list[Unknown] = []
-        self.matrix: list[list[float]] = []
         count = 4 * len(touches) + 2 * len(members)
         self.before = [0.0] * count
         self.after = [0.0] * count
@@ -184,8 +185,13 @@ class Group:
         self.make_room()
 
     def make_room(self) -> None:
-        """Make room for the linear system."""
-        self.matrix = [[0.0] * (len(self.unknowns) + 1) for _ in self.unknowns]
+        """Find which unknown forces act on the same balls."""
+        for force in self.unknowns:
+            one, force.near = force.touch, []
+            for other in self.unknowns:
+                near = other.touch
+                if near is one or near.has(one.a) or (one.b is not None and near.has(one.b)):
+                    force.near.append(other)
 
     def hold(self, one: Touch, kind: int) -> None:
         self.unknowns.append(Unknown(one, kind, len(self.unknowns)))
@@ -198,9 +204,8 @@ class Group:
             for one in self.touches:
                 one.look()
         self._free()
-        count = len(self.unknowns)
         for force in self.unknowns:
-            self.matrix[force.row][count] = -force.touch.rate(force.kind)
+            force.want = -force.touch.rate(force.kind)
         self._solve_system()
 
     def _free(self) -> None:
@@ -212,25 +217,24 @@ class Group:
             each.move()
 
     def _solve_system(self) -> None:
-        """Find the forces that bring to 0 what is in the last column, and the rates by them."""
-        unknowns, matrix = self.unknowns, self.matrix
+        """Find the forces that add to the rates what they should, and the rates by them."""
+        unknowns, count = self.unknowns, len(self.unknowns)
+        matrix = [[0.0] * (count + 1) for _ in unknowns]
         for force in unknowns:
             force.base = force.touch.rate(force.kind)
+            matrix[force.row][count] = force.want
         for force in unknowns:
             one, q = force.touch, force.row
             one.add(force.kind, one.unit)
             one.move()
-            for other in unknowns:
-                near, part = other.touch, 0.0
-                if near is one or near.has(one.a) or (one.b is not None and near.has(one.b)):
-                    part = near.rate(other.kind) - other.base
-                matrix[other.row][q] = part
+            for other in force.near:
+                matrix[other.row][q] = other.touch.rate(other.kind) - other.base
             matrix[q][q] += RIDGE
             one.press(0.0, 0.0, 0.0)
             one.move()
-        eliminate(matrix, len(unknowns))
+        eliminate(matrix, count)
         for force in unknowns:
-            force.touch.add(force.kind, matrix[force.row][len(unknowns)] * force.touch.unit)
+            force.touch.add(force.kind, matrix[force.row][count] * force.touch.unit)
         for each in self.members:
             each.move()
 
@@ -352,7 +356,7 @@ class Group:
         for each in self.members:
             each.second = each.rates
         for force in self.unknowns:
-            self.matrix[force.row][len(self.unknowns)] = -force.touch.speed(force.kind)
+            force.want = -force.touch.speed(force.kind)
         self._solve_system()
         for one in self.touches:
             (x, y), (p, q) = one.struck, one.push
@@ -572,7 +576,11 @@ def mean(a: Rates, b: Rates, c: Rates, d: Rates, middle: float, last: float) -> 
 
 
 def eliminate(matrix: list[list[float]], count: int) -> None:
-    """Solve a linear system in place (Gauss); its last column becomes the solution."""
+    """Solve a linear system in place (Gauss); its last column becomes the solution.
+
+    Most entries are 0 where many forces act on different balls.
+    """
+    filled: list[list[int]] = []
     for q in range(count):
         best, size = q, abs(matrix[q][q])
         for p in range(q + 1, count):
@@ -581,18 +589,19 @@ def eliminate(matrix: list[list[float]], count: int) -> None:
         if best != q:
             matrix[q], matrix[best] = matrix[best], matrix[q]
         row = matrix[q]
+        columns = [m for m in range(q + 1, count + 1) if row[m] != 0.0]
+        filled.append(columns)
         for p in range(q + 1, count):
             other = matrix[p]
             part = other[q]
             if part != 0.0:
                 part /= row[q]
-                for m in range(q + 1, count + 1):
-                    if row[m] != 0.0:
-                        other[m] -= part * row[m]
+                for m in columns:
+                    other[m] -= part * row[m]
     for q in range(count - 1, -1, -1):
         row = matrix[q]
         found = row[count]
-        for m in range(q + 1, count):
-            if row[m] != 0.0:
+        for m in filled[q]:
+            if m < count:
                 found -= row[m] * matrix[m][count]
         row[count] = found / row[q] if row[q] != 0.0 else 0.0

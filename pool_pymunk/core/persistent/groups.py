@@ -33,6 +33,7 @@ GROWTH: Final = 1.3
 MOST: Final = 100.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
+CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
 FAINT: Final = 1e-4  # of the surface's pull; what presses less may be rounding of a short piece
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
@@ -81,10 +82,10 @@ class Groups(Persistence):
                     return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
             hit_now = self._contact(present, a, b, wall)
+            if self.formed == present.now and hit_now.closing <= self._hushed(present, a, b):
+                return self._wait(present, a, b, wall)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
                 if self._press(present, hit_now) > FAINT * present.pull:
-                    if self.formed == present.now:
-                        return self._wait(present, a, b, wall)
                     put(self.loose, a)
                 elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
                     return self._wait(present, a, b, wall)
@@ -124,14 +125,15 @@ class Groups(Persistence):
             put(seeds, due.a)
             if due.b is not None:
                 put(seeds, due.b)
-        hit = len(seeds)
         for ball in (*self.loose, *self.seeds):
             if ball.group is None and not ball.is_off:
                 put(seeds, ball)
         for due in dues:
             one = self._contact(present, due.a, due.b, due.wall)
-            is_pressed = len(seeds) > hit or self._is_pressed(present, one)
-            if not (is_pressed and self.are_faint(present, [one])):
+            may = len(seeds) > CROWD or (
+                self._is_pressed(present, one) and not self._goes_on(present, one)
+            )
+            if not (may and self.are_faint(present, [one])):
                 return False
             self.opened.pop(sides_of(due.a, due.b, due.wall), None)
         cluster = self._form(present, seeds)
@@ -139,8 +141,15 @@ class Groups(Persistence):
             if not cluster.holds(due):
                 return False
         self.absorbed += 1
+        self.formed = present.now
         self._begin_in(present, cluster)
         return True
+
+    def _goes_on(self, present: Present, one: Contact) -> bool:
+        """Tell whether a hit follows from another one of this instant, and is not very slow."""
+        a, b, now = one.a.ball, one.b, present.now
+        follows = a.hit == now or (b is not None and b.ball.hit == now)
+        return follows and one.closing > self._hushed(present, a, None if b is None else b.ball)
 
     def concerns(self, present: Present, one: Contact) -> bool:
         """Tell whether a lone hit may be more than that: it is faint, or a group's."""
