@@ -59,8 +59,6 @@ FEW = 100  # A quick test plays at most so many shots at once, because Python pl
 LONG = frozenset((DATA / "takes_long.txt").read_text("utf-8").splitlines())
 
 
-
-
 def read_until_batches() -> dict[str, str]:
     """Return the tests that break until batches and tables are the core's, with their reasons."""
     found, reason = dict[str, str](), ""

@@ -17,7 +17,17 @@ from oracle.reference import Refused
 from press_scenes import amplification, farthest, press_scene
 from scenes import DATA, seeds
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, SceneError, Table, simulate
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Restitution,
+    Run,
+    Scene,
+    SceneError,
+    Table,
+    simulate,
+)
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 from pool_pymunk.solvers.request import request
 
