@@ -173,7 +173,8 @@ def test_contacts_of_balls_do_not_change_the_momentum() -> None:
 def test_a_ball_that_pushes_a_group_gives_it_momentum_of_its_own() -> None:
     """Three balls join; the first one has no part in the forces then."""
     run = play(rolls_on(press_scene(57)))
-    assert len(run.persistent) > 3 and jump(run) <= KEPT
+    assert len(run.persistent) > 3
+    assert jump(run) <= 5e-6  # 4.3e-6 by pieces; slips that take momentum with them make it 7.8e-6.
 
 
 def deepest(run: Run) -> float:
