@@ -37,8 +37,8 @@ SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
 # not grow at all.
 GROWN = 1e-8  # of the energy at the start
-# of the momentum; the parabola that stands for a piece misses the velocity at its end. That was up to
-# 4.3e-6 in 13 scenes at the default tolerance; some stay at 1e-6 to 8e-6 however fine it is.
+# of the momentum; the parabola that stands for a piece misses the velocity at its end. That was up
+# to 4.3e-6 in 13 scenes at the default tolerance; some stay at 1e-6 to 8e-6 however fine it is.
 KEPT = 1e-5
 # m; a parabola stands for a piece of the motion, which errs by no more. A run of the engine before
 # the core sank in by 1e-8 radii, because its pieces were as short as that takes.
