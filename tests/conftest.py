@@ -1,6 +1,7 @@
 """`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
-What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
+What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``. Tests
+that must break for now stand in data/until_batches.txt: one that passes again is a failure, too.
 `make test` compiles no shots: Python plays the loop of many shots. In `make test-all` the plainest
 loop is compiled, and tests of compiled shots are played again; slow ones compile all loops.
 
@@ -57,6 +58,20 @@ FEW = 100  # A quick test plays at most so many shots at once, because Python pl
 # These tests, or cases of them, take longer than half a second.
 LONG = frozenset((DATA / "takes_long.txt").read_text("utf-8").splitlines())
 
+
+def read_until_batches() -> dict[str, str]:
+    """Return the tests that break until batches and tables are the core's, with their reasons."""
+    found, reason = dict[str, str](), ""
+    for line in (DATA / "until_batches.txt").read_text("utf-8").splitlines():
+        if line.startswith("# "):
+            reason = line.removeprefix("# ")
+        elif line:
+            found[line] = reason
+    return found
+
+
+# These tests compare bits of batches or tables with single runs in which contacts persist.
+UNTIL_BATCHES = read_until_batches()
 
 # The examples in these modules need an optional library.
 NEEDED = {
@@ -117,6 +132,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         name = item.name if is_example else f"{item.path.name}::{item.name}"
         if not LONG.isdisjoint((name, name.partition("[")[0])):
             item.add_marker(pytest.mark.long)
+        reason = UNTIL_BATCHES.get(name) or UNTIL_BATCHES.get(name.partition("[")[0])
+        if reason is not None:
+            item.add_marker(pytest.mark.xfail(reason=reason, raises=AssertionError, strict=True))
         if item.path.stem.removeprefix("test_") in COMPILED:
             item.add_marker(pytest.mark.compiled)
         for module, library in NEEDED.items() if is_example else ():

@@ -187,22 +187,26 @@ def test_the_log_says_it_if_its_digits_show_it() -> None:
     assert said(1e-3) != []
 
 
-def test_derivatives_end_where_a_contact_begins_to_persist() -> None:
-    """The record says so even of balls that are on paths of their own, which have derivatives."""
+@pytest.mark.parametrize("e", [0.0, 0.5])
+def test_derivatives_end_where_a_contact_begins_to_persist(e: float) -> None:
+    """Ball a pushes b if it does not bounce, while c is alone; without a push, all have some."""
     balls = (
-        Ball("a", (0.0, 0.0), R, M, velocity=(1.0, 0.0)),
-        Ball("b", (0.3, 0.01), R, M),
+        Ball("a", (0.0, 0.0), R, M, velocity=(1.0, 0.05), roll=1.0),
+        Ball("b", (0.1, 0.01), R, M),
         Ball("c", (0.0, 1.0), R, M, velocity=(1.0, 0.0)),
     )
-    scene = Scene(balls, None, Restitution(0.9), Friction(0.2, 0.0, 0.1))
+    scene = Scene(balls, None, Restitution(e), Friction(0.2, 0.0, 0.1, rolling=0.02))
     run = simulate(scene, solver="event-driven")
     found = run.derivatives("velocity")
-    assert np.isnan(found.final[:2]).all() and np.isfinite(found.final[2]).all()
-    assert [line.partition(" (")[0] for line in found.warnings] == [
-        "a contact is persistent, or answered by a policy"
-    ]
-    plain = dataclasses.replace(run, persistent=())
-    assert np.isfinite(plain.derivatives("velocity").final).all()
+    assert np.isfinite(found.final[2]).all()
+    if e > 0.0:
+        assert not run.persistent and not found.warnings and np.isfinite(found.final).all()
+        return
+    [contact] = run.persistent
+    assert contact.balls == ("a", "b")
+    assert np.isnan(found.final[:2]).all()
+    [line] = found.warnings
+    assert line.startswith(f"a contact is persistent (at {contact.since:.6g} s): what depends on")
 
 
 def test_the_tolerance_is_saved(tmp_path: Path) -> None:

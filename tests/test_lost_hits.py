@@ -19,10 +19,12 @@ from pool_pymunk import Ball, Friction, Restitution, Scene, Table, simulate
 from pool_pymunk.engine import modes
 from pool_pymunk.fast import ahead
 from pool_pymunk.physics.pressed import REST
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 
 Point = tuple[float, float]
 
 R = 0.03
+SINKS = CONTACT_TOLERANCE / R  # radii; the error of a piece, which parabolas stand for
 FOUND = json.loads((DATA / "lost_hits.json").read_text(encoding="utf-8"))
 SLOWEST = "a collapse at a cushion draws in a ball that is held there"  # It takes 100 s.
 
@@ -59,7 +61,7 @@ def test_a_ball_that_rests_in_a_group_is_hit_after_the_group(away: float, solver
     run = simulate(scene, solver=solver)
     met = {event.balls for event in run.events} | {contact.balls for contact in run.persistent}
     assert ("2", "3") in met
-    assert deepest(run) < 1e-8
+    assert deepest(run) < (SINKS if solver == "event-driven" else 1e-8)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +74,7 @@ def test_a_ball_that_rests_in_a_group_is_hit_after_the_group(away: float, solver
 def test_no_ball_passes_through_another_or_a_cushion(found: Any) -> None:
     run = simulate(scene_of(found), solver="event-driven")
     assert run.status == "settled"
-    assert deepest(run) < 1e-8
+    assert deepest(run) < SINKS
 
 
 # -- random tables ---------------------------------------------------------------------------------

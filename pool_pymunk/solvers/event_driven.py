@@ -12,7 +12,8 @@ from collections.abc import Sequence
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
-from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.path import Motion, Path
+from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.persistent.groups import Groups
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.persistent.scale import Scale
@@ -114,9 +115,21 @@ def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
     for ball, rows in zip(engine.balls, trace.knots, strict=True):
         path = ball.path
         if path.end > t or rows[-1][3:5] != NONE:
-            x, y, vx, vy = path.at(t)
+            (x, y, vx, vy), roll = motion_of(ball, engine)
             pull = pull_of(path) if path.end > t else NONE
-            trace.breakpoint(ball.number, t, (x, y), (vx, vy), pull, engine.roll_of(ball))
+            trace.breakpoint(ball.number, t, (x, y), (vx, vy), pull, roll)
+
+
+def motion_of(ball: Ball, engine: Engine) -> tuple[Motion, Vector]:
+    """Return place and velocity of a ball now, and its roll, once :func:`keep` knows its contacts.
+
+    In a persistent contact the state of its group is exact, and its path only has the place.
+    """
+    for member in () if ball.group is None else ball.group.members:
+        if member.ball is ball:
+            x, y, vx, vy, wx, wy = member.state
+            return (x, y, vx, vy), (wx, wy)
+    return ball.path.at(engine.now), engine.roll_of(ball)
 
 
 def status_of(engine: Engine, latest: float) -> str:

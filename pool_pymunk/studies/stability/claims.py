@@ -107,8 +107,15 @@ def inside(trial: Trial) -> Measure | None:
     points, there = trial.run.at(trial.times)[0], trial.run.on_table(trial.times)
     depth = float(beyond(table, points, trial.radii)[there].max(initial=0.0))
     bound = OVERLAP * trial.smallest + CARE * trial.rounding + trial.late
-    bound = max(bound, DEVIATION * trial.smallest * bool(trial.run.persistent))
+    bound = max(bound, sunk(trial))
     return Measure("inside", depth, bound, trial.smallest, "m", "a ball {} beyond a cushion")
+
+
+def sunk(trial: Trial) -> float:
+    """Return how far (m) a ball may sink in where contacts persist: by the run's tolerance."""
+    if not trial.run.persistent:
+        return 0.0
+    return trial.run.contact_tolerance or DEVIATION * trial.smallest
 
 
 def beyond(table: Table, points: Array, radii: Array) -> Array:
@@ -147,7 +154,7 @@ def overlap(trial: Trial) -> Measure | None:
         depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
         deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
-    bound = max(bound, 2.0 * DEVIATION * trial.smallest * bool(trial.run.persistent))
+    bound = max(bound, 2.0 * sunk(trial))
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
 
 
@@ -184,7 +191,9 @@ def any_order(trial: Trial) -> Measure | None:
         return None
     turned = trial.simulate(replace(scene, balls=scene.balls[::-1]))
     apart = longest(run.at(times)[0] - turned.at(times)[0][:, ::-1])
-    return farthest("any order", apart, trial, "balls listed in another order end {} off")
+    measured = farthest("any order", apart, trial, "balls listed in another order end {} off")
+    said = run.persistent_shift + turned.persistent_shift  # Each may be as far off as it says.
+    return measured._replace(bound=max(measured.bound, said))
 
 
 def there_and_back(trial: Trial) -> Measure | None:
