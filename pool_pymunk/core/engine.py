@@ -269,6 +269,7 @@ class Engine(Present):
         if ball.speed > 0.0 or path.moves:
             for wall in self.table.walls:
                 end = min(end, self._meet_wall(ball, wall))
+            stops = end == INF or end > path.end  # A hit may wait longer than that.
             if end < INF:
                 end += ball.time_for(NEARLY_NOW)
             if self.has_patches:
@@ -276,11 +277,12 @@ class Engine(Present):
                 if t < INF:
                     self.queue.push(Due(t, BORDER, ball, None, None))
                     end = min(end, t)
+                    stops = False
             group = ball.group
             if group is not None:
                 if group.leader is ball:
                     self.queue.push(Due(path.end, PIECE, ball, None, None))
-            elif end == INF and path.end < INF:
+            elif stops and path.end < INF:
                 self.queue.push(Due(path.end, STOP, ball, None, None))
         else:
             for mover in self.movers:

@@ -279,8 +279,8 @@ class Group:
     def _exchange(self, now: float) -> bool:
         """Exchange a force and what it holds where they do not fit, one after another.
 
-        Then one of both is free that was at its bound, or the other way round. Redundant forces may
-        need it: those of least norm can lie beyond a bound. It tells whether all fits.
+        One of both is free then that was at its bound, and the other one is not. Redundant forces
+        may need it: those of least norm can lie beyond a bound. It tells whether all fits.
         """
         for _ in range(EXCHANGES):
             if not (self._exchange_at_touch() or self._exchange_at_member(now)):

@@ -65,7 +65,7 @@ class Groups(Persistence):
         ] = {}  # Contacts that have opened are none for a moment (s).
         self.is_hushed = False  # There are some.
         self.opened: dict[tuple[int, int], float] = {}  # Those that a group has let open (s).
-        self.formed = -INF  # s; when groups have begun, or could not
+        self.formed = self.freed = -INF  # s; when groups have begun, and were taken apart
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
         self.spells = Spells()
         self.pieces = self.misfits = self.begun = self.absorbed = 0
@@ -111,12 +111,16 @@ class Groups(Persistence):
                     self.take_apart(present, due.b)
 
     def _is_nothing(self, present: Present, due: Due) -> bool:
-        """Tell whether a hit of a ball in a group is one by rounding alone."""
-        if due.a.group is None and (due.b is None or due.b.group is None):
+        """Tell whether a hit is one by rounding alone, or has waited until its sides had parted."""
+        a, b, wall = due.a, due.b, due.wall
+        if wall is not None and wall.is_pocket:
             return False
-        if due.wall is not None and due.wall.is_pocket:
+        is_grouped = a.group is not None or (b is not None and b.group is not None)
+        has_waited = self.is_hushed and sides_of(a, b, wall) in self.quiet
+        if not (is_grouped or has_waited):
             return False
-        return self._contact(present, due.a, due.b, due.wall).closing <= self.scale.noise
+        closing = self._contact(present, a, b, wall).closing
+        return closing <= self.scale.noise if is_grouped else closing <= 0.0
 
     def _absorbs(self, present: Present, dues: list[Due]) -> bool:
         """Let groups begin instead of hits, if these would be too faint to be seen."""
@@ -141,7 +145,6 @@ class Groups(Persistence):
             if not cluster.holds(due):
                 return False
         self.absorbed += 1
-        self.formed = present.now
         self._begin_in(present, cluster)
         return True
 
@@ -184,11 +187,11 @@ class Groups(Persistence):
         nothing = [due for due in dues if self._is_nothing(present, due)]
         if len(nothing) > 0:
             for due in nothing:
-                self._wait(present, due.a, due.b, due.wall)
+                self._look_again(present, due)
             dues = [due for due in dues if not any([due is other for other in nothing])]
         if len(dues) > 0 and self._absorbs(present, dues):
             return []
-        if len(self.loose) == 0 and len(self.seeds) == 0:
+        if self.freed != present.now:
             return dues
         found: list[Due] = []
         for due in dues:
@@ -197,6 +200,14 @@ class Groups(Persistence):
             else:
                 found.append(due)
         return found
+
+    def _look_again(self, present: Present, due: Due) -> None:
+        """Look later whether two sides hit, or on a new path if they have parted meanwhile."""
+        if due.a.group is None and (due.b is None or due.b.group is None):
+            self.quiet.pop(sides_of(due.a, due.b, due.wall), None)
+            self._set_off_again(present, due.a, [])
+        else:
+            self._wait(present, due.a, due.b, due.wall)
 
     def _wait(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> float:
         """Let a contact be none for a moment, in which nothing sinks in to be seen."""
@@ -246,7 +257,6 @@ class Groups(Persistence):
     def form(self, present: Present) -> None:
         seeds = [ball for ball in self.seeds if ball.group is None and not ball.is_off]
         self.seeds = []
-        self.formed = present.now
         self._begin_in(present, self._form(present, seeds))
 
     def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
@@ -309,6 +319,7 @@ class Groups(Persistence):
     def take_apart(self, present: Present, ball: Ball) -> None:
         group = ball.group
         if group is not None:
+            self.freed = present.now
             group.go_to(present.now)
             group.add_up(self.spells)
             for member in group.members:
@@ -369,6 +380,7 @@ class Groups(Persistence):
     def _begin_in(self, present: Present, cluster: Cluster) -> None:
         """Let the groups of a cluster begin; other balls that were struck there go on alone."""
         for group in cluster.groups:
+            self.formed = present.now
             self._begin(present, group)
         for member in cluster.members:
             if member.is_struck and member.ball.group is None:
@@ -566,7 +578,10 @@ class Groups(Persistence):
 
     def _hushed(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return the speed (m/s) below which hits around groups may wait."""
-        return self._wear(present, a, b) * self.scale.hushed
+        many = len(self.seeds) + len(self.loose)
+        if a.group is not None:
+            many = max(many, len(a.group.members))
+        return self.scale.hushed * (self._wear(present, a, b) if many > CROWD else 1.0)
 
     def _wear(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return how many times more may go unseen, because these balls have hit often of late."""

@@ -60,4 +60,5 @@ class Spells:
 
     def rows(self) -> list[Persisted]:
         """Return the rows of all spells."""
-        return [spell.row for spell in (*self.over, *self.last.values())]
+        spells = [*self.over, *self.last.values()]
+        return [spell.row for spell in spells if spell.until > spell.since]

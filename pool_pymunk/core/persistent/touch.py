@@ -124,6 +124,8 @@ class Touch:
         total = self.softness
         if total == 0.0:
             return
+        push = opening / total
+        self.struck = self.struck[0] + push * self.nx, self.struck[1] + push * self.ny
         for each, sign in ((self.a, 1.0 if self.b is None else -1.0), (self.b, 1.0)):
             if each is not None:
                 part = sign * each.lightness / total
