@@ -82,6 +82,9 @@ class Groups(Persistence):
                     return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
             hit_now = self._contact(present, a, b, wall)
+            until = self.quiet.get(sides_of(a, b, wall), -INF)
+            if until > present.now and hit_now.closing <= 2.0 * MOST * self.scale.hushed:
+                return until
             if self.formed == present.now and hit_now.closing <= self._hushed(present, a, b):
                 return self._wait(present, a, b, wall)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
