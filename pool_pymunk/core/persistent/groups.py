@@ -11,6 +11,7 @@ from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact, Pair
+from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import spare_drag
 from pool_pymunk.core.persistent.group import NEVER, Group
@@ -33,6 +34,7 @@ GROWTH: Final = 1.3
 MOST: Final = 100.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
+SUNK: Final = 1e-3  # radii; balls that have waited for a contact have sunk in by less
 CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
 FAINT: Final = 1e-4  # of the surface's pull; what presses less may be rounding of a short piece
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
@@ -65,7 +67,8 @@ class Groups(Persistence):
         ] = {}  # Contacts that have opened are none for a moment (s).
         self.is_hushed = False  # There are some.
         self.opened: dict[tuple[int, int], float] = {}  # Those that a group has let open (s).
-        self.formed = self.freed = -INF  # s; when groups have begun, and were taken apart
+        # s; when groups have begun or could not, have begun, and were taken apart
+        self.tried = self.formed = self.freed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
         self.spells = Spells()
         self.pieces = self.misfits = self.begun = self.absorbed = 0
@@ -89,6 +92,8 @@ class Groups(Persistence):
                 return self._wait(present, a, b, wall)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
                 if self._press(present, hit_now) > FAINT * present.pull:
+                    if self.tried == present.now:
+                        return self._wait(present, a, b, wall)
                     put(self.loose, a)
                 elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
                     return self._wait(present, a, b, wall)
@@ -214,7 +219,8 @@ class Groups(Persistence):
 
     def _wait(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> float:
         """Let a contact be none for a moment, in which nothing sinks in to be seen."""
-        pull = STRONGEST * max(present.pull, 1e-9)
+        press = self._press(present, self._contact(present, a, b, wall))
+        pull = max(STRONGEST * max(present.pull, 1e-9), press)
         until = present.now + math.sqrt(2.0 * self.tolerance / pull)
         self.quiet[sides_of(a, b, wall)] = until
         self.is_hushed = True
@@ -260,14 +266,19 @@ class Groups(Persistence):
     def form(self, present: Present) -> None:
         seeds = [ball for ball in self.seeds if ball.group is None and not ball.is_off]
         self.seeds = []
+        self.tried = present.now
         self._begin_in(present, self._form(present, seeds))
 
     def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
         """Let a ball that has waited for a contact, but has missed it, go on along a new path."""
-        if ball.group is None and ball.rested == INF and not any([ball is one for one in changed]):
-            x, y, vx, vy = ball.path.at(present.now)
+        if ball.group is not None or any([ball is one for one in changed]):
+            return
+        x, y, vx, vy = ball.path.at(present.now)
+        if ball.rested == INF:
             present.begin(ball, (x, y), (vx, vy), present.roll_of(ball), ball.noise)
-            put(self.loose, ball)
+        else:
+            ball.lead(standing(present.now, x, y), 0.0)
+        put(self.loose, ball)
 
     def go_on(self, present: Present, ball: Ball) -> None:
         """Go on at the end of a piece: the mode may change."""
@@ -486,7 +497,7 @@ class Groups(Persistence):
             if wall.is_pocket or a.ball.ignores(wall.categories, wall.mask):
                 continue
             side = wall.nearest(a.x, a.y, r, present.now)
-            if abs(side.gap(a.x, a.y, r)) <= self.tolerance:
+            if -SUNK * r <= side.gap(a.x, a.y, r) <= self.tolerance:
                 pair = Pair(a.mass, INF, wall.restitution, wall.friction)
                 one = Touch(a, None, wall, side, pair)
                 if self._may_persist(present, one, a.ball, None, wall):
