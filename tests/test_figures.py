@@ -251,7 +251,7 @@ def test_numbers_of_persistent_contacts() -> None:
     page = text("docs/how-it-works.md")
     assert (UNSEEN, DEVIATION) == (1e-10, 4e-9)
     assert r"$\varepsilon = 10^{-10}$ radii in all" in page
-    assert "less than $10^{-8}$ radii" in page
+    assert "to $10^{-8}$ radii" in page
     assert (persisting.FEW, persisting.AGO, persisting.GROWTH, persisting.MOST) == (
         30,
         0.05,

@@ -130,7 +130,7 @@ class Engine(Present):
         self._begin_pressed()
 
     def _begin_pressed(self) -> None:
-        """Let contacts persist that do not close, but are pressed, at the end of an instant."""
+        """Let contacts persist that do not close, but are pressed together, after an instant."""
         persistence = self.persistence
         if len(persistence.loose) > 0:
             persistence.go_after(self, [], [])

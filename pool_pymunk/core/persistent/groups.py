@@ -149,9 +149,8 @@ class Groups(Persistence):
                 return False
             self.opened.pop(sides_of(due.a, due.b, due.wall), None)
         cluster = self._form(present, seeds)
-        for due in dues:
-            if not cluster.holds(due):
-                return False
+        if len(cluster.groups) == 0 or not all([cluster.holds(due) for due in dues]):
+            return False
         self.absorbed += 1
         self._begin_in(present, cluster)
         return True
@@ -393,9 +392,14 @@ class Groups(Persistence):
 
     def _begin_in(self, present: Present, cluster: Cluster) -> None:
         """Let the groups of a cluster begin; other balls that were struck there go on alone."""
+        if len(cluster.groups) == 0:
+            return
         for group in cluster.groups:
             self.formed = present.now
             self._begin(present, group)
+        for one in cluster.touches:
+            if one.a.ball.group is None and one.struck != (0.0, 0.0):
+                self.spells.add(one, present.now, present.now, one.struck)
         for member in cluster.members:
             if member.is_struck and member.ball.group is None:
                 self._let_go(present, member)
@@ -475,7 +479,10 @@ class Groups(Persistence):
         found, a = list[Touch](), members[k]
         for ball in present.near.around(a.ball):
             hit = hit_at(present.now, a.ball, ball, None)
-            if a.ball.ignores(ball.categories, ball.mask) or present.gap(hit) > self.tolerance:
+            far = max(a.ball.radius, ball.radius)
+            if a.ball.ignores(ball.categories, ball.mask) or not (
+                -SUNK * far <= present.gap(hit) <= self.tolerance
+            ):
                 continue
             self.take_apart(present, ball)
             b = member_of(members, ball)

@@ -24,6 +24,10 @@ class Spell:
         self.x = self.y = 0.0
 
     @property
+    def lasts(self) -> bool:
+        return self.until > self.since
+
+    @property
     def row(self) -> Persisted:
         return self.a, self.b, self.cushion, self.since, self.until, self.x, self.y
 
@@ -61,4 +65,4 @@ class Spells:
     def rows(self) -> list[Persisted]:
         """Return the rows of all spells."""
         spells = [*self.over, *self.last.values()]
-        return [spell.row for spell in spells if spell.until > spell.since]
+        return [spell.row for spell in spells if spell.lasts or spell.x != 0.0 or spell.y != 0.0]
