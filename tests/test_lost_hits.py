@@ -135,7 +135,7 @@ def test_a_ball_that_its_neighbours_hold_does_not_stop_again_and_again(seed: int
     run = simulate(random_table(seed), solver="event-driven")
     stops = {(event.balls, round(event.t, 4)) for event in run.events if event.kind == "stop"}
     assert len(stops) <= 4 * len(run.scene.balls)
-    assert deepest(run) < 1e-8
+    assert deepest(run) < 1e-7  # the contact tolerance
 
 
 @takes_long

@@ -32,6 +32,7 @@ from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 from pool_pymunk.solvers.request import request
 
 FAR = 1e-7  # m, times the amplification
+NEAR = 1e-6  # m
 LEAST = 1e-10  # m; the reference's own accuracy
 SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
@@ -225,7 +226,11 @@ def test_mirrored_and_relabelled_scenes_have_the_same_ends() -> None:
         ends = ends_of(run)
         in_mirror = [complex(z.imag, z.real) for z in ends_of(play(mirrored(run.scene)))]
         again = ends_of(play(relabelled(run.scene)))[::-1]
-        off = max(farthest(ends, in_mirror), farthest(ends, again))
+        off = farthest(ends, in_mirror)
         if off > SAME and off > SAME * amplification(run.scene, ends):
+            unequal.append(seed)
+        # By other numbers, contacts of one instant are looked at in another order.
+        renumbered = farthest(ends, again)
+        if renumbered > FAR and renumbered > FAR * amplification(run.scene, ends):
             unequal.append(seed)
     assert not unequal

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from pool_pymunk.physics.laws import Slip
 
 SURE = 4.0  # A figure is this many times the largest change of some runs, which are samples.
-SURE_OF_FINER = 16.0
+SURE_OF_FINER = SURE  # of the changes by a third and a tenth of a tolerance
 
 
 class Variant(NamedTuple):

@@ -209,7 +209,7 @@ class Instant:
                 break
             hits += resolve(present, turn, discs, missed)
             turn = next_round(present, contacts, discs)
-            if persistence.are_faint(present, turn):
+            if persistence.takes_over(present, turn, len(contacts)):
                 break
         self._begin()
         return contacts

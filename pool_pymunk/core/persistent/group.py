@@ -436,6 +436,8 @@ class Group:
         for each in self.members:
             each.advance(h, 0.5, each.second, each.first)
         self.solve(True)
+        for one in self.touches:
+            one.halfway = one.push
         for each in self.members:
             each.third = each.rates
             each.advance(h, 1.0, each.third, each.third)

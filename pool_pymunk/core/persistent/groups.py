@@ -225,6 +225,9 @@ class Groups(Persistence):
         self.is_hushed = True
         return until
 
+    def takes_over(self, present: Present, contacts: list[Contact], many: int) -> bool:
+        return many > CROWD and self.are_faint(present, contacts)
+
     def are_faint(self, present: Present, contacts: list[Contact]) -> bool:
         """Tell whether all these hits are so faint that a group may begin instead."""
         for one in contacts:
@@ -414,6 +417,7 @@ class Groups(Persistence):
     def _play(self, present: Present, group: Group) -> None:
         """Play the next piece of a group, and lead its balls along it, or let all of them rest."""
         if group.is_still:
+            group.add_up(self.spells)
             for member in group.members:
                 member.ball.group = None
                 self._rest(present, member)

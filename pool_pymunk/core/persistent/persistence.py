@@ -49,8 +49,8 @@ class Persistence:
         """Return those of some hits that are to be answered."""
         return dues
 
-    def are_faint(self, present: Present, contacts: list[Contact]) -> bool:
-        """Tell whether the hits of a round would all be too faint to be seen."""
+    def takes_over(self, present: Present, contacts: list[Contact], many: int) -> bool:
+        """Tell whether groups begin instead of the next hits of a cluster with so many contacts."""
         return False
 
     # -- after it ----------------------------------------------------------------------------------

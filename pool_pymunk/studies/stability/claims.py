@@ -163,6 +163,7 @@ def near_reference(trial: Trial) -> Measure | None:
     if trial.is_reference:
         return None
     apart = Comparison(trial.run, trial.reference.run).apart(trial.reference.times)
+    apart = np.maximum(apart - trial.reference.run.persistent_shift, 0.0)  # It errs itself.
     return farthest(NEAR, apart, trial, "{} from the reference run")
 
 
