@@ -391,6 +391,9 @@ class Group:
             fades = each.fades_in()
             if 0.0 < fades < INF:
                 h = min(h, 1.01 * fades)
+        for one in self.touches:
+            if one.free > now:
+                h = min(h, one.free - now)
         h = max(h, self.least)
         for one in self.touches:
             one.at_start = one.push

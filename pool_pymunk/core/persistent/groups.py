@@ -288,9 +288,10 @@ class Groups(Persistence):
         if group is None:
             return
         group.add_up(self.spells)
-        if group.fell == NEVER:
+        regains = any([one.regain_friction(now) for one in [*group.touches]])
+        if group.fell == NEVER and not regains:
             self._play(present, group)
-        elif self._has_side_ended(group):
+        elif group.fell != NEVER and self._has_side_ended(group):
             pass_on(present, group.touches[group.fell // 4].a)
             self.take_apart(present, ball)
             self._begin_in(present, self._form(present, [*self.loose]))
@@ -367,7 +368,7 @@ class Groups(Persistence):
         now, which = present.now, group.fell
         group.least = 2.0 * group.least if group.time < 4.0 * group.least else self.scale.least
         group.longest = max(self.pace, group.least)
-        if which < 4 * len(group.touches):
+        if 0 <= which < 4 * len(group.touches):
             one = group.touches[which // 4]
             if which % 4 == 0:
                 b = None if one.b is None else one.b.ball
@@ -449,6 +450,7 @@ class Groups(Persistence):
                 self._set_phase(present, each)
             for one in touches:
                 one.struck = 0.0, 0.0
+                one.spared = 0.0
             group = Group(members, touches, now, self.scale)
             group.decide(now, True)
             for one, v in zip(touches, parting):
@@ -461,6 +463,10 @@ class Groups(Persistence):
                 self.misfits += 1
             keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
             if all(keep):
+                for one in touches:
+                    one.spare_friction(now)
+                if any([one.free > now for one in touches]):
+                    group.decide(now, False)
                 return Cluster(members, touches, parts_of(group, now))
             parting = [v for v, kept in zip(parting, keep) if kept]
             touches = [one for one, kept in zip(touches, keep) if kept]

@@ -24,11 +24,12 @@ class Touch:
     Its forces (N) are ``n`` along the normal, ``t`` along the tangent, and ``i``, which slows the
     roll into a cushion. ``slides`` and ``turns`` have the signs of the slip and of that roll; where
     they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
-    without bounces have given to the last ball is ``struck`` (N s).
+    without bounces have given to the last ball is ``struck`` (N s). Friction does not act before
+    ``free`` (s), so long that N would have given the ``spared`` impulse (N s).
     """
 
-    __slots__ = ("a", "at_start", "b", "bend", "closed", "halfway", "i", "later", "mu", "n", "nx",
-                 "ny", "on", "pair", "side", "slides", "slip", "struck", "t", "turns", "unit",
+    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "later", "mu", "n", "nx",
+                 "ny", "on", "pair", "side", "slides", "slip", "spared", "struck", "t", "turns", "unit",
                  "wall", "wrings")  # fmt: skip
 
     def __init__(
@@ -50,6 +51,8 @@ class Touch:
         self.at_start: Vector = (0.0, 0.0)
         self.halfway: Vector = (0.0, 0.0)
         self.struck: Vector = (0.0, 0.0)
+        self.spared = 0.0
+        self.free = -INF
 
     # -- where it is ---------------------------------------------------------------------------
 
@@ -139,7 +142,7 @@ class Touch:
         """Take away the speed at which the sides close, or part, by a hit without a bounce.
 
         Its friction slows the slip, and the roll into a cushion, and turns neither round. Sides
-        that part come back and hit later. That hit counts here, too: all impulses are negative.
+        that part come back later, and do not press until then: friction is spared for as much.
         """
         soft = self.softness
         if soft == 0.0:
@@ -147,13 +150,14 @@ class Touch:
         a, b = self.a, self.b
         rolls_in = self.wrings and a.mode == ROLL
         n = -self.opening / (soft * (1.0 + self.mu) if rolls_in else soft)
-        most, slip, roll = self.mu * n, self._present_slip, self.roll_in
+        most, slip, roll = self.mu * max(n, 0.0), self._present_slip, self.roll_in
+        self.spared -= min(n, 0.0)
         t, i = -math.copysign(1.0, slip) * most, -math.copysign(1.0, roll) * most / GYRATION
-        if n > 0.0 and abs(t) * soft > abs(slip):
+        if abs(t) * soft > abs(slip):
             t = -slip / soft
         if not self.wrings:
             i = 0.0
-        elif n > 0.0 and not rolls_in and abs(i) > a.mass * abs(roll):
+        elif not rolls_in and abs(i) > a.mass * abs(roll):
             i = -a.mass * roll
         x, y = n * self.nx - t * self.ny, n * self.ny + t * self.nx
         self.struck = self.struck[0] + x, self.struck[1] + y
@@ -162,6 +166,18 @@ class Touch:
         else:
             a.kick((-x, -y), (0.0, 0.0))
             b.kick((x, y), (0.0, 0.0))
+
+    def spare_friction(self, now: float) -> None:
+        """Let there be no friction until N has given the spared impulse."""
+        if self.spared > 0.0 and self.n > 0.0 and self.mu > 0.0:
+            self.free, self.mu = now + self.spared / self.n, 0.0
+
+    def regain_friction(self, now: float) -> bool:
+        """Let friction act again, if it is time (s); tell whether it is."""
+        if self.free == -INF or self.free > now:
+            return False
+        self.free, self.mu = -INF, self.pair.friction
+        return True
 
     def stick(self) -> None:
         """Let a slip that has faded, or nearly so, be 0; no momentum is lost."""
