@@ -258,6 +258,8 @@ class Groups(Persistence):
         if any([ball.is_off for ball in self.loose]):  # A pocket has taken it in.
             self.loose = [ball for ball in self.loose if not ball.is_off]
         for ball in changed:
+            if ball.group is not None:  # A cluster has drawn it in.
+                self._take_apart_around(present, ball.group, changed)
             put(self.loose, ball)
             self._note_hit(present, ball)
         may = [one for one in contacts if self._parts_unseen(present, one, -one.closing)]
@@ -334,13 +336,17 @@ class Groups(Persistence):
     # -- how groups end ------------------------------------------------------------------------
 
     def take_apart(self, present: Present, ball: Ball) -> None:
-        group = ball.group
-        if group is not None:
-            self.freed = present.now
-            group.go_to(present.now)
-            group.add_up(self.spells)
-            for member in group.members:
-                member.ball.group = None
+        if ball.group is not None:
+            self._take_apart_around(present, ball.group, [])
+
+    def _take_apart_around(self, present: Present, group: Group, changed: list[Ball]) -> None:
+        """Let the balls of a group go, but for those that are on new paths already."""
+        self.freed = present.now
+        group.go_to(present.now)
+        group.add_up(self.spells)
+        for member in group.members:
+            member.ball.group = None
+            if not any([member.ball is ball for ball in changed]):
                 self._let_go(present, member)
 
     def _let_go(self, present: Present, member: Member) -> None:
