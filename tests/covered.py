@@ -134,7 +134,7 @@ def figure_of(kind: str, run: Run) -> float:
     if kind == IN_CONTACT:
         is_asked = run.persistent and not run.policies
         return run.rounding + run.persistent_shift if is_asked else math.nan
-    return math.nan if run.policies else run.rounding
+    return math.nan if run.policies else run.rounding + run.persistent_shift
 
 
 def count(kind: str, runs: int) -> Counts:

@@ -396,7 +396,7 @@ class Group:
                 h = min(h, one.free - now)
         h = max(h, self.least)
         for one in self.touches:
-            one.at_start = one.push
+            one.at_start, one.kept = one.push, one.struck
         self._measure(self.before, now)
         while True:
             off = self.step(h)
@@ -413,6 +413,8 @@ class Group:
     def step(self, h: float) -> float:
         """Go on from the beginning for a time (s); return how many times too far off that is."""
         self.played = h
+        for one in self.touches:
+            one.struck = one.kept
         for each in self.members:
             each.advance(h, 0.5, each.first, each.first)
         self.solve(True)
@@ -440,7 +442,8 @@ class Group:
             each.advance(h, 0.5, each.second, each.first)
         self.solve(True)
         for one in self.touches:
-            one.halfway = one.push
+            (x, y), (p, q) = one.halfway, one.push
+            one.halfway = (x + p) / 2.0, (y + q) / 2.0
         for each in self.members:
             each.third = each.rates
             each.advance(h, 1.0, each.third, each.third)

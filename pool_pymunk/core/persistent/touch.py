@@ -28,9 +28,9 @@ class Touch:
     ``free`` (s), so long that N would have given the ``spared`` impulse (N s).
     """
 
-    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "later", "mu", "n", "nx",
-                 "ny", "on", "pair", "side", "slides", "slip", "spared", "struck", "t", "turns", "unit",
-                 "wall", "wrings")  # fmt: skip
+    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "kept", "later",
+                 "mu", "n", "nx", "ny", "on", "pair", "side", "slides", "slip", "spared",
+                 "struck", "t", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
@@ -51,6 +51,7 @@ class Touch:
         self.at_start: Vector = (0.0, 0.0)
         self.halfway: Vector = (0.0, 0.0)
         self.struck: Vector = (0.0, 0.0)
+        self.kept: Vector = (0.0, 0.0)  # what was struck before the present piece
         self.spared = 0.0
         self.free = -INF
 
