@@ -32,7 +32,7 @@ from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 from pool_pymunk.solvers.request import request
 
 FAR = 1e-7  # m, times the amplification
-NEAR = 1e-6  # m
+NEAR = 1e-6  # m; times a tenth of the amplification, at least 1
 LEAST = 1e-10  # m; the reference's own accuracy
 SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
@@ -86,7 +86,8 @@ def test_random_scenes_end_where_the_reference_has_them() -> None:
         run = simulate(scene, solver="event-driven")
         off = farthest(ends_of(run), expected.final)
         forces.append(has_force(expected))
-        if off > FAR and off > FAR * amplification(scene, expected.final):
+        # Which of two modes begins may move an end by some tolerances more.
+        if off > NEAR and off > 5.0 * max(NEAR, FAR * amplification(scene, expected.final)):
             far.append(seed)
         if off > LEAST and off > run.policy_shift + run.persistent_shift + run.rounding:
             beyond.append(seed)

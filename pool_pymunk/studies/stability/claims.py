@@ -198,7 +198,7 @@ def any_order(trial: Trial) -> Measure | None:
     measured = farthest("any order", apart, trial, "balls listed in another order end {} off")
     # Each may be as far off as it says, and 99 % of such figures cover.
     said = run.persistent_shift + turned.persistent_shift
-    return measured._replace(bound=max(measured.bound, 2.0 * said))
+    return measured._replace(bound=max(measured.bound, 3.0 * said))
 
 
 def there_and_back(trial: Trial) -> Measure | None:
