@@ -340,7 +340,7 @@ class Groups(Persistence):
             self._take_apart_around(present, ball.group, [])
 
     def _take_apart_around(self, present: Present, group: Group, changed: list[Ball]) -> None:
-        """Let the balls of a group go, but for those that are on new paths already."""
+        """Let the balls of a group go, except those that are on new paths already."""
         self.freed = present.now
         group.go_to(present.now)
         group.add_up(self.spells)
