@@ -31,7 +31,7 @@ from pool_pymunk import (
 from pool_pymunk.core.persistent import bounces
 from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.results.variants import SURE_OF_FINER
+from pool_pymunk.results.variants import SURE
 from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, Settings
 
@@ -138,8 +138,8 @@ def test_the_figure_is_four_changes_by_finer_tolerances_or_the_tolerance(
         for share in (1.0, 1 / 3, 0.1)
     )
     moved = max(largest_distance(run, other) for other in others)
-    assert moved > 0.0 and (SURE_OF_FINER * moved > tolerance) == is_amplified
-    assert run.persistent_shift == max(SURE_OF_FINER * moved, tolerance) < 0.1
+    assert moved > 0.0 and (SURE * moved > tolerance) == is_amplified
+    assert run.persistent_shift == max(SURE * moved, tolerance) < 0.1
 
 
 def test_the_figure_covers_the_reference() -> None:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from pool_pymunk.physics.laws import Slip
 
 SURE = 4.0  # A figure is this many times the largest change of some runs, which are samples.
-SURE_OF_FINER = SURE  # of the changes by a third and a tenth of a tolerance
 
 
 class Variant(NamedTuple):
@@ -26,13 +25,12 @@ class Variant(NamedTuple):
 
         Variants of a slip are all that there are; others are some of many. If c times as much is
         left out, errors are at least sqrt(c) times as large: bounces have the square of a speed as
-        their height. So the run errs by at most the change over sqrt(c) - 1.
+        their height. So the run errs by at most the change over sqrt(c) - 1. If less is left out,
+        the change is nearly all of the error.
         """
         if self.slip is not None:
             return 1.0
-        if self.coarser < 1.0:
-            return SURE_OF_FINER
-        return SURE if self.coarser == 1.0 else SURE / (math.sqrt(self.coarser) - 1.0)
+        return SURE if self.coarser <= 1.0 else SURE / (math.sqrt(self.coarser) - 1.0)
 
 
 AS_IT_IS = Variant()

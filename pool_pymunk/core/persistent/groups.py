@@ -62,11 +62,9 @@ class Groups(Persistence):
         super().__init__()
         self.scale = scale
         self.tolerance = scale.tolerance
-        self.quiet: dict[
-            tuple[int, int], float
-        ] = {}  # Contacts that have opened are none for a moment (s).
+        self.quiet: dict[tuple[int, int], float] = {}  # s; until when slow hits wait
         self.is_hushed = False  # There are some.
-        self.opened: dict[tuple[int, int], float] = {}  # Those that a group has let open (s).
+        self.opened: dict[tuple[int, int], float] = {}  # s; until when opened contacts are none
         # s; when groups have begun or could not, have begun, and were taken apart
         self.tried = self.formed = self.freed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
@@ -290,7 +288,9 @@ class Groups(Persistence):
         if group is None:
             return
         group.add_up(self.spells)
-        regains = any([one.regain_friction(now) for one in [*group.touches]])
+        regains = any([-INF < one.free <= now for one in group.touches])
+        for one in group.touches:
+            one.regain_friction(now)
         if group.fell == NEVER and not regains:
             self._play(present, group)
         elif group.fell != NEVER and self._has_side_ended(group):

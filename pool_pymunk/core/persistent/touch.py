@@ -173,12 +173,10 @@ class Touch:
         if self.spared > 0.0 and self.n > 0.0 and self.mu > 0.0:
             self.free, self.mu = now + self.spared / self.n, 0.0
 
-    def regain_friction(self, now: float) -> bool:
-        """Let friction act again, if it is time (s); tell whether it is."""
-        if self.free == -INF or self.free > now:
-            return False
-        self.free, self.mu = -INF, self.pair.friction
-        return True
+    def regain_friction(self, now: float) -> None:
+        """Let friction act again, if it is time (s)."""
+        if self.free <= now:
+            self.free, self.mu = -INF, self.pair.friction
 
     def stick(self) -> None:
         """Let a slip that has faded, or nearly so, be 0; no momentum is lost."""
