@@ -11,7 +11,7 @@ from pool_pymunk.core.motion.path import NOISE, Path
 from pool_pymunk.core.motion.times import INF, Vector
 
 if TYPE_CHECKING:
-    from pool_pymunk.core.persistent.group import Group
+    from pool_pymunk.core.persistent.gathering import Gathering
 
 EVERYTHING: Final = 0xFFFFFFFF  # all bits
 NEARLY_NOW: Final = 1e-6  # radii; contacts this near in time may be of one instant
@@ -55,7 +55,7 @@ class Ball:
         self.creep = 0.0  # m/s; more slowly, it rests
         self.categories: i64 = EVERYTHING
         self.mask: i64 = EVERYTHING
-        self.group: Group | None = None  # in which it stays in contact
+        self.group: Gathering | None = None  # in which it stays in contact
         self.seen = 0  # the number of the search for near balls that last saw it
         self.low_x = INF
         self.low_y = INF

@@ -325,6 +325,8 @@ class Engine(Present):
         """Predict when two balls meet."""
         if self.chooses and a.ignores(b.categories, b.mask):
             return
+        if a.group is not None and a.group is b.group and a.group.answers_all:
+            return
         until, noise = min(a.horizon, b.horizon), max(a.noise, b.noise)
         if a.number > b.number:
             a, b = b, a

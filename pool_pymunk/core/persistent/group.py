@@ -11,13 +11,11 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
-from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.persistent.gathering import Gathering
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member, Rates
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.spells import Spells
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
 EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
@@ -51,7 +49,7 @@ class Unknown:
 
 
 @final
-class Group:
+class Group(Gathering):
     """A group has members and touches, and plays a piece at a time from ``began`` (s).
 
     ``tolerance`` (m) is what may go unseen. ``fell`` is the number of the measure that ends it.
@@ -60,16 +58,12 @@ class Group:
     def __init__(
         self, members: list[Member], touches: list[Touch], now: float, scale: Scale
     ) -> None:
-        self.members = members
-        self.touches = touches
-        self.scale = scale
+        super().__init__(members, touches, now, scale)
         self.tolerance = EXACT * scale.tolerance
-        self.began = now
-        self.time = self.played = 0.0  # s; of the present piece, and of what it was played up to
         self.longest = scale.first
         self.least = scale.least
+        self.changed = -INF  # s; when its mode has changed last
         self.fell = NEVER
-        self.leader: Ball | None = None  # The end of a piece is due for this ball.
         self.is_even = True
         self.unknowns: list[Unknown] = []
         count = 4 * len(touches) + 2 * len(members)
@@ -456,34 +450,6 @@ class Group:
             turning = each.steering(h) * max(abs(c[2] - b[2]), abs(c[3] - b[3]))
             error = max(error, abs(c[0] - b[0]), abs(c[1] - b[1]), turning)
         return max(0.025 * jump * h * h / self.tolerance, 0.1 * error * h / self.tolerance)
-
-    def go_to(self, t: float) -> None:
-        """Let the state be that at a time (s) of the piece."""
-        if t < self.began + self.time:
-            self.played = 0.0
-            for each in self.members:
-                each.mode = each.phase
-                if t <= self.began:
-                    each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
-            if t > self.began:
-                self.step(t - self.began)
-
-    def add_up(self, spells: Spells) -> None:
-        """Add what the contacts have done in the present piece until now (Simpson's rule)."""
-        for one in self.touches:
-            if one.on:
-                (x, y), (p, q), (u, v), (jx, jy) = one.at_start, one.halfway, one.push, one.struck
-                h = self.played / 6.0
-                x, y = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
-                spells.add(one, self.began, self.began + self.played, (x, y))
-                one.struck = 0.0, 0.0
-
-    def path(self, each: Member) -> Path:
-        """Return the path of a member in this piece: it has its place at the end, too."""
-        x, y, vx, vy, wx, wy = each.start
-        h = self.time
-        ax, ay = 2.0 * ((each.x - x) / h - vx) / h, 2.0 * ((each.y - y) / h - vy) / h
-        return Path(self.began, x, y, vx, vy, ax, ay, self.began + h, False, wx, wy)
 
     # -- what ends a piece ---------------------------------------------------------------------
 

@@ -14,6 +14,8 @@ from pool_pymunk.core.contact.contact import Contact, Pair
 from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import spare_drag
+from pool_pymunk.core.persistent.crowd import Crowd
+from pool_pymunk.core.persistent.gathering import Gathering, joined
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persisted, Persistence, sides_of
@@ -24,6 +26,7 @@ from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.walls.wall import Wall
 
+EACH: Final = 0.3  # Several things go unseen in a run; each is this share of the tolerance.
 STRONGEST: Final = 2.0  # Surface friction presses two sides together by no more than so many pulls.
 # Once a ball has had FEW hits, each less than SOON (s) after the one before, each further one lets
 # GROWTH times as much go unseen, up to MOST times.
@@ -31,11 +34,15 @@ FEW: Final = 15
 SOON: Final = 0.05
 SMOOTH: Final = 1e-6  # radii, and rad; sides whose ends differ by less are one smooth line
 GROWTH: Final = 1.3
-MOST: Final = 100.0
+MOST: Final = 1000.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
 SUNK: Final = 1e-3  # radii; balls that have waited for a contact have sunk in by less
 CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
+WORN: Final = 100
+MANY: Final = 1000
+LARGE: Final = 16
+STRIDE: Final = 0.05  # radii; a step of a crowd moves no ball farther
 FAINT: Final = 1e-4  # of the surface's pull; what presses less may be rounding of a short piece
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
@@ -49,6 +56,12 @@ class Cluster:
         self.touches = touches
         self.groups = groups
 
+    def take(self, other: Cluster) -> None:
+        """Take in what another cluster has."""
+        self.members += other.members
+        self.touches += other.touches
+        self.groups += other.groups
+
     def holds(self, due: Due) -> bool:
         """Tell whether a contact is one of the cluster."""
         return any([is_of(one, due.a, due.b, due.wall) for one in self.touches])
@@ -61,7 +74,7 @@ class Groups(Persistence):
     def __init__(self, scale: Scale) -> None:
         super().__init__()
         self.scale = scale
-        self.tolerance = scale.tolerance
+        self.tolerance = EACH * scale.tolerance
         self.quiet: dict[tuple[int, int], float] = {}  # s; until when slow hits wait
         self.is_hushed = False  # There are some.
         self.opened: dict[tuple[int, int], float] = {}  # s; until when opened contacts are none
@@ -69,6 +82,8 @@ class Groups(Persistence):
         self.tried = self.formed = self.freed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
         self.spells = Spells()
+        self.crowds = 0
+        self.braked: dict[int, float] = {}  # s; until when the surface has slowed balls
         self.pieces = self.misfits = self.begun = self.absorbed = 0
 
     # -- what is asked by the engine -----------------------------------------------------------
@@ -78,6 +93,8 @@ class Groups(Persistence):
         t, a, b, wall = hit.t, hit.a, hit.b, hit.wall
         group = a.group
         if group is not None and (b is None or b.group is group):
+            if isinstance(group, Crowd) and not (wall is not None and wall.is_pocket):
+                return INF
             for one in group.touches:
                 if is_of(one, a, b, wall):
                     return INF
@@ -194,7 +211,7 @@ class Groups(Persistence):
             for due in nothing:
                 self._look_again(present, due)
             dues = [due for due in dues if not any([due is other for other in nothing])]
-        if len(dues) > 0 and self._absorbs(present, dues):
+        if len(dues) > 0 and (self._crowds(present, dues) or self._absorbs(present, dues)):
             return []
         if self.freed != present.now:
             return dues
@@ -268,6 +285,8 @@ class Groups(Persistence):
     def form(self, present: Present) -> None:
         seeds = [ball for ball in self.seeds if ball.group is None and not ball.is_off]
         self.seeds = []
+        if self._may_crowd(present, seeds) and self._crowd(present, seeds):
+            return
         self.tried = present.now
         self._begin_in(present, self._form(present, seeds))
 
@@ -288,6 +307,10 @@ class Groups(Persistence):
         if group is None:
             return
         group.add_up(self.spells)
+        if isinstance(group, Crowd):
+            self._go_on_crowded(present, group)
+            return
+        assert isinstance(group, Group), "a gathering is a crowd or a group"
         regains = any([-INF < one.free <= now for one in group.touches])
         for one in group.touches:
             one.regain_friction(now)
@@ -310,7 +333,7 @@ class Groups(Persistence):
                 for member in group.members:
                     member.ball.group = None
                 for part in parts:
-                    part.least = group.least
+                    part.least, part.changed = group.least, now
                     self._begin(present, part)
                 for member in group.members:
                     if member.ball.group is None:
@@ -339,13 +362,16 @@ class Groups(Persistence):
         if ball.group is not None:
             self._take_apart_around(present, ball.group, [])
 
-    def _take_apart_around(self, present: Present, group: Group, changed: list[Ball]) -> None:
+    def _take_apart_around(self, present: Present, group: Gathering, changed: list[Ball]) -> None:
         """Let the balls of a group go, except those that are on new paths already."""
         self.freed = present.now
         group.go_to(present.now)
         group.add_up(self.spells)
         for member in group.members:
             member.ball.group = None
+            if group.answers_all:
+                wear_out(member.ball, present.now)
+                self.braked[member.ball.number] = group.began + group.time
             if not any([member.ball is ball for ball in changed]):
                 self._let_go(present, member)
 
@@ -366,13 +392,136 @@ class Groups(Persistence):
             present.rest_at(ball, (member.x, member.y))
             put(self.loose, ball)
 
+    # -- crowds --------------------------------------------------------------------------------
+
+    def _crowds(self, present: Present, dues: list[Due]) -> bool:
+        """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
+        seeds: list[Ball] = []
+        for due in dues:
+            put(seeds, due.a)
+            if due.b is not None:
+                put(seeds, due.b)
+        return self._may_crowd(present, seeds) and self._crowd(present, seeds)
+
+    def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
+        """Tell whether one of these balls has been hit too often, or there are very many."""
+        is_one_worn = any([is_worn(ball, present.now) for ball in seeds])
+        return is_one_worn or len(present.balls) > LARGE
+
+    def _crowd(self, present: Present, seeds: list[Ball]) -> bool:
+        """Let a crowd begin around some balls, if there are enough."""
+        pace = math.sqrt(2.0 * MOST * self.tolerance / present.pull)
+        balls = self._near(present, seeds, pace)
+        is_one_worn = any([is_worn(ball, present.now) for ball in seeds])
+        if not (len(balls) > LARGE or (is_one_worn and is_crowd(balls, present.now))):
+            return False
+        for ball in balls:
+            self.take_apart(present, ball)
+        for ball in balls:
+            drop(self.loose, ball)
+        self._begin_crowd(present, [self._member(present, ball) for ball in balls], pace)
+        return True
+
+    def _near(self, present: Present, seeds: list[Ball], pace: float) -> list[Ball]:
+        """Return the balls around some that may press on each other within a step (s)."""
+        found = list(seeds)
+        known = {ball.number for ball in seeds}
+        for ball in found:  # It grows.
+            crowd = ball.group
+            if crowd is not None and crowd.answers_all:
+                for each in crowd.members:
+                    if each.ball.number not in known:
+                        known.add(each.ball.number)
+                        found.append(each.ball)
+            x, y, vx, vy = ball.path.at(present.now)
+            for other in present.near.around(ball):
+                if other.number in known or ball.ignores(other.categories, other.mask):
+                    continue
+                p, q, u, v = other.path.at(present.now)
+                dx, dy = p - x, q - y
+                distance = math.sqrt(dx * dx + dy * dy)
+                closing = ((vx - u) * dx + (vy - v) * dy) / distance
+                gap = distance - ball.radius - other.radius
+                if gap <= self.tolerance + max(closing, 0.0) * pace:
+                    known.add(other.number)
+                    found.append(other)
+        return found
+
+    def _begin_crowd(self, present: Present, members: list[Member], pace: float) -> None:
+        """Let balls be a crowd, which plays its first step."""
+        for each in members:
+            speed = math.sqrt(each.vx * each.vx + each.vy * each.vy)
+            if speed * pace > STRIDE * each.ball.radius:
+                pace = STRIDE * each.ball.radius / speed
+        touches = self._reach(present, members)
+        crowd = Crowd(members, touches, present.now, self.scale, pace)
+        for each in members:
+            braked = self.braked.pop(each.ball.number, present.now)
+            each.share = min(max((present.now + pace - braked) / pace, 0.0), 1.0)
+        self.crowds += 1
+        crowd.play(present.now)
+        for each in members:
+            each.ball.group = crowd
+        for each in members:
+            if each.phase == REST and each.stands:
+                self._rest(present, each)
+            else:
+                present.lead(each.ball, crowd.path(each))
+                put(self.loose, each.ball)
+                crowd.leader = each.ball
+
+    def _reach(self, present: Present, members: list[Member]) -> list[Touch]:
+        """Return the touches that may close in a step: two balls move by two strides at most."""
+        found = list[Touch]()
+        in_line = sorted(members, key=place_along)
+        widest = 2.0 * (1.0 + STRIDE) * max([each.ball.radius for each in members])
+        for k, a in enumerate(in_line):
+            ball, r = a.ball, a.ball.radius
+            for m in range(k + 1, len(in_line)):
+                b = in_line[m]
+                dx, dy = b.x - a.x, b.y - a.y
+                if dx > widest:
+                    break
+                other = b.ball
+                reach = (1.0 + STRIDE) * (r + other.radius)
+                if dx * dx + dy * dy <= reach * reach and not ball.ignores(
+                    other.categories, other.mask
+                ):
+                    found.append(Touch(a, b, None, None, present.table.pair(ball, other)))
+            for wall in present.table.walls:
+                if wall.is_pocket or ball.ignores(wall.categories, wall.mask):
+                    continue
+                side = wall.nearest(a.x, a.y, r, present.now)
+                if -SUNK * r <= side.gap(a.x, a.y, r) <= STRIDE * r:
+                    pair = Pair(a.mass, INF, wall.restitution, wall.friction)
+                    found.append(Touch(a, None, wall, side, pair))
+        return found
+
+    def _go_on_crowded(self, present: Present, crowd: Crowd) -> None:
+        """Go on at the end of a step: parts with few hits go on as groups, or alone."""
+        for each in crowd.members:
+            each.ball.group = None
+            wear_out(each.ball, present.now)
+        room = 2.0 * MOST * self.tolerance
+        least = math.sqrt(room / present.pull)
+        for part in crowd.parts(self.tolerance):
+            moves = any([each.phase != REST or not each.stands for each in part])
+            if moves and is_crowd([each.ball for each in part], present.now):
+                self._begin_crowd(present, part, crowd.next_pace(room, least))
+                continue
+            for each in part:
+                self._let_go(present, each)
+                put(self.seeds, each.ball)
+
     def _has_side_ended(self, group: Group) -> bool:
         return group.fell < 4 * len(group.touches) and group.fell % 4 == 3
 
     def _change(self, present: Present, group: Group) -> None:
         """Change a mode at the end of its piece."""
         now, which = present.now, group.fell
-        group.least = 2.0 * group.least if group.time < 4.0 * group.least else self.scale.least
+        is_again = now - group.changed < 4.0 * group.least
+        group.least = 2.0 * group.least if is_again else self.scale.least
+        group.changed = now
         group.longest = max(self.pace, group.least)
         if 0 <= which < 4 * len(group.touches):
             one = group.touches[which // 4]
@@ -445,8 +594,19 @@ class Groups(Persistence):
 
     def _form(self, present: Present, seeds: list[Ball]) -> Cluster:
         """Return the cluster around some balls; its groups have not begun."""
-        members, now = list[Member](), present.now
+        members = list[Member]()
         touches = self._touches(present, seeds, members)
+        cluster = Cluster([], [], [])
+        for part in joined(members, touches):
+            near = [one for one in touches if one.a in part]
+            cluster.take(self._form_part(present, part, near))
+        return cluster
+
+    def _form_part(
+        self, present: Present, members: list[Member], touches: list[Touch]
+    ) -> Cluster:
+        """Return the part of a cluster with these members, which touch each other."""
+        now = present.now
         parting = [one.opening for one in touches]
         states = [each.state for each in members]
         while len(touches) > 0:
@@ -559,6 +719,7 @@ class Groups(Persistence):
         x, y = each.gliding
         if x * x + y * y <= self._faint_slip(present):
             each.settle()
+            each.is_struck = each.ball.hits > FEW  # It would slip into the same hit again.
         each.mode = each.phase
 
     def _faint_slip(self, present: Present) -> float:
@@ -635,6 +796,9 @@ class Groups(Persistence):
         ball.hits = ball.hits + 1 if now - ball.hit < SOON else 1
         ball.hit = now
         ball.creep = self.scale.creep if ball.hits > FEW else 0.0
+        if ball.hits > WORN:  # From this speed it rests within the tolerance.
+            drag = present.table.surface_of(ball.patch).drag
+            ball.creep = max(ball.creep, math.sqrt(2.0 * drag * self.tolerance))
 
     def _unseen(self, present: Present, one: Contact, lost: float) -> float:
         """Return the speed (m/s) at which sides part unseen, whatever presses them."""
@@ -685,6 +849,35 @@ def is_before(members: list[Member], member: Member, count: int) -> bool:
         if members[k] is member:
             return True
     return False
+
+
+def place_along(each: Member) -> float:
+    return each.x
+
+
+def is_worn(ball: Ball, now: float) -> bool:
+    """Tell whether a ball has been hit over and over of late."""
+    return ball.hits >= WORN and now - ball.hit < SOON
+
+
+def is_crowd(balls: list[Ball], now: float) -> bool:
+    """Tell whether balls have been hit so often of late, together, that they are a crowd."""
+    hits = 0
+    for ball in balls:
+        if now - ball.hit < SOON:
+            hits += ball.hits
+    return len(balls) > CROWD or hits > MANY
+
+
+def wear_out(ball: Ball, now: float) -> None:
+    ball.hits, ball.hit = max(ball.hits, WORN), now
+
+
+def drop(balls: list[Ball], ball: Ball) -> None:
+    for k in range(len(balls)):
+        if balls[k] is ball:
+            balls.pop(k)
+            return
 
 
 def put(balls: list[Ball], ball: Ball) -> None:

@@ -44,7 +44,7 @@ class Member:
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
                  "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "phase", "pull", "rolls",
-                 "scale", "second", "start", "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+                 "scale", "second", "share", "start", "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector
@@ -60,6 +60,7 @@ class Member:
         self.phase = self.mode = SLIP
         self.held = -INF
         self.is_struck = False
+        self.share = 1.0  # of a step of a crowd, in which the surface acts
         self.gx, self.gy = 1.0, 0.0
         self.hx, self.hy = 1.0, 0.0
         self.fx = self.fy = self.cx = self.cy = 0.0
@@ -224,6 +225,58 @@ class Member:
             size = math.sqrt(x * x + y * y)
             self.hx, self.hy = x / size, y / size
             self.mode = ROLL if self.phase == REST and self.rolls else SLIP
+
+    # -- in a step of a crowd ----------------------------------------------------------------------
+
+    @property
+    def energy(self) -> float:
+        """Twice its energy (J)."""
+        roll = GYRATION * (self.wx * self.wx + self.wy * self.wy)
+        return self.mass * (self.vx * self.vx + self.vy * self.vy + roll)
+
+    @property
+    def stands(self) -> bool:
+        """This tells whether the ball stood at the beginning of the piece, too."""
+        _x, _y, vx, vy, wx, wy = self.start
+        return vx == 0.0 and vy == 0.0 and wx == 0.0 and wy == 0.0
+
+    def brake(self, h: float) -> None:
+        """Find the mean rates of a step (s), in which the surface stops what it can.
+
+        The impulse that stops a slip u is 2/7 u; what it leaves rolls, and drag slows that.
+        """
+        x, y = self.vx + h * self.fx, self.vy + h * self.fy
+        p, q = self.wx + h * self.cx, self.wy + h * self.cy
+        most, self.phase = h * self.share * self.pull, ROLL
+        if self.rolls:
+            ux, uy = x - p, y - q
+            slip = SHARE * math.sqrt(ux * ux + uy * uy)
+            share = SHARE if slip <= most else SHARE * most / slip
+            x, y = x - share * ux, y - share * uy
+            p, q = p + share * ux / GYRATION, q + share * uy / GYRATION
+            if slip <= most:
+                most = h * self.share * self.drag
+            else:
+                most, self.phase = 0.0, SLIP
+        speed = math.sqrt(x * x + y * y)
+        if speed <= most:
+            x = y = p = q = 0.0
+            self.phase = REST
+        elif most > 0.0:
+            keeps = 1.0 - most / speed
+            x, y = keeps * x, keeps * y
+            if self.rolls:
+                p, q = x, y
+            else:
+                self.phase = SLIP
+        self.ax, self.ay = (x - self.vx) / h, (y - self.vy) / h
+        self.bx, self.by = (p - self.wx) / h, (q - self.wy) / h
+
+    def land(self, h: float) -> None:
+        """Go on for a step (s) at the velocity that it has after it."""
+        self.vx, self.vy = self.vx + h * self.ax, self.vy + h * self.ay
+        self.wx, self.wy = self.wx + h * self.bx, self.wy + h * self.by
+        self.x, self.y = self.x + h * self.vx, self.y + h * self.vy
 
     def advance(self, h: float, share: float, rates: Rates, mean: Rates) -> None:
         """Let the state be that ``share h`` (s) after the beginning.

@@ -15,6 +15,7 @@ from pool_pymunk.core.walls.wall import Wall
 NORMAL: Final = 0  # kinds of forces: N, friction along the contact, friction that slows the roll
 ALONG: Final = 1
 INTO: Final = 2
+SLOW: Final = 1.0  # times what the surface takes in a step of a crowd; bounces are not slower
 
 
 @final
@@ -28,7 +29,7 @@ class Touch:
     ``free`` (s), so long that N would have given the ``spared`` impulse (N s).
     """
 
-    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "kept", "later",
+    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "kept", "later", "least",
                  "mu", "n", "nx", "ny", "on", "pair", "side", "slides", "slip", "spared",
                  "struck", "t", "turns", "unit", "wall", "wrings")  # fmt: skip
 
@@ -45,6 +46,7 @@ class Touch:
         self.wrings = b is None and a.rolls and pair.friction > 0.0
         self.on = self.closed = False
         self.later = -INF
+        self.least = 0.0
         self.slides = self.turns = 0.0
         self.n = self.t = self.i = 0.0
         self.nx, self.ny, self.bend, self.slip = 1.0, 0.0, 0.0, 0.0
@@ -192,6 +194,50 @@ class Touch:
         """Let a roll into the cushion that has faded, or nearly so, be 0."""
         turn = -self.a.mass * self.roll_in
         self.a.kick((0.0, 0.0), (turn * self.nx, turn * self.ny))
+
+    # -- in a step of a crowd ------------------------------------------------------------------
+
+    def aim(self, h: float, bounces: float) -> None:
+        """Find the speed at which the sides are to part after a step (s) in which they hit.
+
+        It is e times that of closing. Slower ones, which bounce unseen, come to touch.
+        """
+        gap, closing = self.gap, -self.opening
+        touches = -max(gap, 0.0) / h
+        parting = bounces * self.pair.restitution * closing
+        self.least = parting if parting > SLOW * h * self.a.pull and closing * h >= gap else touches
+
+    def carry(self, h: float) -> float:
+        """Press as much as the sides need to part, and to stop the slips, as far as friction can.
+
+        It returns how much the speed (m/s) changes by that.
+        """
+        n = max(self.n - self.unit * (self.rate(NORMAL) + (self.opening - self.least) / h), 0.0)
+        if n == 0.0 and self.n == 0.0:
+            return 0.0
+        t, i, most = self.t, self.i, self.mu * n
+        if self.mu > 0.0:
+            t -= self.unit * (self.rate(ALONG) + self.slip / h)
+            t = max(-most, min(t, most))
+        if self.wrings:
+            a, most = self.a, most / GYRATION
+            i -= a.mass * (a.bx * self.nx + a.by * self.ny + self.roll_in / h)
+            i = max(-most, min(i, most))
+        change = (abs(n - self.n) + abs(t - self.t)) * h / self.unit
+        self.press(n, t, i)
+        self.a.brake(h)
+        if self.b is not None:
+            self.b.brake(h)
+        return change
+
+    def part(self) -> None:
+        """Move sides out of each other that have sunk in by the error of a step."""
+        gap = self.gap
+        if gap < 0.0:
+            for each, sign in ((self.a, 1.0 if self.b is None else -1.0), (self.b, 1.0)):
+                if each is not None:
+                    share = -sign * gap * self.unit / each.mass
+                    each.x, each.y = each.x + share * self.nx, each.y + share * self.ny
 
     # -- forces --------------------------------------------------------------------------------
 

@@ -1,0 +1,117 @@
+"""A crowd of balls that hit each other over and over goes on by steps (Moreau; Jean).
+
+To follow each of its hits takes thousands a second, and which comes first decides nothing that
+could be known. In a step, impulses of contacts and of the surface answer all that happens: sides
+that close in it part as the law says, or come to touch if that is too slow to be seen, and friction
+stops what it can. The impulses are those of a complementarity problem, found by relaxing one after
+another (projected Gauss-Seidel).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.persistent.gathering import Gathering, joined
+from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.touch import Touch
+
+LONGEST: Final = 10.0
+SWEEPS: Final = 60
+ENOUGH: Final = 5e-2  # of the speed that the surface takes in a step; the impulses are as exact
+
+
+@final
+class Crowd(Gathering):
+    """A crowd has the contacts that may close in a step of ``pace`` (s)."""
+
+    def __init__(
+        self, members: list[Member], touches: list[Touch], now: float, scale: Scale, pace: float
+    ) -> None:
+        super().__init__(members, touches, now, scale)
+        self.pace = pace
+
+    @property
+    def answers_all(self) -> bool:
+        return True
+
+    def path(self, each: Member) -> Path:
+        """Return the straight path of a member in this step."""
+        x, y, _vx, _vy, _wx, _wy = each.start
+        h = self.time
+        vx, vy = (each.x - x) / h, (each.y - y) / h
+        return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
+
+    def go_to(self, t: float) -> None:
+        """Let the state be that at a time (s): its velocities are those of the whole step."""
+        if t < self.began + self.time:
+            for each in self.members:
+                if t > self.began:
+                    each.x, each.y = self.path(each).place(t)
+                else:
+                    each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+
+    def next_pace(self, room: float, least: float) -> float:
+        """Return how long (s) a step may be, so that changes of velocity move no ball farther."""
+        change = 0.0
+        for each in self.members:
+            change = max(change, abs(each.ax), abs(each.ay))
+        change *= self.time
+        return max(least, min(room / change, LONGEST * least) if change > 0.0 else LONGEST * least)
+
+    def parts(self, tolerance: float) -> list[list[Member]]:
+        """Return the members, part by part: those of each are joined by contacts."""
+        return joined(self.members, [t for t in self.touches if t.on or t.gap <= tolerance])
+
+    def play(self, now: float) -> None:
+        self.began, self.time = now, self.pace
+        for each in self.members:
+            each.begin()
+        self.step(self.pace)
+
+    def step(self, h: float) -> float:
+        for each in self.members:
+            each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+        before = self._energy
+        self._press(h, 1.0)
+        if self._energy > before:
+            for each in self.members:
+                each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+            self._press(h, 0.0)
+        self.played = h
+        for one in self.touches:
+            one.on = one.n > 0.0
+            one.at_start = one.halfway = one.push
+        for one in self.touches:
+            one.part()
+        return 0.0
+
+    @property
+    def _energy(self) -> float:
+        """Twice the energy (J) of the motion, and of the roll."""
+        total = 0.0
+        for each in self.members:
+            total += each.energy
+        return total
+
+    def _press(self, h: float, bounces: float) -> None:
+        """Find the forces of a step (s), and the state after it; ``bounces`` is 0 or 1."""
+        enough = 0.0
+        for each in self.members:
+            each.fx = each.fy = each.cx = each.cy = 0.0
+            each.brake(h)
+            enough = max(enough, ENOUGH * h * each.pull)
+        for one in self.touches:
+            one.n = one.t = one.i = 0.0
+            one.look()
+            one.aim(h, bounces)
+        for _ in range(SWEEPS):
+            change = 0.0
+            for one in self.touches:
+                change = max(change, one.carry(h))
+            if change <= enough:
+                break
+        for each in self.members:
+            each.land(h)

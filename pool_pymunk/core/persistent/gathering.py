@@ -1,0 +1,84 @@
+"""Balls that go on together, from one piece of their motion to the next."""
+
+from __future__ import annotations
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.persistent.member import Member
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.spells import Spells
+from pool_pymunk.core.persistent.touch import Touch
+
+
+class Gathering:
+    """A gathering has members and the touches among them; its present piece began at ``began`` (s).
+
+    The piece lasts for ``time`` (s), and the state is that after ``played`` (s) of it. Its end is
+    due for the ``leader``. A group and a crowd are gatherings: they differ in how they play.
+    """
+
+    def __init__(
+        self, members: list[Member], touches: list[Touch], now: float, scale: Scale
+    ) -> None:
+        self.members = members
+        self.touches = touches
+        self.scale = scale
+        self.began = now
+        self.time = self.played = 0.0
+        self.leader: Ball | None = None
+
+    @property
+    def answers_all(self) -> bool:
+        """This tells whether it answers itself whatever its members hit."""
+        return False
+
+    def play(self, now: float) -> None:
+        """Play the next piece, from now (s) on."""
+        raise NotImplementedError
+
+    def step(self, h: float) -> float:
+        """Let the state be that after a time (s) of the piece; return its error in tolerances."""
+        raise NotImplementedError
+
+    def go_to(self, t: float) -> None:
+        """Let the state be that at a time (s) of the piece."""
+        if t < self.began + self.time:
+            self.played = 0.0
+            for each in self.members:
+                each.mode = each.phase
+                if t <= self.began:
+                    each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+            if t > self.began:
+                self.step(t - self.began)
+
+    def add_up(self, spells: Spells) -> None:
+        """Add what the contacts have done in the present piece until now (Simpson's rule)."""
+        for one in self.touches:
+            if one.on:
+                (x, y), (p, q), (u, v), (jx, jy) = one.at_start, one.halfway, one.push, one.struck
+                h = self.played / 6.0
+                x, y = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
+                spells.add(one, self.began, self.began + self.played, (x, y))
+                one.struck = 0.0, 0.0
+
+    def path(self, each: Member) -> Path:
+        """Return the path of a member in this piece: it has its place at the end, too."""
+        x, y, vx, vy, wx, wy = each.start
+        h = self.time
+        ax, ay = 2.0 * ((each.x - x) / h - vx) / h, 2.0 * ((each.y - y) / h - vy) / h
+        return Path(self.began, x, y, vx, vy, ax, ay, self.began + h, False, wx, wy)
+
+
+def joined(members: list[Member], touches: list[Touch]) -> list[list[Member]]:
+    """Return the members, part by part: those of each are joined by touches."""
+    parts = [[each] for each in members]
+    part_of = {each.ball.number: k for k, each in enumerate(members)}
+    for one in touches:
+        if one.b is not None:
+            k, m = part_of[one.a.ball.number], part_of[one.b.ball.number]
+            if k != m:
+                for each in parts[m]:
+                    part_of[each.ball.number] = k
+                parts[k] += parts[m]
+                parts[m] = []
+    return [part for part in parts if len(part) > 0]
