@@ -62,6 +62,9 @@ class Recorder:
     def order_unknown(self, t: float) -> None:
         """Take note of several contacts at one instant, whose order may matter."""
 
+    def crowd(self, balls: int, since: float, until: float) -> None:
+        """Take note that so many balls hit each other over and over, and go on by a step."""
+
     def pause(self, t: float) -> None:
         """Do something else for a moment, every 10 ms or so: the run has come to this time."""
 
@@ -77,6 +80,17 @@ class Note:
         self.is_over = is_over
 
 
+@final
+class Crowded:
+    """This says from when until when (s) balls have gone on by steps, and how long a step was."""
+
+    def __init__(self, since: float) -> None:
+        self.since = since
+        self.until = since
+        self.balls = 0  # at most
+        self.step = 0.0  # s, at most
+
+
 @mypyc_attr(allow_interpreted_subclasses=True)
 class Record(Recorder):
     """This recorder keeps the events of a run, and the breakpoints of all balls, as plain data."""
@@ -87,6 +101,7 @@ class Record(Recorder):
         self.knots = starts  # the rows of each ball, which has one at the start
         self.instants: dict[float, None] = {}
         self.notes: list[Note] = []
+        self.crowded: Crowded | None = None
         self.duration = 0.0
 
     def _breakpoint(self, path: Path) -> Breakpoint:
@@ -142,6 +157,14 @@ class Record(Recorder):
 
     def order_unknown(self, t: float) -> None:
         self.instants[t] = None
+
+    def crowd(self, balls: int, since: float, until: float) -> None:
+        if self.crowded is None:
+            self.crowded = Crowded(since)
+        crowded = self.crowded
+        crowded.until = max(crowded.until, until)
+        crowded.balls = max(crowded.balls, balls)
+        crowded.step = max(crowded.step, until - since)
 
 
 def numbers_of(contacts: list[Contact]) -> set[int]:

@@ -17,7 +17,7 @@ from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.persistent.groups import Groups
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.record import Note, Record
+from pool_pymunk.core.record import Record
 from pool_pymunk.core.table import Table, may_press
 from pool_pymunk.core.variant import Errors
 from pool_pymunk.model import Scene, State
@@ -50,7 +50,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     latest = math.inf if settings.max_time is None else settings.max_time
     engine.advance(latest)
     keep(trace, engine, record, latest)
-    tell(trace, record.notes, scene, law)
+    tell(trace, record, scene, law)
     return trace
 
 
@@ -142,14 +142,21 @@ def status_of(engine: Engine, latest: float) -> str:
     return "max_time" if drifts else "settled"
 
 
-def tell(trace: Trace, notes: Sequence[Note], scene: Scene, law: Law) -> None:
+def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
     """Put what no event says into words."""
-    ids = [ball.id for ball in scene.balls]
+    ids, crowded = [ball.id for ball in scene.balls], record.crowded
     if trace.persisted:
         from pool_pymunk.results.persistent import warn_of_persisted
 
         warn_of_persisted(trace, ids)
-    for note in notes:
+    if crowded is not None:
+        trace.warn(
+            f"up to {crowded.balls} balls hit each other over and over: until "
+            f"{crowded.until:.6g} s they go on by steps of up to {1e3 * crowded.step:.2g} ms, "
+            "so that their ends are not exact",
+            crowded.since,
+        )
+    for note in record.notes:
         balls = [ids[i] for i in note.balls]
         if note.hits is None:
             trace.warn(

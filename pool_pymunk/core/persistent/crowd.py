@@ -9,14 +9,15 @@ another (projected Gauss-Seidel).
 
 from __future__ import annotations
 
-import math
 from typing import Final, final
 
+from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.persistent.gathering import Gathering, joined
-from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.core.walls.wall import Wall
 
 LONGEST: Final = 10.0
 SWEEPS: Final = 60
@@ -36,6 +37,9 @@ class Crowd(Gathering):
     @property
     def answers_all(self) -> bool:
         return True
+
+    def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
+        return wall is None or not wall.is_pocket
 
     def path(self, each: Member) -> Path:
         """Return the straight path of a member in this step."""

@@ -44,7 +44,8 @@ class Member:
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
                  "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "phase", "pull", "rolls",
-                 "scale", "second", "share", "start", "third", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+                 "scale", "second", "share", "start", "third", "vx", "vy", "wx", "wy", "x",
+                 "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector

@@ -29,8 +29,8 @@ class Touch:
     ``free`` (s), so long that N would have given the ``spared`` impulse (N s).
     """
 
-    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "kept", "later", "least",
-                 "mu", "n", "nx", "ny", "on", "pair", "side", "slides", "slip", "spared",
+    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "kept", "later",
+                 "least", "mu", "n", "nx", "ny", "on", "pair", "side", "slides", "slip", "spared",
                  "struck", "t", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(

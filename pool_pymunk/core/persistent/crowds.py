@@ -1,0 +1,171 @@
+"""Crowds begin where balls hit each other over and over, and end where few are left."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.persistent.crowd import Crowd
+from pool_pymunk.core.persistent.gatherings import SOON, is_worn, put, wear_out
+from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.core.persistent.unseen import CROWD, MOST, Unseen
+from pool_pymunk.core.present import Present
+from pool_pymunk.core.queue import Due
+
+MANY: Final = 1000  # CROWD balls or fewer are a crowd after so many hits, together.
+LARGE: Final = 16  # balls; more that press on each other are a crowd at once
+STRIDE: Final = 0.05  # radii; a step of a crowd moves no ball farther
+SUNK: Final = 1e-3  # radii; balls that have waited for a contact have sunk in by less
+
+
+class Crowds(Unseen):
+    """The crowds of an engine."""
+
+    def __init__(self, scale: Scale) -> None:
+        super().__init__(scale)
+        self.crowds = 0  # steps, so far
+
+    def _crowds(self, present: Present, dues: list[Due]) -> bool:
+        """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
+        seeds: list[Ball] = []
+        for due in dues:
+            put(seeds, due.a)
+            if due.b is not None:
+                put(seeds, due.b)
+        return self._may_crowd(present, seeds) and self._crowd(present, seeds)
+
+    def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
+        """Tell whether one of these balls has been hit too often, or there are very many."""
+        is_one_worn = any([is_worn(ball, present.now) for ball in seeds])
+        return is_one_worn or len(present.balls) > LARGE
+
+    def _crowd(self, present: Present, seeds: list[Ball]) -> bool:
+        """Let a crowd begin around some balls, if there are enough."""
+        pace = math.sqrt(2.0 * MOST * self.tolerance / present.pull)
+        balls = self._near(present, seeds, pace)
+        is_one_worn = any([is_worn(ball, present.now) for ball in seeds])
+        if not (len(balls) > LARGE or (is_one_worn and is_crowd(balls, present.now))):
+            return False
+        for ball in balls:
+            self.take_apart(present, ball)
+        for ball in balls:
+            drop(self.loose, ball)
+        self._begin_crowd(present, [self._member(present, ball) for ball in balls], pace)
+        return True
+
+    def _near(self, present: Present, seeds: list[Ball], pace: float) -> list[Ball]:
+        """Return the balls around some that may press on each other within a step (s)."""
+        found = list(seeds)
+        known = {ball.number for ball in seeds}
+        for ball in found:  # It grows.
+            crowd = ball.group
+            if crowd is not None and crowd.answers_all:
+                for each in crowd.members:
+                    if each.ball.number not in known:
+                        known.add(each.ball.number)
+                        found.append(each.ball)
+            x, y, vx, vy = ball.path.at(present.now)
+            for other in present.near.around(ball):
+                if other.number in known or ball.ignores(other.categories, other.mask):
+                    continue
+                p, q, u, v = other.path.at(present.now)
+                dx, dy = p - x, q - y
+                distance = math.sqrt(dx * dx + dy * dy)
+                closing = ((vx - u) * dx + (vy - v) * dy) / distance
+                gap = distance - ball.radius - other.radius
+                if gap <= self.tolerance + max(closing, 0.0) * pace:
+                    known.add(other.number)
+                    found.append(other)
+        return found
+
+    def _begin_crowd(self, present: Present, members: list[Member], pace: float) -> None:
+        """Let balls be a crowd, which plays its first step."""
+        for each in members:
+            speed = math.sqrt(each.vx * each.vx + each.vy * each.vy)
+            if speed * pace > STRIDE * each.ball.radius:
+                pace = STRIDE * each.ball.radius / speed
+        touches = self._reach(present, members)
+        crowd = Crowd(members, touches, present.now, self.scale, pace)
+        for each in members:
+            braked = self.braked.pop(each.ball.number, present.now)
+            each.share = min(max((present.now + pace - braked) / pace, 0.0), 1.0)
+        self.crowds += 1
+        crowd.play(present.now)
+        present.recorder.crowd(len(members), present.now, present.now + pace)
+        for each in members:
+            each.ball.group = crowd
+        for each in members:
+            if each.phase == REST and each.stands:
+                self._rest(present, each)
+            else:
+                present.lead(each.ball, crowd.path(each))
+                put(self.loose, each.ball)
+                crowd.leader = each.ball
+
+    def _reach(self, present: Present, members: list[Member]) -> list[Touch]:
+        """Return the touches that may close in a step: two balls move by two strides at most."""
+        found = list[Touch]()
+        in_line = sorted(members, key=place_along)
+        widest = 2.0 * (1.0 + STRIDE) * max([each.ball.radius for each in members])
+        for k, a in enumerate(in_line):
+            ball, r = a.ball, a.ball.radius
+            for m in range(k + 1, len(in_line)):
+                b = in_line[m]
+                dx, dy = b.x - a.x, b.y - a.y
+                if dx > widest:
+                    break
+                other = b.ball
+                reach = (1.0 + STRIDE) * (r + other.radius)
+                if dx * dx + dy * dy <= reach * reach and not ball.ignores(
+                    other.categories, other.mask
+                ):
+                    found.append(Touch(a, b, None, None, present.table.pair(ball, other)))
+            for wall in present.table.walls:
+                if wall.is_pocket or ball.ignores(wall.categories, wall.mask):
+                    continue
+                side = wall.nearest(a.x, a.y, r, present.now)
+                if -SUNK * r <= side.gap(a.x, a.y, r) <= STRIDE * r:
+                    pair = Pair(a.mass, INF, wall.restitution, wall.friction)
+                    found.append(Touch(a, None, wall, side, pair))
+        return found
+
+    def _go_on_crowded(self, present: Present, crowd: Crowd) -> None:
+        """Go on at the end of a step: parts with few hits go on as groups, or alone."""
+        for each in crowd.members:
+            each.ball.group = None
+            wear_out(each.ball, present.now)
+        room = 2.0 * MOST * self.tolerance
+        least = math.sqrt(room / present.pull)
+        for part in crowd.parts(self.tolerance):
+            moves = any([each.phase != REST or not each.stands for each in part])
+            if moves and is_crowd([each.ball for each in part], present.now):
+                self._begin_crowd(present, part, crowd.next_pace(room, least))
+                continue
+            for each in part:
+                self._let_go(present, each)
+                put(self.seeds, each.ball)
+
+
+def place_along(each: Member) -> float:
+    return each.x
+
+
+def is_crowd(balls: list[Ball], now: float) -> bool:
+    """Tell whether balls have been hit so often of late, together, that they are a crowd."""
+    hits = 0
+    for ball in balls:
+        if now - ball.hit < SOON:
+            hits += ball.hits
+    return len(balls) > CROWD or hits > MANY
+
+
+def drop(balls: list[Ball], ball: Ball) -> None:
+    for k in range(len(balls)):
+        if balls[k] is ball:
+            balls.pop(k)
+            return

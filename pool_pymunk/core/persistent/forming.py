@@ -1,0 +1,241 @@
+"""Groups form around hits and around balls that are pressed together."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.persistent.bounces import spare_drag
+from pool_pymunk.core.persistent.crowds import SUNK, Crowds
+from pool_pymunk.core.persistent.gathering import is_of, joined
+from pool_pymunk.core.persistent.group import Group
+from pool_pymunk.core.persistent.member import REST, SLIP, Member
+from pool_pymunk.core.persistent.persistence import sides_of
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.core.persistent.unseen import FEW, SHARED, STRONGEST, TINY
+from pool_pymunk.core.present import Present
+from pool_pymunk.core.queue import Due, hit_at
+from pool_pymunk.core.walls.wall import Wall
+
+
+@final
+class Cluster:
+    """A cluster has the balls and contacts around a hit, and the groups that they form."""
+
+    def __init__(self, members: list[Member], touches: list[Touch], groups: list[Group]) -> None:
+        self.members = members
+        self.touches = touches
+        self.groups = groups
+
+    def take(self, other: Cluster) -> None:
+        """Take in what another cluster has."""
+        self.members += other.members
+        self.touches += other.touches
+        self.groups += other.groups
+
+    def holds(self, due: Due) -> bool:
+        """Tell whether a contact is one of the cluster."""
+        return any([is_of(one, due.a, due.b, due.wall) for one in self.touches])
+
+
+class Forming(Crowds):
+    """Clusters of balls that touch are looked at here: which groups they form."""
+
+    def __init__(self, scale: Scale) -> None:
+        super().__init__(scale)
+        self.opened: dict[tuple[int, int], float] = {}  # s; until when opened contacts are none
+        self.misfits = 0  # modes that were not found, so far
+
+    def _form(self, present: Present, seeds: list[Ball]) -> Cluster:
+        """Return the cluster around some balls; its groups have not begun."""
+        members = list[Member]()
+        touches = self._touches(present, seeds, members)
+        cluster = Cluster([], [], [])
+        for part in joined(members, touches):
+            near = [one for one in touches if one.a in part]
+            cluster.take(self._form_part(present, part, near))
+        return cluster
+
+    def _form_part(self, present: Present, members: list[Member], touches: list[Touch]) -> Cluster:
+        """Return the part of a cluster with these members, which touch each other."""
+        now = present.now
+        parting = [one.opening for one in touches]
+        states = [each.state for each in members]
+        while len(touches) > 0:
+            for each, state in zip(members, states):
+                each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
+                each.is_struck = False
+                self._set_phase(present, each)
+            for one in touches:
+                one.struck = 0.0, 0.0
+                one.spared = 0.0
+            group = Group(members, touches, now, self.scale)
+            group.decide(now, True)
+            for one, v in zip(touches, parting):
+                spare_drag(one, v)
+            if group.strike():
+                group.decide(now, True)
+            group.join()
+            fits = group.goes_on(now) or group.decide(now, False)
+            if not fits:
+                self.misfits += 1
+            keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
+            if all(keep):
+                for one in touches:
+                    one.spare_friction(now)
+                if any([one.free > now for one in touches]):
+                    group.decide(now, False)
+                return Cluster(members, touches, parts_of(group, now))
+            parting = [v for v, kept in zip(parting, keep) if kept]
+            touches = [one for one, kept in zip(touches, keep) if kept]
+        return Cluster([], [], [])
+
+    def _touches(self, present: Present, seeds: list[Ball], members: list[Member]) -> list[Touch]:
+        """Return the contacts of a cluster that may persist; find its members."""
+        found = list[Touch]()
+        for ball in seeds:
+            members.append(self._member(present, ball))
+        k = 0
+        while k < len(members):  # This list grows.
+            found += self._touches_of_balls(present, members, k)
+            found += self._touches_of_walls(present, members[k])
+            k += 1
+        return found
+
+    def _touches_of_balls(self, present: Present, members: list[Member], k: int) -> list[Touch]:
+        """Return the contacts of a member with balls that have not been looked at."""
+        found, a = list[Touch](), members[k]
+        for ball in present.near.around(a.ball):
+            hit = hit_at(present.now, a.ball, ball, None)
+            far = max(a.ball.radius, ball.radius)
+            if a.ball.ignores(ball.categories, ball.mask) or not (
+                -SUNK * far <= present.gap(hit) <= self.tolerance
+            ):
+                continue
+            self.take_apart(present, ball)
+            b = member_of(members, ball)
+            if b is None:
+                b = self._member(present, ball)
+            elif is_before(members, b, k):
+                continue
+            one = Touch(a, b, None, None, present.table.pair(a.ball, ball))
+            if self._may_persist(present, one, a.ball, ball, None):
+                found.append(one)
+                if member_of(members, ball) is None:
+                    members.append(b)
+        return found
+
+    def _touches_of_walls(self, present: Present, a: Member) -> list[Touch]:
+        """Return the contacts of a member with walls."""
+        found, r = list[Touch](), a.ball.radius
+        for wall in present.table.walls:
+            if wall.is_pocket or a.ball.ignores(wall.categories, wall.mask):
+                continue
+            side = wall.nearest(a.x, a.y, r, present.now)
+            if -SUNK * r <= side.gap(a.x, a.y, r) <= self.tolerance:
+                pair = Pair(a.mass, INF, wall.restitution, wall.friction)
+                one = Touch(a, None, wall, side, pair)
+                if self._may_persist(present, one, a.ball, None, wall):
+                    found.append(one)
+        return found
+
+    def _may_persist(
+        self, present: Present, one: Touch, a: Ball, b: Ball | None, wall: Wall | None
+    ) -> bool:
+        one.look()
+        one.on = True
+        e, v = one.pair.restitution, one.opening
+        pull = STRONGEST * present.pull + abs(one.bend) * one.slip * one.slip
+        most = math.sqrt(2.0 * pull * self._tolerance(present, a, b))
+        until = self.opened.get(sides_of(a, b, wall), -INF)
+        return (
+            until <= present.now
+            and -most <= v
+            and (v if v > 0.0 else -e * v)
+            <= most * math.sqrt(max(1.0 - e * e, SHARED)) + self.scale.noise
+        )
+
+    def _set_phase(self, present: Present, each: Member) -> None:
+        """Find the phase of a member; a slip rolls that would fade unseen."""
+        each.phase = SLIP
+        x, y = each.gliding
+        if x * x + y * y <= self._faint_slip(present):
+            each.settle()
+            each.is_struck = each.ball.hits > FEW  # It would slip into the same hit again.
+        each.mode = each.phase
+
+    def _faint_slip(self, present: Present) -> float:
+        """Return the square of a slip (m/s) that moves its ball unseen until it has faded."""
+        surface = present.table.surface
+        return (
+            max(0.245 * self.tolerance * surface.pull, self.scale.none * self.scale.none)
+            if surface.rolls
+            else self.scale.none * self.scale.none
+        )
+
+    def _stays(self, present: Present, group: Group, one: Touch, parting: float) -> bool:
+        """Tell whether two sides that part (m/s) stay together, to the eye."""
+        if not one.on:
+            return one.opening >= -self.scale.none
+        e = one.pair.restitution
+        v = parting if parting > 0.0 else -e * parting
+        press = one.n * one.softness
+        if v <= self.scale.none:
+            return True
+        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
+        lost = max(1.0 - e * e, TINY if group.has_alone(one) else SHARED)
+        if press <= 0.0 or v * v > 2.0 * press * lost * room:
+            return False
+        if v <= self._hushed(present, one.a.ball, None if one.b is None else one.b.ball):
+            return True
+        bounces = 2.0 * v / (press * (1.0 - math.sqrt(1.0 - lost)))
+        for each in (one.a, one.b):
+            if each is not None and each.phase == SLIP and each.fades_in() < bounces:
+                return False
+        return True
+
+
+def member_of(members: list[Member], ball: Ball) -> Member | None:
+    for each in members:
+        if each.ball is ball:
+            return each
+    return None
+
+
+def is_before(members: list[Member], member: Member, count: int) -> bool:
+    for k in range(count):
+        if members[k] is member:
+            return True
+    return False
+
+
+def parts_of(group: Group, now: float) -> list[Group]:
+    """Return the parts of a group that contacts join, and in which a ball moves."""
+    parts: list[Group] = []
+    left = list(group.members)
+    while len(left) > 0:
+        part = [left[0]]
+        touches: list[Touch] = []
+        for each in part:  # It grows.
+            for one in group.touches:
+                if one.on and one.has(each) and not any([one is other for other in touches]):
+                    touches.append(one)
+                    for other in (one.a, one.b):
+                        if other is not None and not any([other is known for known in part]):
+                            part.append(other)
+        left = [each for each in left if not any([each is known for known in part])]
+        for one in group.touches:
+            if one.closed and not one.on and one.rests_in(part):
+                touches.append(one)  # It may press as soon as a ball is let go.
+        if len(touches) > 0 and any([each.phase != REST for each in part]):
+            new = Group(part, touches, now, group.scale)
+            for force in group.unknowns:
+                if any([force.touch is one for one in touches]):
+                    new.hold(force.touch, force.kind)
+            new.make_room()
+            parts.append(new)
+    return parts

@@ -1,0 +1,106 @@
+"""Groups and crowds end here: their balls go on alone, or rest."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.persistent.gathering import Gathering
+from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.persistence import Persisted, Persistence
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.spells import Spells
+from pool_pymunk.core.present import Present
+
+SOON: Final = 0.05  # s; hits that follow each other faster count together
+# After so many hits a ball is one of a crowd. The hardest soft break that is known has some 45.
+WORN: Final = 100
+
+
+class Gatherings(Persistence):
+    """The gatherings of an engine can be taken apart, and their spells are kept.
+
+    ``freed`` (s) is when that was last done, and ``braked`` (s) until when the surface has slowed
+    balls that have left a crowd within its step.
+    """
+
+    def __init__(self, scale: Scale) -> None:
+        super().__init__()
+        self.scale = scale
+        self.spells = Spells()
+        self.freed = -INF
+        self.braked: dict[int, float] = {}
+
+    def leave(self, present: Present, ball: Ball) -> None:
+        """Take the group of a ball apart, which is to go on otherwise."""
+        self.take_apart(present, ball)
+
+    def persisted(self, present: Present) -> list[Persisted]:
+        for ball in present.balls:
+            group = ball.group
+            if group is not None and group.leader is ball:
+                group.go_to(present.now)
+                group.add_up(self.spells)
+        return self.spells.rows()
+
+    def take_apart(self, present: Present, ball: Ball) -> None:
+        if ball.group is not None:
+            self._take_apart_around(present, ball.group, [])
+
+    def _take_apart_around(self, present: Present, group: Gathering, changed: list[Ball]) -> None:
+        """Let the balls of a group go, except those that are on new paths already."""
+        self.freed = present.now
+        group.go_to(present.now)
+        group.add_up(self.spells)
+        for member in group.members:
+            member.ball.group = None
+            if group.answers_all:
+                wear_out(member.ball, present.now)
+                self.braked[member.ball.number] = group.began + group.time
+            if not any([member.ball is ball for ball in changed]):
+                self._let_go(present, member)
+
+    def _let_go(self, present: Present, member: Member) -> None:
+        """Let a ball go on by itself."""
+        ball = member.ball
+        if member.phase == REST:
+            self._rest(present, member)
+            return
+        x, y, vx, vy, wx, wy = member.state
+        present.begin(ball, (x, y), (vx, vy), (wx, wy), self.scale.noise)
+        put(self.loose, ball)
+
+    def _rest(self, present: Present, member: Member) -> None:
+        """Let a ball rest in its place, if it does not yet."""
+        ball = member.ball
+        if ball.rested == INF:
+            present.rest_at(ball, (member.x, member.y))
+            put(self.loose, ball)
+
+    def _member(self, present: Present, ball: Ball) -> Member:
+        path = ball.path
+        return Member(
+            ball,
+            self.scale,
+            present.table.surface_of(ball.patch),
+            path.at(present.now),
+            present.roll_of(ball),
+        )
+
+
+def put(balls: list[Ball], ball: Ball) -> None:
+    """Put a ball into a list, once."""
+    for other in balls:
+        if other is ball:
+            return
+    balls.append(ball)
+
+
+def is_worn(ball: Ball, now: float) -> bool:
+    """Tell whether a ball has been hit over and over of late."""
+    return ball.hits >= WORN and now - ball.hit < SOON
+
+
+def wear_out(ball: Ball, now: float) -> None:
+    ball.hits, ball.hit = max(ball.hits, WORN), now

@@ -1,0 +1,129 @@
+"""What may go unseen: how far bounces and waits may move a ball, by the tolerance of the user."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.persistent.gatherings import SOON, WORN, Gatherings
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.present import Present
+from pool_pymunk.core.walls.wall import Wall
+
+EACH: Final = 0.3  # Several things go unseen in a run; each is this share of the tolerance.
+STRONGEST: Final = 2.0  # Surface friction presses two sides together by no more than so many pulls.
+# Once a ball has had FEW hits, each less than SOON after the one before, each further one lets
+# GROWTH times as much go unseen, up to MOST times.
+FEW: Final = 15
+GROWTH: Final = 1.3
+MOST: Final = 1000.0
+# A bounce of balls that touch others, too, loses at least this share of its energy by them.
+SHARED: Final = 0.1
+CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
+TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
+
+
+class Unseen(Gatherings):
+    """The tolerance says which hits, bounces and presses go unseen; groups and crowds ask it."""
+
+    def __init__(self, scale: Scale) -> None:
+        super().__init__(scale)
+        self.tolerance = EACH * scale.tolerance
+
+    def _tolerance(self, present: Present, a: Ball, b: Ball | None) -> float:
+        """Return what may go unseen (m)."""
+        return self._wear(present, a, b) * self.tolerance
+
+    def _wear(self, present: Present, a: Ball, b: Ball | None) -> float:
+        """Return how many times more may go unseen, because these balls have hit often of late."""
+        hits, now = a.hits if present.now - a.hit < SOON else 0, present.now
+        if b is not None and now - b.hit < SOON:
+            hits = max(hits, b.hits)
+        times = 1.0
+        while hits > FEW and times < MOST:
+            times, hits = GROWTH * times, hits - 1
+        return times
+
+    def _note_hit(self, present: Present, ball: Ball) -> None:
+        now = present.now
+        ball.hits = ball.hits + 1 if now - ball.hit < SOON else 1
+        ball.hit = now
+        ball.creep = self.scale.creep if ball.hits > FEW else 0.0
+        if ball.hits > WORN:  # From this speed it rests within the tolerance.
+            drag = present.table.surface_of(ball.patch).drag
+            ball.creep = max(ball.creep, math.sqrt(2.0 * drag * self.tolerance))
+
+    def _hushed(self, present: Present, a: Ball, b: Ball | None) -> float:
+        """Return the speed (m/s) below which hits around groups may wait."""
+        many = len(self.seeds) + len(self.loose)
+        if a.group is not None:
+            many = max(many, len(a.group.members))
+        return self.scale.hushed * (self._wear(present, a, b) if many > CROWD else 1.0)
+
+    def _unseen(self, present: Present, one: Contact, lost: float) -> float:
+        """Return the speed (m/s) at which sides part unseen, whatever presses them."""
+        pull = STRONGEST * present.pull + abs(one.curvature) * one.slip * one.slip
+        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
+        return math.sqrt(2.0 * pull * lost * room)
+
+    def _parts_unseen(self, present: Present, one: Contact, parting: float) -> bool:
+        return parting <= self._unseen(present, one, self._lost(present, one)) + self.scale.noise
+
+    def _lost(self, present: Present, one: Contact) -> float:
+        """Return the share of the energy of a bounce that is lost, by other contacts, too."""
+        e, a, b = one.pair.restitution, one.a.ball, one.b
+        alone = len(self.loose) <= (1 if b is None else 2) and a.hit != present.now
+        alone = alone and not any([ball is a for ball in self.seeds])
+        alone = alone and (b is None or b.ball.hit != present.now)
+        return max(1.0 - e * e, TINY if alone else SHARED)
+
+    def _contact(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> Contact:
+        """Return the present contact of two sides."""
+        return present.contact(present.disc(a), None if b is None else present.disc(b), wall)
+
+    def _press(self, present: Present, one: Contact) -> float:
+        """Return how strongly (m/s^2) the present paths press two sides together."""
+        a = one.a.ball.path
+        x, y = a.ax, a.ay
+        if one.b is not None:
+            b = one.b.ball.path
+            x, y = b.ax - x, b.ay - y
+        bend = one.curvature
+        if one.b is not None:
+            bend = 1.0 / (one.a.ball.radius + one.b.ball.radius)
+        return -(x * one.nx + y * one.ny) - bend * one.slip * one.slip
+
+    def _is_slow(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
+        """Tell whether two sides close so slowly that they may wait for a moment."""
+        return self._contact(present, a, b, wall).closing <= self._hushed(present, a, b)
+
+    def _is_loud(self, present: Present, one: Contact, speed: float) -> bool:
+        """Tell whether a speed (m/s) is above all that may go unseen."""
+        pull = STRONGEST * present.pull + abs(one.curvature) * one.slip * one.slip
+        return (
+            speed > 0.0
+            and speed * speed
+            > 4.0 * pull * MOST * self.tolerance + self.scale.noise * self.scale.noise
+        )
+
+    def _is_pressed(self, present: Present, one: Contact) -> bool:
+        """Tell whether the paths of two sides that hit press them, so that bounces are not seen."""
+        press, e, v = self._press(present, one), one.pair.restitution, one.closing
+        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
+        return press > 0.0 and e * e * v * v <= 2.0 * press * self._lost(present, one) * room
+
+    def _is_faint(self, present: Present, one: Contact) -> bool:
+        """Tell whether a hit is so faint that neither it nor what follows can be seen."""
+        parting = one.pair.restitution * one.closing
+        return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(
+            present, one, parting
+        )
+
+    def are_faint(self, present: Present, contacts: list[Contact]) -> bool:
+        """Tell whether all these hits are so faint that a group may begin instead."""
+        for one in contacts:
+            if one.closing <= self.scale.noise or not self._is_faint(present, one):
+                return False
+        return True
