@@ -149,6 +149,9 @@ def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
         from pool_pymunk.results.persistent import warn_of_persisted
 
         warn_of_persisted(trace, ids)
+        if law.name != "coulomb":
+            first = min(row[3] for row in trace.persisted)
+            trace.warn("contacts that persist have the friction of the law coulomb", first)
     if crowded is not None:
         trace.warn(
             f"up to {crowded.balls} balls hit each other over and over: until "

@@ -1,4 +1,4 @@
-"""Crowds begin where balls hit each other over and over, and end where few are left."""
+"""Crowds begin where balls hit each other over and over, and end where few press on each other."""
 
 from __future__ import annotations
 
@@ -120,8 +120,8 @@ class Crowds(Unseen):
                 if dx > widest:
                     break
                 other = b.ball
-                reach = (1.0 + STRIDE) * (r + other.radius)
-                if dx * dx + dy * dy <= reach * reach and not ball.ignores(
+                near = (1.0 + STRIDE) * (r + other.radius)
+                if dx * dx + dy * dy <= near * near and not ball.ignores(
                     other.categories, other.mask
                 ):
                     found.append(Touch(a, b, None, None, present.table.pair(ball, other)))

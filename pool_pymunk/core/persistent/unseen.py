@@ -1,4 +1,4 @@
-"""What may go unseen: how far bounces and waits may move a ball, by the tolerance of the user."""
+"""The tolerance of the user says how far bounces and waits may move a ball unseen."""
 
 from __future__ import annotations
 
