@@ -71,6 +71,12 @@ def test_a_ball_that_rolls_slips_after_the_hit() -> None:
     assert after == pytest.approx([0.5, 0.5], abs=EXACT)
 
 
+def test_a_slip_that_fades_in_a_step_rolls() -> None:
+    crowd = row([1e-3], Rolling(PULL, DRAG), 0.0)
+    crowd.members[0].wx = 0.0
+    assert speeds_after(crowd) == pytest.approx([5.0 / 7.0 * 1e-3 - DRAG * STEP])
+
+
 def test_a_crowd_never_gains_energy() -> None:
     for e in (0.0, 0.5, 1.0):
         crowd = row([1.0, -0.3, 0.7, 0.0, -1.0], Rolling(PULL, DRAG), e)
