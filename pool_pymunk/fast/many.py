@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Floats
-from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, nothing, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source, refuse_given
 from pool_pymunk.fast.tables import Form, can_compile, loop_form, table_of
@@ -104,16 +103,17 @@ def simulate_many(
         refuse_given("the shot has its own", position=position)
         position = find_shot(scene, shot)
     source = read_source(scene, position, velocity, vary, law, max_time, roll)
-    out, derived, follower = empty(*source.position.shape[:2]), dict[str, Any](), None
+    out, derived, names = empty(*source.position.shape[:2]), dict[str, Any](), None
     if derivatives is not None:
         begun = source.scene_of(0) if len(out.status) else source.scene
         groups = inputs.derivable(begun, source.watched != NOTHING)
-        follower = Follower(source, inputs.chosen("derivatives", derivatives, groups), out)
-    handed_back = play_all(source, out, threads, on_done or (lambda _: None), follower)
-    if follower is not None:
-        follower.complete()
-        derived = {"derivatives": follower.found, "by": follower.names}
-        derived["derived_in_python"] = follower.again
+        names = inputs.chosen("derivatives", derivatives, groups)
+    handed_back = play_all(source, out, threads, on_done or (lambda _: None))
+    if names is not None:
+        from pool_pymunk.studies.derive import derive
+
+        derived = {"derivatives": derive(source, names, out.status != CANNOT_START), "by": names}
+        derived["derived_in_python"] = np.zeros(len(out.status), np.bool_)
     if figures:
         derived |= zip(FIGURES, _figures(source, out), strict=True)
     hard = int((handed_back & (out.status != CANNOT_START)).sum())

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -16,10 +17,10 @@ from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import LASTS, Course
 from pool_pymunk.core.tangent.inputs import Inputs
-from pool_pymunk.core.tangent.moments import changes_at
+from pool_pymunk.core.tangent.moments import Stretch, stretches_of
 from pool_pymunk.core.tangent.reasons import CHAOS, FOLLOWED, REASONS
 from pool_pymunk.core.tangent.rounding import DRAWS, farthest
-from pool_pymunk.core.tangent.shot import ends_of, errors_of, tangent_of
+from pool_pymunk.core.tangent.shot import ends_of, errors_of, play, tangent_of
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import Corner
 from pool_pymunk.model import Scene, State
@@ -81,18 +82,59 @@ class Changes(NamedTuple):
     ends: Array
     times: Array
     warnings: Names
-    kept: list[Tangent]
+    kept: dict[int, Tracked]
 
-    def at(self, times: Sequence[float], i: int) -> Array:
+    def at(self, times: Sequence[float] | Array, i: int) -> Array:
         """Return the changes (T, 2, P) of a ball's place at these times (s)."""
-        t = np.clip(np.asarray(times, float), 0.0, self.replay.run.duration)
         if not self.kept:
             tangent = self.replay.tangent(self.inputs)
             tangent.keeps = True
             self.replay.follow(tangent)
-            self.kept.append(tangent)
-        found = changes_at(self.kept[0], i, t.tolist())
-        return np.array(found).reshape(len(t), 2, self.inputs.count)
+            balls = range(len(self.ends))
+            self.kept.update({k: Tracked(tangent, k, self.replay.is_cut) for k in balls})
+        return self.kept[i].at(np.asarray(times, float))
+
+
+class Tracked:
+    """The changes of one ball are known at any time of a run."""
+
+    def __init__(self, tangent: Tangent, ball: int, is_cut: bool) -> None:
+        self.duration, self.is_cut, self.count = tangent.duration, is_cut, tangent.inputs.count
+        self.stretches = stretches_of(tangent, ball)
+
+    @cached_property
+    def numbers(self) -> Array:
+        """Where the stretches begin, and the changes (L, 3, 2, P) on them."""
+        found = np.array([each.numbers for each in self.stretches])
+        return found.reshape(-1, 3, 2, self.count)
+
+    @cached_property
+    def spans(self) -> Array:
+        """When (s) each stretch counts and begins, how long it takes, and when it ends (L, 4)."""
+        return np.array([(s.since, s.start, s.span, s.end) for s in self.stretches])
+
+    def at(self, times: Array) -> Array:
+        """Return the changes (T, 2, P) of the place (Lagrange's polynomial)."""
+        t = np.clip(times, 0.0, self.duration)
+        since, start, span, end = self.spans.T
+        last = np.maximum(np.searchsorted(since, t, side="right") - 1, 0)
+        s = ((t - start[last]) / span[last])[:, np.newaxis, np.newaxis]
+        first, half, whole = self.numbers[last].swapaxes(0, 1)
+        found = (1.0 - s) * ((1.0 - 2.0 * s) * first + 4.0 * s * half)
+        found += s * (2.0 * s - 1.0) * whole
+        found[end[last] < t] = math.nan  # What begins later than its leg is unknown.
+        for each in self.stretches:
+            if each.blur >= 0.0:
+                self._lose_at(each, t, found)
+        return np.asarray(found)
+
+    def _lose_at(self, each: Stretch, t: Array, found: Array) -> None:
+        """Lose what a hit changes at times within its blur."""
+        is_now = abs(t - each.start) <= each.blur
+        if not self.is_cut:  # The end is at no fixed time.
+            is_now &= t != self.duration
+        if is_now.any():
+            found[is_now] += np.where(each.jumps, math.nan, 0.0)
 
 
 def by_names(run: Run, names: Names, some: Collection[str]) -> Array:
@@ -102,7 +144,9 @@ def by_names(run: Run, names: Names, some: Collection[str]) -> Array:
     begun = np.array([breakpoints[0] for breakpoints in run.knots])[np.newaxis]
     share = shot.roll if shot and shot.ball == run.struck else None
     roll = begun[..., 7:9] if scene.surface.rolls else None
-    found = starts_of(scene, some, struck, begun[..., 3:5], roll, share)[0]
+    found: Array = starts_of(scene, some, struck, begun[..., 3:5], roll, share)[0]
+    if some is names:
+        return found
     starts = np.zeros((*found.shape[:2], len(names)))
     starts[..., [names.index(name) for name in some]] = found
     return starts
@@ -123,9 +167,9 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
         f"{REASONS[why].format(law)} (at {t:.6g} s): {lost}" for t, why in found
     )
     size, count = starts.shape[1:]
-    ends = np.array(ends_of(tangent)).reshape(len(starts), 6, count)[:, :size]
+    ends = np.array(ends_of(tangent)).reshape(len(starts), size, count)
     times = times_of(run, replay.course, tangent.lates, count)
-    return Changes(replay, inputs, ends, times, tuple(texts), [])
+    return Changes(replay, inputs, ends, times, tuple(texts), {})
 
 
 def times_of(run: Run, course: Course, lates: list[list[float]], count: int) -> Array:
@@ -133,11 +177,14 @@ def times_of(run: Run, course: Course, lates: list[list[float]], count: int) -> 
 
     The solver in a pymunk space may answer contacts that persist in another order.
     """
-    found = np.full((len(run.events), count), math.nan)
-    steps = [step for step in course.steps if step.kind != LASTS]
-    for k, (event, step, late) in enumerate(zip(run.events, steps, lates, strict=False)):
-        if abs(event.t - step.t) <= SAME:
-            found[k] = late
+    found, events = np.array(lates).reshape(-1, count), len(run.events)
+    if len(found) != events:
+        more = np.full((max(events - len(found), 0), count), math.nan)
+        found = np.concatenate((found[:events], more))
+    steps = [step.t for step in course.steps if step.kind != LASTS][:events]
+    for k, (event, t) in enumerate(zip(run.events, steps, strict=False)):
+        if abs(event.t - t) > SAME:
+            found[k] = math.nan
     return found
 
 
@@ -149,7 +196,9 @@ def inputs_of(scene: Scene, starts: Array, numbers: Sequence[Array]) -> Inputs:
     own_e = [*no_edge, *(post.restitution is not None for post in posts), *no_pocket]
     own_mu = [*no_edge, *(post.friction is not None for post in posts), *no_pocket]
     patches = [pull >= 0.0 for pull, _ in scene.ground.own], [d >= 0.0 for _, d in scene.ground.own]
-    return Inputs(starts.tolist(), of_numbers, mass, radius, (own_e, own_mu), patches)
+    where = np.nonzero(starts)
+    entries = zip(*(each.tolist() for each in where), starts[where].tolist(), strict=True)
+    return Inputs(list(entries), of_numbers, mass, radius, (own_e, own_mu), patches)
 
 
 def corners_of(scene: Scene) -> list[Corner]:
@@ -169,24 +218,31 @@ def played_again(run: Run) -> Replay:
 
     Raises SettingError for a surface of somebody's own, and for a law that a run does not keep.
     """
-    scene = run.scene
+    check_surface(run.scene)
+    engine = engine_of(run.scene, start_of(run), law_of(run), run.contact_tolerance)
+    engine.most_events = len(run.events) if run.status == "max_events" else NEVER_SETTLES
+    latest = run.duration if run.status == "max_time" else math.inf
+    course, _ = play(engine, latest, Pausing())
+    return Replay(run, engine, course)
+
+
+def check_surface(scene: Scene) -> None:
+    """Raise SettingError for a scene with a surface of somebody's own."""
     if type(scene.surface) not in (Sliding, Rolling):
         message = "is a surface of your own, and has no derivatives"
         raise setting_error("surface", type(scene.surface).__name__, message)
-    law, table, start = law_in_core(law_of(run)), table_of(scene), start_of(run)
+
+
+def engine_of(scene: Scene, start: State, law: Law, tolerance: float | None) -> Engine:
+    """Return an engine that has a scene's balls on their first paths."""
+    table = table_of(scene)
     balls = balls_of(scene, start, table)
-    tolerance = run.contact_tolerance or CONTACT_TOLERANCE
-    engine = Engine(table, balls, law, Recorder(), persistence_of(table, balls, tolerance))
+    persistence = persistence_of(table, balls, tolerance or CONTACT_TOLERANCE)
+    engine = Engine(table, balls, law_in_core(law), Recorder(), persistence)
     for id_ in start.off:
         i = scene.index[id_]
         engine.remove(balls[i], start.position[i])
-    engine.recorder = course = Course(balls, Pausing())
-    engine.most_events = len(run.events) if run.status == "max_events" else NEVER_SETTLES
-    engine.begin_run()
-    engine.advance(run.duration if run.status == "max_time" else math.inf)
-    engine.now = run.duration
-    course.close(engine.persistence.persisted(engine), run.duration, len(run.events))
-    return Replay(run, engine, course)
+    return engine
 
 
 def start_of(run: Run) -> State:

@@ -86,10 +86,8 @@ class Change:
     @property
     def is_beyond(self) -> bool:
         """This tells whether the change has grown so large that it means nothing."""
-        place = max(abs(self.x), abs(self.y))
-        velocity = max(abs(self.vx), abs(self.vy))
-        roll = max(abs(self.wx), abs(self.wy))
-        return place > MOST or velocity > MOST or roll > MOST
+        place, velocity = abs(self.x) + abs(self.y), abs(self.vx) + abs(self.vy)
+        return place + velocity + abs(self.wx) + abs(self.wy) > MOST
 
     def advance(self, rates: Rates, s: float) -> None:
         """Let the ball go on for ``s`` (by the unit of the input) at these rates."""
@@ -159,6 +157,7 @@ class Column:
         self.turned = 0.0
         self.is_bent = False
 
-    def clear(self) -> None:
-        """Let the input change nothing."""
-        self.late = self.turn = self.an = self.at = self.bn = self.bt = 0.0
+    @property
+    def is_idle(self) -> bool:
+        """This tells whether the input surely changes neither the time nor the normal."""
+        return self.late == 0.0 and self.turn == 0.0

@@ -80,7 +80,7 @@ class Step:
 class Course(Recorder):
     """This recorder notes the course of a run, and tells ``inner`` all that it hears.
 
-    Balls are those of the engine. :class:`~pool_pymunk.core.tangent.tangent.Tangent` follows small
+    Balls are those of the engine. A :class:`~pool_pymunk.core.tangent.tangent.Tangent` follows small
     changes along a course, as often as somebody asks.
     """
 
@@ -89,6 +89,7 @@ class Course(Recorder):
         self.steps: list[Step] = []
         self.legs: list[list[Leg]] = [[Leg(ball.path, ball.patch)] for ball in balls]
         self.is_off = [ball.is_off for ball in balls]
+        self.duration = 0.0  # s; when the last ball came to rest, or into a pocket
 
     def contact(self, one: Contact, t: float) -> None:
         self.inner.contact(one, t)
@@ -126,6 +127,7 @@ class Course(Recorder):
 
     def _rest(self, ball: Ball, t: float, place: Vector) -> None:
         x, y = place
+        self.duration = max(self.duration, t)
         self.legs[ball.number].append(Leg(standing(t, x, y), ball.patch))
 
     def jammed(self, ball: Ball, wall: Wall, t: float) -> None:

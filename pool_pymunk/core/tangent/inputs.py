@@ -18,13 +18,15 @@ DRAG: Final = 6
 UNCHANGED: Final = 7  # This number is that of a patch, and no input changes it.
 
 Rows = list[list[float]]
+Entry = tuple[int, int, int, float]
 
 
 @final
 class Inputs:
     """Inputs say how the starts and the numbers of a table depend on each of them.
 
-    ``starts`` are rows of each ball (K, P): of place, velocity and, where balls roll, roll.
+    ``starts`` are what is not zero of the changes of the start: the ball, which of its six numbers
+    (place, velocity, roll), the input, and the change.
     ``numbers`` (7, P) are those of the table, ``mass`` and ``radius`` (N, P) those of the balls.
     Walls and patches may have numbers of their own, which do not follow those of the table:
     ``own_restitution`` and ``own_friction`` say so of walls, ``own_pull`` and ``own_drag`` of
@@ -32,7 +34,7 @@ class Inputs:
     """
 
     def __init__(
-        self, starts: list[Rows], numbers: Rows, mass: Rows, radius: Rows,
+        self, starts: list[Entry], numbers: Rows, mass: Rows, radius: Rows,
         walls: tuple[list[bool], list[bool]], patches: tuple[list[bool], list[bool]],
     ) -> None:  # fmt: skip
         self.count = len(numbers[0])
@@ -43,15 +45,12 @@ class Inputs:
         self.own_restitution, self.own_friction = walls
         self.own_pull, self.own_drag = patches
 
-    def changes_at_first(self, ball: int) -> list[Change]:
-        """Return the changes of a ball's start by all inputs."""
-        found = [Change() for _ in range(self.count)]
-        for k, row in enumerate(self.starts[ball]):
-            for p, by in enumerate(row):
-                if by != 0.0:
-                    put(found[p], k, by)
-        for each in found:
-            each.ever = not each.is_zero
+    def changes_at_first(self, balls: int) -> list[list[Change]]:
+        """Return the changes (N, P) of the balls' starts."""
+        found = [[Change() for _ in range(self.count)] for _ in range(balls)]
+        for ball, k, p, by in self.starts:
+            put(found[ball][p], k, by)
+            found[ball][p].ever = True
         return found
 
 

@@ -103,12 +103,14 @@ class Meeting:
             late = (nx * x + ny * y + gap) / self.closing
             turn = self.curvature * (nx * y - ny * x + self.slip * late) + column.turned
             column.late, column.turn = late, turn
-            c.advance(self.before, late)
+            if late != 0.0:
+                c.advance(self.before, late)
             column.an = nx * c.vx + ny * c.vy + a_t * turn
             column.at = nx * c.vy - ny * c.vx - a_n * turn
             if b is not None:
                 d = b.changes[p]
-                d.advance(self.its_before, late)
+                if late != 0.0:
+                    d.advance(self.its_before, late)
                 column.bn = nx * d.vx + ny * d.vy + b_t * turn
                 column.bt = nx * d.vy - ny * d.vx - b_n * turn
 
@@ -169,14 +171,18 @@ class Meeting:
         a_n, a_t = self._parts(after)
         b_n, b_t = self._parts(its_after)
         roll = self._roll() if self.rolls and b is None else (0.0, 0.0)
+        of_a, of_b = inputs.mass[a.number], inputs.mass[a.number if b is None else b.number]
         for p, column in enumerate(columns):
             turn = column.turn
             by.an, by.at, by.e, by.mu = column.an, column.at, e[p], mu[p]
             if b is not None:
                 by.bn, by.bt = column.bn, column.bt
-                by.m_a, by.m_b = inputs.mass[a.number][p], inputs.mass[b.number][p]
-            n, t, m, r = mean_slope(sides, by, column)
+                by.m_a, by.m_b = of_a[p], of_b[p]
             c = a.changes[p]
+            column.is_bent = False
+            if column.is_idle and by.is_zero and c.wx == 0.0 and c.wy == 0.0:
+                continue
+            n, t, m, r = mean_slope(sides, by, column)
             if self.rolls and b is None:
                 self._slow_roll(c, column, n - column.an, mu[p], roll)
             n, t = n - turn * a_t, t + turn * a_n

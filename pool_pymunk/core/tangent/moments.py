@@ -2,32 +2,70 @@
 
 from __future__ import annotations
 
-import math
+from typing import final
 
 from pool_pymunk.core.motion.path import NOISE
+from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.tangent.carry import Ground
+from pool_pymunk.core.tangent.change import Change
 from pool_pymunk.core.tangent.meeting import AGREE
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import BLUR
 from pool_pymunk.core.tangent.track import Moment, Track
 
 
-def changes_at(tangent: Tangent, ball: int, times: list[float]) -> list[list[float]]:
-    """Return the changes (T, 2 P) of a ball's place at these times (s): x, then y, by each input.
+@final
+class Stretch:
+    """A stretch of a ball's leg has one change, which is quadratic in the time.
 
-    The times are within the run. Just at a hit they are nan, and where a leg begins later than it
-    is known.
+    It counts ``since`` a time (s). ``numbers`` (3, 2, P) are the changes of x and y at the ``start``
+    of the leg (s), and half a ``span`` (s) and a whole one later. Nothing is known after the
+    ``end`` (s). Within ``blur`` (s) of the start a hit may come, if that is not negative, by which
+    the inputs have ``jumps``.
     """
+
+    def __init__(self, tangent: Tangent, track: Track, moment: Moment, until: float) -> None:
+        leg = track.legs[moment.at]
+        ground = Ground(leg, tangent.table, tangent.inputs)
+        self.since = moment.t
+        self.start = leg.path.t
+        has_next = moment.at + 1 < len(track.legs)
+        self.end = track.legs[moment.at + 1].path.t if has_next else INF
+        span = min(self.end, until) - self.start
+        self.span = span if span > 0.0 else 1.0
+        self.numbers: list[float] = []
+        for share in (0.0, 0.5, 1.0):
+            changes = [each.copy() for each in moment.changes]
+            ground.carry(leg.path, changes, self.start + share * self.span)
+            self.numbers += [each.x for each in changes]
+            self.numbers += [each.y for each in changes]
+        self.blur = -1.0
+        self.jumps: list[bool] = []
+
+    def jump(self, track: Track, before: Moment, after: Moment) -> None:
+        """Note what changes if the velocity jumps between two moments, as at a hit."""
+        path, last = track.legs[after.at].path, track.legs[before.at].path
+        if before.at == after.at:
+            return
+        ux, uy = last.velocity(path.t)
+        jump = max(abs(path.vx - ux), abs(path.vy - uy))
+        if jump <= AGREE * path.speed + NOISE * last.speed:
+            return
+        fastest = max(max(abs(path.vx), abs(path.vy)), max(abs(ux), abs(uy)))
+        self.blur = BLUR * ((abs(path.x) + abs(path.y)) / fastest + path.t)
+        self.jumps = [
+            not (are_zero(before.changes, p) and are_zero(after.changes, p))
+            for p in range(len(after.changes))
+        ]
+
+
+def stretches_of(tangent: Tangent, ball: int) -> list[Stretch]:
+    """Return the stretches of a ball in a run, of which a tangent has kept the changes."""
     track = tangent.tracks[ball]
     moments = sorted(track.moments, key=begun)
-    found = [changes_on(tangent, track, last_of(moments, t), t) for t in times]
-    for k in range(len(moments) - 1):
-        before, after = moments[k], moments[k + 1]
-        width, now = width_of(tangent, track, before, after), track.legs[after.at].path.t
-        for n, t in enumerate(times):
-            # The end of a run is at no fixed time, unless it was cut off there.
-            if abs(t - now) <= width and (t != tangent.duration or tangent.is_cut):
-                lose(found[n], before, after)
+    found = [Stretch(tangent, track, moment, tangent.duration) for moment in moments]
+    for k in range(1, len(moments)):
+        found[k].jump(track, moments[k - 1], moments[k])
     return found
 
 
@@ -36,48 +74,6 @@ def begun(moment: Moment) -> float:
     return moment.t
 
 
-def last_of(moments: list[Moment], t: float) -> Moment:
-    """Return the last moment that has begun by a time (s), or the first one."""
-    low, high = 0, len(moments)
-    while low < high:
-        middle = (low + high) // 2
-        if moments[middle].t <= t:
-            low = middle + 1
-        else:
-            high = middle
-    return moments[max(low - 1, 0)]
-
-
-def changes_on(tangent: Tangent, track: Track, moment: Moment, t: float) -> list[float]:
-    """Return the changes of the place at a time (s), by those at a moment before."""
-    leg = track.legs[moment.at]
-    changes = [each.copy() for each in moment.changes]
-    Ground(leg, tangent.table, tangent.inputs).carry(leg.path, changes, t)
-    is_over = moment.at + 1 < len(track.legs) and track.legs[moment.at + 1].path.t < t
-    if is_over:
-        return [math.nan] * (2 * len(changes))
-    return [each.x for each in changes] + [each.y for each in changes]
-
-
-def width_of(tangent: Tangent, track: Track, before: Moment, after: Moment) -> float:
-    """Return how far (s) from the beginning of a moment rounding may put its hit; -1: it is none.
-
-    At a hit the velocity jumps.
-    """
-    path, last = track.legs[after.at].path, track.legs[before.at].path
-    if before.at == after.at:
-        return -1.0
-    ux, uy = last.velocity(path.t)
-    jump = max(abs(path.vx - ux), abs(path.vy - uy))
-    if jump <= AGREE * path.speed + NOISE * last.speed:
-        return -1.0
-    fastest = max(max(abs(path.vx), abs(path.vy)), max(abs(ux), abs(uy)))
-    return BLUR * ((abs(path.x) + abs(path.y)) / fastest + path.t)
-
-
-def lose(found: list[float], before: Moment, after: Moment) -> None:
-    """Lose what inputs change that have changed the ball before or after."""
-    count = len(before.changes)
-    for p in range(count):
-        if not (before.changes[p].is_zero and after.changes[p].is_zero):
-            found[p] = found[count + p] = math.nan
+def are_zero(changes: list[Change], p: int) -> bool:
+    """Tell whether an input has not changed the ball."""
+    return changes[p].is_zero

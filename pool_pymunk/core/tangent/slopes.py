@@ -46,6 +46,13 @@ class Nudge:
         return total == total
 
     @property
+    def is_zero(self) -> bool:
+        """This tells whether it changes nothing."""
+        velocities = self.an == 0.0 and self.at == 0.0 and self.bn == 0.0 and self.bt == 0.0
+        masses = self.m_a == 0.0 and self.m_b == 0.0
+        return velocities and masses and self.e == 0.0 and self.mu == 0.0
+
+    @property
     def size(self) -> float:
         """The largest of its numbers."""
         of_masses, of_pair = max(abs(self.m_a), abs(self.m_b)), max(abs(self.e), abs(self.mu))

@@ -86,10 +86,10 @@ class Tangent:
         self.rolls = table.surface.rolls
         self.obstacles: list[Obstacle] = obstacles_of(table)
         self.tracks: list[Track] = []
+        changes = inputs.changes_at_first(len(balls))
         for ball in balls:
             k = ball.number
-            changes = inputs.changes_at_first(k)
-            track = Track(k, ball.radius, ball.mass, course.legs[k], changes)
+            track = Track(k, ball.radius, ball.mass, course.legs[k], changes[k])
             track.is_gone = course.is_off[k]
             self.tracks.append(track)
         self.cues = [ball.is_cue for ball in balls]

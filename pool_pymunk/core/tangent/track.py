@@ -117,7 +117,8 @@ class Track:
     def note_ever(self, always: bool) -> None:
         """Note which inputs have changed the ball, or that all may have."""
         for each in self.changes:
-            each.ever = each.ever or always or not each.is_zero
+            if not each.ever and (always or not each.is_zero):
+                each.ever = True
 
     def keep(self, t: float) -> None:
         """Keep the changes from a time (s) on."""
