@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 from scenes import BASE_SEED, DATA
-from shots import uncompiled, with_twins
+from shots import uncompiled
 
 from pool_pymunk import Law, Scene, core
 from pool_pymunk.engine import asked, contacts
@@ -32,7 +32,6 @@ from pool_pymunk.fast.many import play_compiled
 from pool_pymunk.fast.records import Out
 from pool_pymunk.fast.shots import Source
 from pool_pymunk.fast.tables import Form, can_compile, walls_differ
-from pool_pymunk.physics import changes
 from pool_pymunk.solvers import grouped
 
 settings.register_profile(
@@ -86,7 +85,6 @@ NEEDED = {
 # These cannot even be imported without one.
 NEEDING = {
     "env": "gymnasium",
-    "fast/duals.py": "numba",
     "fast/linked.py": "numba",
     "page/live/server.py": "uvicorn",
 }
@@ -166,8 +164,6 @@ def single_runs_are_played_in_python(
     monkeypatch.setattr(grouped, "FASTER", [])
     monkeypatch.setattr(asked, "PRESSES", [])
     monkeypatch.setattr(contacts, "LOOPS", [])
-    monkeypatch.setattr(changes, "FASTER", [])
-    monkeypatch.setattr(single, "follow_run", lambda *_: None)
     if request.node.get_closest_marker("compiled"):
         monkeypatch.setattr(many, "EARLY", 0.0)  # s; a few shots are compiled, too.
 
@@ -182,7 +178,6 @@ def shots_are_compiled_in_test_all(
     """
     if "slow" in request.keywords:
         return
-    monkeypatch.setattr(compiled, "follow_shots", with_twins)
     monkeypatch.setattr(compiled, "note_form", lambda *_: None)
     monkeypatch.setattr(compiled, "has_form", lambda *_: False)
     monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)

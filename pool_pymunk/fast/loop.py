@@ -43,6 +43,7 @@ from pool_pymunk.fast.records import (
     MOST_ROWS,
     MOST_TOGETHER,
     NOTHING,
+    STOP,
     STOPS,
     WHOLE,
     Out,
@@ -56,7 +57,6 @@ from pool_pymunk.fast.walls import note_meeting
 from pool_pymunk.model.outline import contains
 from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.complementarity import decide
-from pool_pymunk.physics.motion_changes import STOP
 from pool_pymunk.physics.patches import patch_at
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
 from pool_pymunk.physics.pieces import part_of, piece_of

@@ -163,9 +163,7 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
     replay.follow(tangent)
     found, law = sorted(tangent.found, key=lambda one: one[0]), law_of(run).name
     lost = "what depends on it has no derivative, and is NaN"
-    texts = dict.fromkeys(
-        f"{REASONS[why].format(law)} (at {t:.6g} s): {lost}" for t, why in found
-    )
+    texts = dict.fromkeys(f"{REASONS[why].format(law)} (at {t:.6g} s): {lost}" for t, why in found)
     size, count = starts.shape[1:]
     ends = np.array(ends_of(tangent)).reshape(len(starts), size, count)
     times = times_of(run, replay.course, tangent.lates, count)

@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.fast import compiled
-from pool_pymunk.fast.records import Out, Tracks
+from pool_pymunk.fast.records import STOP, Out, Tracks
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.motion_changes import STOP
 from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.run import Run

@@ -80,8 +80,8 @@ class Step:
 class Course(Recorder):
     """This recorder notes the course of a run, and tells ``inner`` all that it hears.
 
-    Balls are those of the engine. A :class:`~pool_pymunk.core.tangent.tangent.Tangent` follows small
-    changes along a course, as often as somebody asks.
+    Balls are those of the engine. A :class:`~pool_pymunk.core.tangent.tangent.Tangent` follows
+    small changes along a course, as often as somebody asks.
     """
 
     def __init__(self, balls: list[Ball], inner: Recorder) -> None:

@@ -18,10 +18,10 @@ from pool_pymunk.core.tangent.track import Moment, Track
 class Stretch:
     """A stretch of a ball's leg has one change, which is quadratic in the time.
 
-    It counts ``since`` a time (s). ``numbers`` (3, 2, P) are the changes of x and y at the ``start``
-    of the leg (s), and half a ``span`` (s) and a whole one later. Nothing is known after the
-    ``end`` (s). Within ``blur`` (s) of the start a hit may come, if that is not negative, by which
-    the inputs have ``jumps``.
+    It counts ``since`` a time (s). ``numbers`` (3, 2, P) are the changes of x and y at the
+    ``start`` of the leg (s), and half a ``span`` (s) and a whole one later. Nothing is known after
+    the ``end`` (s). Within ``blur`` (s) of the start a hit may come, if that is not negative, by
+    which the inputs have ``jumps``.
     """
 
     def __init__(self, tangent: Tangent, track: Track, moment: Moment, until: float) -> None:

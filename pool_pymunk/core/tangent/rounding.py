@@ -114,9 +114,7 @@ class Errors:
             of_v = UNIT * abs(path.wy) + spun * abs(path.ay)
             self.turn(changes, (of_u, of_v), PLACES, 4)
 
-    def push(
-        self, changes: list[Change], of_x: float, of_y: float, source: int, row: int
-    ) -> None:
+    def push(self, changes: list[Change], of_x: float, of_y: float, source: int, row: int) -> None:
         """Add errors of these sizes (m/s) to velocities."""
         if of_x > 0.0:
             self.draw(of_x, source, row)
@@ -139,9 +137,7 @@ class Errors:
                 c.vx += nx * by
                 c.vy += ny * by
 
-    def turn(
-        self, changes: list[Change], size: tuple[float, float], source: int, row: int
-    ) -> None:
+    def turn(self, changes: list[Change], size: tuple[float, float], source: int, row: int) -> None:
         """Add errors of these sizes (m/s) to rolls."""
         of_x, of_y = size
         if of_x > 0.0:

@@ -29,7 +29,8 @@ GRAZE: Final = 1e-6
 HALVINGS: Final = 40
 # The last velocity is that at this share of an interval before its end, where it may be zero.
 LAST: Final = 1e-9
-EDGE: Final = 1e-9  # of a radius; a ball that meets a cushion this near to its end may meet the corner
+# of a radius; a ball that meets a side this near to its end may meet a corner
+EDGE: Final = 1e-9
 NEVER: Final = -1.0  # s; no touch has this time
 
 # whether a ball goes along something at first, and when (s) it turns back or ends there
@@ -100,9 +101,7 @@ def is_beside(arc: Arc, x: float, y: float) -> bool:
     return within_sector(x - cx, y - cy, arc.first, arc.last)
 
 
-def touch_of_face(
-    path: Path, face: Face, until: float, r: float, free: tuple[bool, bool]
-) -> Touch:
+def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bool, bool]) -> Touch:
     """Tell whether a ball goes along a face at first, and when (s) it turns back or ends there.
 
     The beginning counts if it is ``free`` of a contact, and so does the end.
@@ -202,11 +201,11 @@ class Approach:
         is_still = abs(rate) <= GRAZE * self.fastest * first
         along = is_still and begins and abs(first - self.apart) <= blur
         # Discs that have just met may seem to approach, by rounding.
-        if sign * rate < 0.0 and sign * at_last > 0.0 and (begins or not is_still):
-            if sign < 0.0 or self._may_come_near():
-                turns, distance = self._turning()
-                if abs(distance - self.apart) <= blur:
-                    return along, self.since + turns
+        turns_back = sign * rate < 0.0 and sign * at_last > 0.0 and (begins or not is_still)
+        if turns_back and (sign < 0.0 or self._may_come_near()):
+            turns, distance = self._turning()
+            if abs(distance - self.apart) <= blur:
+                return along, self.since + turns
         # Discs that have just met may never be seen to part.
         is_bent = self._bend() > blur * max(abs(x - dx), abs(y - dy))
         stay = not begins and abs(first - self.apart) <= blur and not is_bent
