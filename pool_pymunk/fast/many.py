@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Floats
+from pool_pymunk.fast.derive import derive
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, nothing, tracks
 from pool_pymunk.fast.shots import Source, is_gone, read_source, refuse_given
 from pool_pymunk.fast.tables import Form, can_compile, loop_form, table_of
@@ -110,8 +111,6 @@ def simulate_many(
         names = inputs.chosen("derivatives", derivatives, groups)
     handed_back = play_all(source, out, threads, on_done or (lambda _: None))
     if names is not None:
-        from pool_pymunk.studies.derive import derive
-
         derived = {"derivatives": derive(source, names, out.status != CANNOT_START), "by": names}
         derived["derived_in_python"] = np.zeros(len(out.status), np.bool_)
     if figures:

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pool_pymunk.core.engine import Engine
-from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import LASTS, Course
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.moments import Stretch, stretches_of
@@ -22,28 +21,23 @@ from pool_pymunk.core.tangent.reasons import CHAOS, FOLLOWED, REASONS
 from pool_pymunk.core.tangent.rounding import DRAWS, farthest
 from pool_pymunk.core.tangent.shot import ends_of, errors_of, play, tangent_of
 from pool_pymunk.core.tangent.tangent import Tangent
-from pool_pymunk.core.tangent.touches import Corner
-from pool_pymunk.model import Scene, State
+from pool_pymunk.model import State
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.problems import SettingError, setting_error
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.results.run import Run, points
 from pool_pymunk.results.trace import NEVER_SETTLES
 from pool_pymunk.solvers import find_solver
-from pool_pymunk.solvers.event_driven import persistence_of
-from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
-from pool_pymunk.solvers.record import CONTACT_TOLERANCE
+from pool_pymunk.solvers.small_changes import (
+    Pausing,
+    check_surface,
+    corners_of,
+    engine_of,
+    inputs_of,
+)
 
 SAME = 1e-9  # s; an event of the run comes at the time of its step
-
-
-class Pausing(Recorder):
-    """This recorder lets Python hear an interrupt now and then."""
-
-    def pause(self, t: float) -> None:
-        pass
 
 
 @dataclass(frozen=True)
@@ -106,7 +100,7 @@ class Tracked:
     def numbers(self) -> Array:
         """Where the stretches begin, and the changes (L, 3, 2, P) on them."""
         found = np.array([each.numbers for each in self.stretches])
-        return found.reshape(-1, 3, 2, self.count)
+        return found.reshape(len(self.stretches), 3, 2, self.count)
 
     @cached_property
     def spans(self) -> Array:
@@ -175,7 +169,7 @@ def times_of(run: Run, course: Course, lates: list[list[float]], count: int) -> 
 
     The solver in a pymunk space may answer contacts that persist in another order.
     """
-    found, events = np.array(lates).reshape(-1, count), len(run.events)
+    found, events = np.array(lates).reshape(len(lates), count), len(run.events)
     if len(found) != events:
         more = np.full((max(events - len(found), 0), count), math.nan)
         found = np.concatenate((found[:events], more))
@@ -183,31 +177,6 @@ def times_of(run: Run, course: Course, lates: list[list[float]], count: int) -> 
     for k, (event, t) in enumerate(zip(run.events, steps, strict=False)):
         if abs(event.t - t) > SAME:
             found[k] = math.nan
-    return found
-
-
-def inputs_of(scene: Scene, starts: Array, numbers: Sequence[Array]) -> Inputs:
-    """Return what inputs change: the ``starts`` (N, K, P), and the numbers of a scene."""
-    of_numbers, mass, radius = (each.tolist() for each in numbers)
-    of_edges, posts = scene.first_post, scene.posts
-    no_edge, no_pocket = [False] * of_edges, [False] * len(scene.pockets)
-    own_e = [*no_edge, *(post.restitution is not None for post in posts), *no_pocket]
-    own_mu = [*no_edge, *(post.friction is not None for post in posts), *no_pocket]
-    patches = [pull >= 0.0 for pull, _ in scene.ground.own], [d >= 0.0 for _, d in scene.ground.own]
-    where = np.nonzero(starts)
-    entries = zip(*(each.tolist() for each in where), starts[where].tolist(), strict=True)
-    return Inputs(list(entries), of_numbers, mass, radius, (own_e, own_mu), patches)
-
-
-def corners_of(scene: Scene) -> list[Corner]:
-    """Return the corners of a table at which a ball that meets a side may meet another one."""
-    found, table = list[Corner](), scene.table
-    for k, edge in enumerate(() if table is None else table.edges):
-        assert table is not None
-        last = table.edges[k - 1]
-        if k in table.reflex_corners or last.bulge or edge.bulge:
-            for heading in (last.heading(True), edge.heading(False)):
-                found.append(Corner(*edge.start, heading))
     return found
 
 
@@ -222,25 +191,6 @@ def played_again(run: Run) -> Replay:
     latest = run.duration if run.status == "max_time" else math.inf
     course, _ = play(engine, latest, Pausing())
     return Replay(run, engine, course)
-
-
-def check_surface(scene: Scene) -> None:
-    """Raise SettingError for a scene with a surface of somebody's own."""
-    if type(scene.surface) not in (Sliding, Rolling):
-        message = "is a surface of your own, and has no derivatives"
-        raise setting_error("surface", type(scene.surface).__name__, message)
-
-
-def engine_of(scene: Scene, start: State, law: Law, tolerance: float | None) -> Engine:
-    """Return an engine that has a scene's balls on their first paths."""
-    table = table_of(scene)
-    balls = balls_of(scene, start, table)
-    persistence = persistence_of(table, balls, tolerance or CONTACT_TOLERANCE)
-    engine = Engine(table, balls, law_in_core(law), Recorder(), persistence)
-    for id_ in start.off:
-        i = scene.index[id_]
-        engine.remove(balls[i], start.position[i])
-    return engine
 
 
 def start_of(run: Run) -> State:

@@ -61,7 +61,7 @@ class Step:
 
     @property
     def met(self) -> int:
-        """What ball ``a`` meets: another ball, -1 - the place of a wall, or nothing."""
+        """The other ball, -1 - the place of a wall, or nothing: ball ``a`` meets it."""
         if self.b >= 0:
             return self.b
         return NOTHING if self.wall is None else -1 - self.wall.place

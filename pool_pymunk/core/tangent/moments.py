@@ -8,7 +8,7 @@ from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.tangent.carry import Ground
 from pool_pymunk.core.tangent.change import Change
-from pool_pymunk.core.tangent.meeting import AGREE
+from pool_pymunk.core.tangent.encounter import AGREE
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import BLUR
 from pool_pymunk.core.tangent.track import Moment, Track

@@ -49,7 +49,7 @@ HALF: Final[i64] = 65_536
 
 
 @final
-class Errors:
+class RoundingErrors:
     """Errors have random signs, which are drawn one row after the other.
 
     To each sign one is added that all errors of one source and of one ``kind`` of events share.

@@ -7,7 +7,7 @@ from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import Course
 from pool_pymunk.core.tangent.inputs import Inputs
-from pool_pymunk.core.tangent.rounding import Errors
+from pool_pymunk.core.tangent.rounding import RoundingErrors
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import Corner
 
@@ -63,9 +63,9 @@ def changes_of(
     return found
 
 
-def errors_of(engine: Engine) -> Errors:
+def errors_of(engine: Engine) -> RoundingErrors:
     """Return rounding errors for what an engine has played."""
-    return Errors(engine.table.surface.rolls, engine.table.pull > 0.0)
+    return RoundingErrors(engine.table.surface.rolls, engine.table.pull > 0.0)
 
 
 def ends_of(tangent: Tangent) -> list[list[float]]:

@@ -1,7 +1,7 @@
 """A tangent follows small changes of the inputs along the course of a run, to first order.
 
 Between events a change evolves with the motion (:mod:`pool_pymunk.core.tangent.carry`), and a
-contact takes it over to the new velocities (:mod:`pool_pymunk.core.tangent.meeting`). Where there
+contact takes it over to the new velocities (:mod:`pool_pymunk.core.tangent.encounter`). Where there
 is no derivative, there is a reason, and what depends on it is nan.
 """
 
@@ -26,8 +26,8 @@ from pool_pymunk.core.tangent.course import (
     Course,
     Step,
 )
+from pool_pymunk.core.tangent.encounter import Encounter, why_not
 from pool_pymunk.core.tangent.inputs import Inputs
-from pool_pymunk.core.tangent.meeting import Meeting, why_not
 from pool_pymunk.core.tangent.reasons import (
     AT_BORDER,
     AT_CORNER,
@@ -49,7 +49,7 @@ from pool_pymunk.core.tangent.reasons import (
     TOUCHES,
     UNTOLD,
 )
-from pool_pymunk.core.tangent.rounding import TIMES, UNIT, Errors, sizes_of
+from pool_pymunk.core.tangent.rounding import TIMES, UNIT, RoundingErrors, sizes_of
 from pool_pymunk.core.tangent.touches import (
     GRAZE,
     NEVER,
@@ -81,7 +81,7 @@ class Tangent:
         self.corners = corners
         self.steps: list[Step] = course.steps
         self.inputs = inputs
-        self.errors: Errors | None = None
+        self.errors: RoundingErrors | None = None
         self.keeps = False
         self.rolls = table.surface.rolls
         self.obstacles: list[Obstacle] = obstacles_of(table)
@@ -326,30 +326,30 @@ class Tangent:
         """Follow the changes through a hit; return why that cannot be, if so."""
         if step.drifts:
             return UNTOLD
-        meeting, errors = Meeting(step, a, b, self.rolls), self.errors
+        encounter, errors = Encounter(step, a, b, self.rolls), self.errors
         if errors is None:
-            if b is None and self._is_at_corner(meeting.x, meeting.y, a.radius):
+            if b is None and self._is_at_corner(encounter.x, encounter.y, a.radius):
                 return AT_CORNER
-            if meeting.is_graze:
+            if encounter.is_graze:
                 return IS_GRAZE
         self._move(a, step.t)
         if b is not None:
             self._move(b, step.t)
-        if errors is not None and not meeting.misjudge(errors, self.columns, kind_of(step)):
+        if errors is not None and not encounter.misjudge(errors, self.columns, kind_of(step)):
             return CHAOS
         touch_first = errors is None and is_first(step.t, a, b)
-        meeting.come_late(self.columns, self.inputs)
+        encounter.come_late(self.columns, self.inputs)
         if touch_first and any([column.late != 0.0 for column in self.columns]):
             self.found.append((step.t, TOUCH_FIRST))
-        hit = meeting.hit(self.law, errors is None)
-        sides = meeting.sides(hit, self.columns, errors is None)
+        hit = encounter.hit(self.law, errors is None)
+        sides = encounter.sides(hit, self.columns, errors is None)
         cue = self.cues[a.number] or (b is not None and self.cues[b.number])
-        why = why_not(meeting, sides, hit, meeting.is_usual(self.table, cue))
+        why = why_not(encounter, sides, hit, encounter.is_usual(self.table, cue))
         if why != FOLLOWED:
             return why
-        meeting.answer(sides, self.columns, self.inputs, cue)
+        encounter.answer(sides, self.columns, self.inputs, cue)
         if errors is not None:
-            meeting.round_answer(errors, hit)
+            encounter.round_answer(errors, hit)
         else:
             self._lose_where(a, b, step.t, touch_first)
         a.go_on(step.met)

@@ -100,7 +100,7 @@ class Track:
 
     @property
     def size(self) -> float:
-        """How large (m) its place is at the beginning of the leg, and its radius."""
+        """The size (m) of its place at the beginning of the leg, and its radius."""
         return abs(self.path.x) + abs(self.path.y) + self.radius
 
     def rests_just_at(self, t: float) -> bool:

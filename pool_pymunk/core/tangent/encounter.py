@@ -23,7 +23,7 @@ from pool_pymunk.core.tangent.course import Step
 from pool_pymunk.core.tangent.inputs import E_BALLS, E_CUE, E_WALLS, MU_BALLS, MU_WALLS, Inputs
 from pool_pymunk.core.tangent.kinks import hit_of, sides_of
 from pool_pymunk.core.tangent.reasons import BY_POLICY, FOLLOWED, JUMPS
-from pool_pymunk.core.tangent.rounding import PATHS, TIMES, TURNED, UNIT, Errors, sizes_of
+from pool_pymunk.core.tangent.rounding import PATHS, TIMES, TURNED, UNIT, RoundingErrors, sizes_of
 from pool_pymunk.core.tangent.slopes import Four, Hit, Nudge, largest
 from pool_pymunk.core.tangent.touches import BLUR, GRAZE
 from pool_pymunk.core.tangent.track import Track
@@ -33,7 +33,7 @@ AGREE: Final = 1e-8
 
 
 @final
-class Meeting:
+class Encounter:
     """This is a contact of ball ``a`` with ball ``b`` or with a wall, and how it closes.
 
     The normal points to ball b, or from the wall to ball a. With the velocity of what it points to
@@ -234,7 +234,7 @@ class Meeting:
 
     # -- rounding ----------------------------------------------------------------------------------
 
-    def misjudge(self, errors: Errors, columns: list[Column], kind: int) -> bool:
+    def misjudge(self, errors: RoundingErrors, columns: list[Column], kind: int) -> bool:
         """Draw errors of the gap, of the time and of the normal; tell whether one can go on.
 
         The errors before a graze change its closing speed. A gap g changes a closing speed c, at
@@ -266,7 +266,7 @@ class Meeting:
         self.closing = max(self.closing, least)
         return self.curvature * (along + slip * far / self.closing) <= TURNED
 
-    def round_answer(self, errors: Errors, hit: Hit) -> None:
+    def round_answer(self, errors: RoundingErrors, hit: Hit) -> None:
         """Draw errors of the new velocities and of the new paths.
 
         The parts of the velocities before a contact are sums of products, and so err by a unit of
@@ -285,7 +285,13 @@ class Meeting:
             self._round(errors, b, hit.b, last_of(hit.after), 1.0 - share, parts)
 
     def _round(
-        self, errors: Errors, track: Track, asked: NT, answer: NT, share: float, parts: Vector
+        self,
+        errors: RoundingErrors,
+        track: Track,
+        asked: NT,
+        answer: NT,
+        share: float,
+        parts: Vector,
     ) -> None:
         """Draw errors of the new velocity of one ball, and of its path."""
         along, across = parts
@@ -343,8 +349,8 @@ def mean_slope(sides: list[Hit], by: Nudge, column: Column) -> Four:
     return n, t, m, r
 
 
-def why_not(meeting: Meeting, sides: list[Hit], hit: Hit, is_usual: bool) -> int:
+def why_not(encounter: Encounter, sides: list[Hit], hit: Hit, is_usual: bool) -> int:
     """Return why the answer of a law has no derivative, if so."""
     if len(sides) == 0:
         return JUMPS
-    return FOLLOWED if is_usual and meeting.is_by_law(hit) else BY_POLICY
+    return FOLLOWED if is_usual and encounter.is_by_law(hit) else BY_POLICY
