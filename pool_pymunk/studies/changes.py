@@ -97,10 +97,11 @@ class Tracked:
         self.stretches = stretches_of(tangent, ball)
 
     @cached_property
-    def numbers(self) -> Array:
-        """Where the stretches begin, and the changes (L, 3, 2, P) on them."""
+    def polynomials(self) -> tuple[Array, Array, Array]:
+        """The coefficients (L, 2, P) of the changes on each stretch (Lagrange's polynomials)."""
         found = np.array([each.numbers for each in self.stretches])
-        return found.reshape(len(self.stretches), 3, 2, self.count)
+        first, half, whole = found.reshape(len(self.stretches), 3, 2, self.count).swapaxes(0, 1)
+        return first, 4.0 * half - 3.0 * first - whole, 2.0 * (first + whole) - 4.0 * half
 
     @cached_property
     def spans(self) -> Array:
@@ -108,14 +109,13 @@ class Tracked:
         return np.array([(s.since, s.start, s.span, s.end) for s in self.stretches])
 
     def at(self, times: Array) -> Array:
-        """Return the changes (T, 2, P) of the place (Lagrange's polynomial)."""
+        """Return the changes (T, 2, P) of the place."""
         t = np.clip(times, 0.0, self.duration)
         since, start, span, end = self.spans.T
         last = np.maximum(np.searchsorted(since, t, side="right") - 1, 0)
         s = ((t - start[last]) / span[last])[:, np.newaxis, np.newaxis]
-        first, half, whole = self.numbers[last].swapaxes(0, 1)
-        found = (1.0 - s) * ((1.0 - 2.0 * s) * first + 4.0 * s * half)
-        found += s * (2.0 * s - 1.0) * whole
+        first, second, third = (each.take(last, axis=0) for each in self.polynomials)
+        found = first + s * (second + s * third)
         found[end[last] < t] = math.nan  # What begins later than its leg is unknown.
         for each in self.stretches:
             if each.blur >= 0.0:

@@ -297,7 +297,7 @@ class Forecast:
 def places_of(run: Run, ball: int, times: Array) -> Array:
     """Return the places (T, 2) of one ball in m, at times (s); one after the end counts as that."""
     rows, t = run.knots[ball], np.minimum(times, run.duration)
-    last = rows[np.searchsorted(rows[:, 0], t, side="right") - 1]
+    last = rows.take(np.searchsorted(rows[:, 0], t, side="right") - 1, axis=0)
     time = (t - last[:, 0])[:, np.newaxis]
     return np.asarray(last[:, 1:3] + time * (last[:, 3:5] + time * last[:, 5:7] / 2.0))
 
