@@ -15,7 +15,6 @@ from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.change import Column, Rates
 from pool_pymunk.core.tangent.course import (
-    ANYTHING,
     CROSS,
     FALL,
     HIT,
@@ -28,6 +27,7 @@ from pool_pymunk.core.tangent.course import (
 )
 from pool_pymunk.core.tangent.encounter import Encounter, why_not
 from pool_pymunk.core.tangent.inputs import Inputs
+from pool_pymunk.core.tangent.lookout import Found, Lookout
 from pool_pymunk.core.tangent.reasons import (
     AT_BORDER,
     AT_CORNER,
@@ -46,18 +46,12 @@ from pool_pymunk.core.tangent.reasons import (
     SHARED,
     STOPPED,
     TOUCH_FIRST,
-    TOUCHES,
     UNTOLD,
 )
 from pool_pymunk.core.tangent.rounding import TIMES, UNIT, RoundingErrors, sizes_of
 from pool_pymunk.core.tangent.touches import (
     GRAZE,
-    NEVER,
     Corner,
-    Obstacle,
-    are_far,
-    obstacles_of,
-    touch_of_discs,
 )
 from pool_pymunk.core.tangent.track import Track, are_now, is_now
 
@@ -84,7 +78,6 @@ class Tangent:
         self.errors: RoundingErrors | None = None
         self.keeps = False
         self.rolls = table.surface.rolls
-        self.obstacles: list[Obstacle] = obstacles_of(table)
         self.tracks: list[Track] = []
         changes = inputs.changes_at_first(len(balls))
         for ball in balls:
@@ -95,7 +88,8 @@ class Tangent:
         self.cues = [ball.is_cue for ball in balls]
         self.columns = [Column() for _ in range(inputs.count)]
         self.lates: list[list[float]] = []
-        self.found: list[tuple[float, int]] = []
+        self.found: Found = []
+        self.lookout = Lookout(table, inputs, self.tracks, self.found)
         self.duration = 0.0
         self.is_cut = False
         self.is_cut_by_events = False
@@ -107,9 +101,9 @@ class Tangent:
         """
         self.duration, self.is_cut = duration, is_cut
         self.is_cut_by_events = is_cut_by_events
-        if self.keeps:
-            for track in self.tracks:
-                track.keep(0.0)
+        for track in self.tracks:
+            track.keeps = self.keeps
+            track.keep(0.0)
         for k in range(len(self.steps)):
             why = self._go_through(k)
             if why != FOLLOWED and self.errors is not None:
@@ -122,7 +116,7 @@ class Tangent:
         a, b = self.tracks[step.a], self.tracks[step.other]
         why = self._reason(k, step, a, b)
         if self.errors is None:
-            self._look_before(step, a, b, why == SHARED or step.kind == LASTS)
+            self.lookout.look_before(step, a, b, why == SHARED or step.kind == LASTS)
         if why == FOLLOWED:
             why = self._take(step, a, b)
         if self.errors is None:
@@ -133,7 +127,7 @@ class Tangent:
         """Follow the changes to the end of the run; return why errors cannot be, if so."""
         t = self.duration
         if self.errors is None:
-            self._catch_up(t)
+            self.lookout.catch_up(t)
         for track in self.tracks:
             if track.goes_on_before(t):
                 if self.errors is not None:
@@ -141,7 +135,7 @@ class Tangent:
                 then = track.following
                 self._lose(PERSISTS, track, track, t if then is None else then.t)
             if self.errors is None:
-                self._look(track, t, NOTHING, track.number)
+                self.lookout.look(track, t, NOTHING, track.number)
         for track in self.tracks:
             rests = self.is_cut and track.rests_just_at(t)
             self._move(track, t)
@@ -177,8 +171,8 @@ class Tangent:
 
         A contact before may have stopped the ball.
         """
-        for way in (-1, 1):
-            n = k + way
+        for stride in (-1, 1):
+            n = k + stride
             while 0 <= n < len(self.steps):
                 other = self.steps[n]
                 if not are_now(other.t, step.t, a, b):
@@ -186,7 +180,7 @@ class Tangent:
                 counts = other.kind != LASTS and (other.kind != STOP or n < k)
                 if counts and (other.has(step.a) or other.has(step.other)):
                     return True
-                n += way
+                n += stride
         return False
 
     def _shares_with_earlier(self, k: int, step: Step) -> bool:
@@ -230,9 +224,10 @@ class Tangent:
                 column.late = math.nan
         if step.kind != LASTS:
             self.lates.append([column.late for column in self.columns])
-        self._keep(a, b, step.t)
+        a.keep(step.t)
         a.note_ever(why != FOLLOWED)
         if b is not a:
+            b.keep(step.t)
             b.note_ever(why != FOLLOWED)
 
     def _stop_at_contact(self, track: Track, t: float) -> None:
@@ -382,97 +377,6 @@ class Tangent:
         if is_bent:
             self.found.append((t, BENT))
 
-    # -- touches -----------------------------------------------------------------------------------
-
-    def _look_before(self, step: Step, a: Track, b: Track, meets_more: bool) -> None:
-        """Look for touches on the paths that a step ends."""
-        self._catch_up(step.t)
-        self._look(a, step.t, ANYTHING if meets_more else step.met, a.number)
-        if b is not a:
-            self._look(b, step.t, ANYTHING if meets_more else a.number, a.number)
-
-    def _catch_up(self, t: float) -> None:
-        """Let balls of which nothing is known go on to their last legs before a time (s).
-
-        In a persistent contact they have legs between which there are no events. Others may touch
-        them there.
-        """
-        for track in self.tracks:
-            while track.goes_on_before(t) and track.is_lost:
-                then = track.following
-                if then is not None:
-                    self._look_at_balls(track, then.t, ANYTHING, track.number)
-                track.go_on(NOTHING)
-
-    def _look(self, track: Track, t: float, met: int, done: int) -> None:
-        """Lose what touches decide on the path of a ball up to a time (s), where it has ``met``.
-
-        Ball ``done`` was looked at before.
-        """
-        if track.is_gone:
-            return
-        if track.path.moves:
-            for each in self.obstacles:
-                free = track.met != each.met, met not in (each.met, ANYTHING)
-                along, turns = each.touch(track.path, t, track.radius, free)
-                if along:
-                    self._touch(track, track, track.path.t, each)
-                if turns != NEVER:
-                    self._touch(track, track, turns, each)
-        self._look_at_balls(track, t, met, done)
-
-    def _look_at_balls(self, track: Track, t: float, met: int, done: int) -> None:
-        """Lose what touches of other balls decide on the path of a ball up to a time (s)."""
-        path, i = track.path, track.number
-        is_still = not path.moves
-        for other in self.tracks:
-            j, its = other.number, other.path
-            if j in (i, done) or other.is_gone or (is_still and not its.moves):
-                continue
-            since = max(path.t, its.t)
-            apart = track.radius + other.radius
-            if since >= t or are_far(path, its, t, apart):
-                continue
-            begins = not (track.met == j and other.met == i) or path.t != its.t
-            free = begins, met not in (j, ANYTHING)
-            along, turns = touch_of_discs(path, its, t, (apart, 1.0), free)
-            if along:
-                self._touch(track, other, since, None)
-            if turns != NEVER:
-                self._touch(track, other, turns, None)
-
-    def _touch(self, a: Track, b: Track, t: float, obstacle: Obstacle | None) -> None:
-        """Lose the derivatives at a touch: a contact there acts by the root of the gap's change.
-
-        Every input that has changed one of the balls therefore matters, even to second order. At a
-        face, inputs that move a ball along it alone do not: the ball stays at it.
-        """
-        was_known = not a.is_lost and not b.is_lost
-        nx, ny = (0.0, 0.0) if obstacle is None else obstacle.across
-        of_a, of_b, is_new = self.inputs.radius[a.number], self.inputs.radius[b.number], False
-        slows_a, slows_b = self._slows(a, t), self._slows(b, t)
-        for p in range(self.inputs.count):
-            c, d = a.changes[p], b.changes[p]
-            matters = c.ever or d.ever or of_a[p] != 0.0 or of_b[p] != 0.0
-            matters = matters or (slows_a is not None and slows_a[p] != 0.0)
-            matters = matters or (slows_b is not None and slows_b[p] != 0.0)
-            if matters and (nx != 0.0 or ny != 0.0):
-                matters = c.moves_across(of_a[p], nx, ny)
-            if matters:
-                is_new = True
-                c.lose()
-                d.lose()
-                c.ever = d.ever = True
-        if is_new and was_known:
-            self.found.append((t, TOUCHES))
-        self._keep(a, b, t)
-
-    def _slows(self, track: Track, t: float) -> list[float] | None:
-        """Return how the inputs change the deceleration of a ball that has moved until a time."""
-        if not track.path.moves or t <= track.path.t:
-            return None
-        return track.ground(self.table, self.inputs).by
-
     # -- changes -----------------------------------------------------------------------------------
 
     def _move(self, track: Track, t: float) -> None:
@@ -495,13 +399,6 @@ class Tangent:
             if not each.is_zero:
                 self.found.append((t, RESTS_LAST))
                 each.vx = each.vy = each.wx = each.wy = math.nan
-
-    def _keep(self, a: Track, b: Track, t: float) -> None:
-        """Keep the changes of balls from a time (s) on, if that is asked for."""
-        if self.keeps:
-            a.keep(t)
-            if b is not a:
-                b.keep(t)
 
 
 def is_first(t: float, a: Track, b: Track | None) -> bool:

@@ -28,7 +28,8 @@ class Moment:
 class Track:
     """A track has the ``changes`` (P) of a ball at the beginning of its leg ``at``.
 
-    ``met`` is what the ball met there, and ``is_gone`` tells whether it has left the table.
+    ``met`` is what the ball met there, and ``is_gone`` tells whether it has left the table. If it
+    ``keeps`` its changes, there are moments of them.
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class Track:
         self.path = legs[0].path
         self.met = NOTHING
         self.is_gone = False
+        self.keeps = False
         self.moments: list[Moment] = []
 
     @property
@@ -121,8 +123,9 @@ class Track:
                 each.ever = True
 
     def keep(self, t: float) -> None:
-        """Keep the changes from a time (s) on."""
-        self.moments.append(Moment(t, self.at, self.changes))
+        """Keep the changes from a time (s) on, if that is asked for."""
+        if self.keeps:
+            self.moments.append(Moment(t, self.at, self.changes))
 
 
 def is_now(t: float, now: float, fastest: float, size: float) -> bool:
