@@ -164,3 +164,17 @@ def test_nothing_is_differentiated_by_nothing() -> None:
     found = simulate(load("report"), 3, solver="event-driven").derivatives([])
     assert found.final.shape == (11, 2, 0) and found.times.shape == (2, 0)
     assert found.at([0.0, 0.5], "C").shape == (2, 2, 0)
+
+
+@pytest.mark.parametrize("name", ["report", "follow-and-draw", "stadium"])
+def test_derivatives_at_a_time_are_those_of_a_run_that_is_cut_then(name: str) -> None:
+    scene = load(name)
+    run = simulate(scene, 1, solver="event-driven")
+    found = run.derivatives("all")
+    for share in (0.13, 0.4, 0.77):
+        t = share * run.duration
+        cut = simulate(scene, 1, solver="event-driven", max_time=t).derivatives("all").final
+        size = np.nanmax(np.abs(cut))
+        for k, ball in enumerate(scene.balls):
+            at = found.at([t], ball.id)[0]
+            np.testing.assert_allclose(at, cut[k], rtol=0.0, atol=1e-13 * size)
