@@ -30,8 +30,8 @@ from pool_pymunk.engine import asked, contacts
 from pool_pymunk.fast import compiled, many, single
 from pool_pymunk.fast.many import play_compiled
 from pool_pymunk.fast.records import Out
-from pool_pymunk.fast.shots import Source
 from pool_pymunk.fast.tables import Form, can_compile, walls_differ
+from pool_pymunk.many.source import Source
 from pool_pymunk.physics import changes
 from pool_pymunk.solvers import grouped
 

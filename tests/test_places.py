@@ -27,8 +27,8 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast.batch import CANNOT_START
-from pool_pymunk.fast.places import FEW, may_lie
+from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.places import FEW, may_lie
 from pool_pymunk.model.places import SUNK, TOUCHING, overlap, room_beside
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.page.live.answers import Answers

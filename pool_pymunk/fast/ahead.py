@@ -10,8 +10,8 @@ from pool_pymunk.fast import compiled, loop, single
 from pool_pymunk.fast.derivatives import Follower
 from pool_pymunk.fast.many import play_of
 from pool_pymunk.fast.records import CROWD, MOST_BALLS, empty, tracks
-from pool_pymunk.fast.shots import read_source
 from pool_pymunk.fast.tables import Form, loop_form
+from pool_pymunk.many.source import read_source
 from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table, inputs
 from pool_pymunk.model.plain import argument, whole
 

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.fast import compiled, kinds
-from pool_pymunk.fast.batch import CANNOT_START
+from pool_pymunk.fast.given import shots_of, work_of
 from pool_pymunk.fast.loop import OUT_OF_TIME
 from pool_pymunk.fast.records import NOTHING, SCENE, F, I, Out, Shots, Tracks
-from pool_pymunk.fast.shots import Floats, Source, is_gone
 from pool_pymunk.fast.tables import (
     can_compile,
     cue_of,
@@ -28,6 +27,8 @@ from pool_pymunk.fast.tables import (
     walls_differ,
 )
 from pool_pymunk.fast.walls import nearest
+from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.source import Floats, Source, is_gone
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.obstacles import obstacles
 from pool_pymunk.physics import changes, columns, contact_changes, kinks
@@ -80,11 +81,11 @@ class Follower:
         scene, duration = self.source.scene, self.out.duration[part]
         is_cut = (self.out.status[part] == OUT_OF_TIME) | (duration == scene.physics.max_time)
         numbers = changed_numbers(scene, self.names, "restitution.cue_ball" in self.source.vary)
-        starts, work = self._starts(part), self.source.work(keeps=True)
+        starts, work = self._starts(part), work_of(self.source, keeps=True)
         g = _follow(scene, work[0].scene, tracks, numbers, starts.shape[2])
         pass_ = compiled.follow_shots(follow_shots)
         ends = np.column_stack((tracks.ends, duration, is_cut, np.zeros(len(duration))))
-        pass_(g, self.source.shots(part), starts, ends, self.found[part], self.why[part])
+        pass_(g, shots_of(self.source, part), starts, ends, self.found[part], self.why[part])
         compiled.note_form(follow_shots, loop_form(scene))
 
     def _starts(self, part: slice) -> Floats:

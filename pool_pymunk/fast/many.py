@@ -1,4 +1,4 @@
-"""This module plays many exact shots at once, on all cores."""
+"""This module plays shots by the compiled loop, and follows small changes through them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import time
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from itertools import islice
@@ -16,16 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.fast import compiled, loop, single
-from pool_pymunk.fast.batch import CANNOT_START, NON_FINITE, STATUSES, Batch, Floats
 from pool_pymunk.fast.derivatives import Follower
+from pool_pymunk.fast.given import shots_of, work_of
 from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, nothing, tracks
-from pool_pymunk.fast.shots import Source, is_gone, read_source, refuse_given
 from pool_pymunk.fast.tables import Form, can_compile, loop_form, table_of
-from pool_pymunk.model import Scene, SceneError, Shot, inputs
+from pool_pymunk.many.batch import CANNOT_START, STATUSES
+from pool_pymunk.many.source import Source, is_gone
+from pool_pymunk.model import Scene, SceneError, inputs
 from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import find_shot
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -41,97 +41,17 @@ SLOW = "numba is not installed, so many shots take some hundred times longer tha
 # s; Python plays shots that take less time than this where their loop is not compiled yet. It is a
 # quarter of the time that compilation takes (`python -m tests.loops`, docs/speed.md).
 EARLY = 20.0
-FIGURES = ("rounding", "policy_shift", "persistent_shift")
-FEW_HARD = 10  # Up to this many shots handed back, in some 20 ms each, give no warning.
-HARD_SHOTS = "{} of {} shots were handed back to the Python solver, which is some hundred times " \
-    "slower: more than 64 contacts came together, a law of your own answers them, or balls " \
-    "overlapped at the start; gaps of 1e-4 m between balls keep shots compiled"  # fmt: skip
 
 
-def simulate_many(
-    scene: Scene,
-    position: Any = None,
-    velocity: Any = None,
-    *,
-    shot: Shot | str | int | None = None,
-    roll: Any = None,
-    law: str | Law | None = None,
-    vary: Mapping[str, Any] | None = None,
-    max_time: float | None = None,
-    threads: int | None = None,
-    on_done: Done | None = None,
-    derivatives: str | Sequence[str] | None = None,
-    figures: bool = False,
-) -> Batch:
-    """Play many shots exactly, and return where the balls end.
-
-    ``position`` (m) and ``velocity`` (m/s) are arrays (S, N, 2), for S shots and the scene's N
-    balls, or (N, 2) for all shots (default: the scene's own). NaN as a position means that the ball
-    is off the table. ``shot`` takes the place of both: a Shot of the scene, its name or its number
-    from 1. All shots then begin as in :func:`simulate`; ``simulate_many(scene, 1)`` is enough.
-
-    ``vary`` has what else differs from shot to shot: arrays (S,) by the names of the table of
-    inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``; a :class:`~pool_pymunk.Variation`
-    draws such arrays. ``speed``, ``angle``, ``turn`` and ``roll`` are those of the shot's ball;
-    without a shot, of the cue ball or else of the first ball that moves. ``mass`` (kg) is that of
-    all balls, and may be (S, N) too. The argument ``roll`` has the rolls (m/s) in an array like
-    ``velocity``. By default a ball's roll is its own share of its velocity; for the ball of the
-    shot, or of the scene's first shot, it is the share of that shot.
-    ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` (default: as many as cores)
-    share the work, and change no result. ``on_done(n)`` is called with 0 when the first shots
-    begin, and whenever ``n`` more are done. ``derivatives`` names the inputs of
-    ``batch.derivatives``, as :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``,
-    ``batch.policy_shift`` and ``batch.persistent_shift`` say how far off the ends may be; each shot
-    is then played as a run, too.
-
-    Where no contact persists, every bit is that of ``simulate(..., solver="event-driven")``. With
-    numba (``pip install 'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with
-    more than 512 balls, radii that vary or a law of your own for single hits, take the Python
-    solver. A shot takes 27 + 21 N bytes in the result. Raises SettingError, in one line that names
-    the argument.
-
-    >>> import numpy as np
-    >>> from pool_pymunk import load
-    >>> scene = load("two-balls")
-    >>> velocity = np.zeros((3, 2, 2))
-    >>> velocity[:, 0, 0] = [0.5, 1.0, 1.5]
-    >>> batch = simulate_many(scene, velocity=velocity, max_time=2.0)
-    >>> batch.hits.tolist(), bool((batch.final[1] == batch.run(1).end.position).all())
-    ([1, 1, 1], True)
-    """
-    began = time.perf_counter()
-    if shot is not None:
-        refuse_given("the shot has its own", position=position)
-        position = find_shot(scene, shot)
-    source = read_source(scene, position, velocity, vary, law, max_time, roll)
-    out, derived, follower = empty(*source.position.shape[:2]), dict[str, Any](), None
-    if derivatives is not None:
-        begun = source.scene_of(0) if len(out.status) else source.scene
-        groups = inputs.derivable(begun, source.watched != NOTHING)
-        follower = Follower(source, inputs.chosen("derivatives", derivatives, groups), out)
-    handed_back = play_all(source, out, threads, on_done or (lambda _: None), follower)
-    if follower is not None:
-        follower.complete()
-        derived = {"derivatives": follower.found, "by": follower.names}
-        derived["derived_in_python"] = follower.again
-    if figures:
-        derived |= zip(FIGURES, _figures(source, out), strict=True)
-    hard = int((handed_back & (out.status != CANNOT_START)).sum())
-    if hard > max(FEW_HARD, len(handed_back) / 10) and _is_known(source) and compiled.is_there():
-        warnings.warn(HARD_SHOTS.format(hard, len(handed_back)), stacklevel=2)
-    found = {key: values for key, values in out._asdict().items() if key != "halt"} | derived
-    found |= {"handed_back": handed_back, "by_reference": int(handed_back.sum())}
-    wall_time = time.perf_counter() - began
-    return Batch(source.scene, source.asked.law, source=source, wall_time=wall_time, **found)
-
-
-def _figures(source: Source, out: Out) -> Floats:
-    """Return how far (m) the ends of each shot may have been moved, by each of ``FIGURES``."""
-    found = np.full((len(FIGURES), len(out.status)), np.nan)
-    for k in np.flatnonzero(out.status < NON_FINITE).tolist():
-        run = source.run(k)
-        found[:, k] = [getattr(run, name) for name in FIGURES]
-    return found
+def derive(source: Source, names: inputs.Names, threads: int | None) -> dict[str, Any]:
+    """Return the derivatives of the ends of all shots, as a Batch has them."""
+    out = empty(*source.position.shape[:2])
+    follower = Follower(source, names, out)
+    play_all(source, out, threads, lambda _: None, follower)
+    follower.complete()
+    return {
+        "derivatives": follower.found, "by": follower.names, "derived_in_python": follower.again
+    }  # fmt: skip
 
 
 def play_all(
@@ -280,7 +200,7 @@ def play_chunk(
     play: Any, source: Source, table: TableArrays, out: Out, part: slice, watcher: Any = None
 ) -> int:
     """Play some shots by the compiled loop, and return how many."""
-    work, shots, first = source.work(keeps=watcher is not None), source.shots(part), 0
+    work, shots, first = work_of(source, keeps=watcher is not None), shots_of(source, part), 0
     own = Out(*(each if each is out.halt else each[part] for each in out))
     count = len(own.status)
     kept = tracks(count, ROOM if watcher is not None else 0)

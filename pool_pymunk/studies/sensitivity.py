@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.batch import STATUSES
 from pool_pymunk.fast.many import play_all
 from pool_pymunk.fast.records import empty
-from pool_pymunk.fast.shots import opening, read_source
+from pool_pymunk.many.batch import STATUSES
+from pool_pymunk.many.source import opening, read_source
 from pool_pymunk.model import Point, Scene, Shot, inputs
 from pool_pymunk.model.plain import argument, flag, whole
 from pool_pymunk.physics.laws import Law, find_law

@@ -17,8 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pool_pymunk.fast import compiled, simulate_many
-from pool_pymunk.fast.shots import opening
+from pool_pymunk.fast import compiled
+from pool_pymunk.many import simulate_many
+from pool_pymunk.many.source import opening
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
 from pool_pymunk.model.places import Surroundings, placed
 from pool_pymunk.model.problems import Point, listed, setting_error, shown

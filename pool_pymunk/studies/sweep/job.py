@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.fast import Batch, compiled
+from pool_pymunk.fast import compiled
 from pool_pymunk.fast.many import EARLY, prepare, results
+from pool_pymunk.many import Batch
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law

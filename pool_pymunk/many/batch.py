@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.many.source import Floats, Ints
 from pool_pymunk.model.problems import setting_error
 
 if TYPE_CHECKING:
-    from pool_pymunk.fast.shots import Source
+    from pool_pymunk.many.source import Source
     from pool_pymunk.model import Scene
     from pool_pymunk.results.run import Run
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 STATUSES = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
 NON_FINITE, CANNOT_START = STATUSES.index("non_finite"), STATUSES.index("cannot_start")
