@@ -78,7 +78,7 @@ def differences(source: Source, found: Results) -> Iterator[str]:
         for key, value in wanted.items():
             own = getattr(found, key)[k]
             if not np.array_equal(own, value, equal_nan=key == "final"):
-                yield f"{k}: {key} {np.asarray(own).tolist()} instead of {np.asarray(value).tolist()}"
+                yield f"{k}: {key} {own} instead of {value}"
                 break
 
 

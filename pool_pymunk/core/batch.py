@@ -12,6 +12,7 @@ from typing import Final, final
 from mypy_extensions import i64
 
 from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.engine import OUT_OF_TIME, SETTLED, Engine
@@ -82,9 +83,15 @@ class Start:
 
 @final
 class Tally(Recorder):
-    """A tally counts what happens in a shot; ``listener`` may do something else now and then."""
+    """A tally counts what happens in a shot; ``listener`` may do something else now and then.
 
-    def __init__(self, starts: list[Start], watched: int, listener: Recorder) -> None:
+    It lets a comparison with a reference hear what it hears, if there is one.
+    """
+
+    def __init__(
+        self, starts: list[Start], watched: int, listener: Recorder, beside: Beside | None
+    ) -> None:
+        self.beside = beside
         self.starts = starts
         self.watched = watched
         self.listener = listener
@@ -101,6 +108,8 @@ class Tally(Recorder):
         self.is_in_doubt = False
 
     def contact(self, one: Contact, t: float) -> None:
+        if self.beside is not None:
+            self.beside.contact(one, t)
         a, b = one.a.ball.number, one.b
         if b is None:
             self.cushions += 1
@@ -117,10 +126,18 @@ class Tally(Recorder):
         if self.first_hit == NOBODY:
             self.first_hit = number
 
+    def path(self, ball: Ball, path: Path) -> None:
+        if self.beside is not None:
+            self.beside.path(ball, path)
+
     def stop(self, ball: Ball, t: float, place: Vector) -> None:
+        if self.beside is not None:
+            self.beside.stop(ball, t, place)
         self.duration = max(self.duration, t)
 
     def pocketed(self, ball: Ball, pocket: Pocket, t: float, motion: Motion) -> None:
+        if self.beside is not None:
+            self.beside.pocketed(ball, pocket, t, motion)
         self.duration = max(self.duration, t)
         self.starts[ball.number].pocket = pocket.number
 
@@ -193,6 +210,7 @@ class Shots:
         self.starts = [Start(ball) for ball in balls]
         self.engine = Engine(table, balls, law, Recorder(), persistence_of(table, balls, 1e-7))
         self.coefficients: Coefficients | None = None
+        self.beside: Beside | None = None
         self.watched = NOBODY
         self.latest = INF
         self.tolerance = 1e-7
@@ -206,7 +224,7 @@ class Shots:
         is_collecting = gc.isenabled()
         gc.disable()  # A shot leaves no circles of references.
         try:
-            self._play_all(given, out, Tally(self.starts, self.watched, listener))
+            self._play_all(given, out, Tally(self.starts, self.watched, listener, self.beside))
         finally:
             for ball in self.balls:
                 ball.group = None
@@ -219,12 +237,17 @@ class Shots:
         for k in range(len(out) // size):
             if not self._set_up(given, k):
                 NUMBER.pack_into(out, k * size, CANNOT_START)
+                if self.beside is not None:
+                    self.beside.begin(self.balls)
+                    self.beside.end(0.0)
                 continue
             tally.begin()
             engine.start_anew(tally)
             for start in self.starts:
                 if start.is_off:
                     engine.remove(start.ball, (start.x, start.y))
+            if self.beside is not None:
+                self.beside.begin(self.balls)
             engine.begin_run()
             engine.advance(self.latest)
             self._write(out, k * size, tally)
@@ -289,10 +312,13 @@ class Shots:
             end = self.latest if ending == OUT_OF_TIME and self.latest < INF else engine.now
             engine.now = end
             engine.persistence.persisted(engine)
+        events = min(engine.events, engine.most_events)
         SHOT.pack_into(
-            out, at, ending, end, min(engine.events, engine.most_events), tally.hits, tally.cushions, tally.first_hit,
+            out, at, ending, end, events, tally.hits, tally.cushions, tally.first_hit,
             tally.is_in_doubt,
         )  # fmt: skip
+        if self.beside is not None:
+            self.beside.end(end)
         at += SHOT.size
         for start in self.starts:
             ball = start.ball

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.core import batch
+from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.many.batch import CANNOT_START
@@ -51,7 +53,8 @@ class Results(NamedTuple):
 
     def put(self, part: slice, other: Results) -> None:
         """Put the results of some shots in their place."""
-        for own, each in zip(self, other, strict=True):
+        arrays: Sequence[NDArray[Any]] = self
+        for own, each in zip(arrays, other, strict=True):
             own[part] = each
 
 
@@ -73,25 +76,24 @@ class Listener(Recorder):
         """Do nothing, in Python."""
 
 
-def play_all(source: Source, done: Done, listener: Recorder | None = None) -> Results:
-    """Play all shots of a source, in this process."""
+def play_all(source: Source, done: Done, beside: Beside | None = None) -> Results:
+    """Play all shots of a source, in this process, and compare them with what they are beside."""
     found = no_results(*source.position.shape[:2])
-    for part, each in play_parts(source, listener):
+    for part, each in play_parts(source, beside):
         found.put(part, each)
         done(part.stop - part.start)
     return found
 
 
-def play_parts(
-    source: Source, listener: Recorder | None = None
-) -> Iterator[tuple[slice, Results]]:
+def play_parts(source: Source, beside: Beside | None = None) -> Iterator[tuple[slice, Results]]:
     """Play the shots of a source, and yield what comes of some of them after the other."""
     count, size, first = len(source.position), FEWEST, 0
-    play = play_singly if has_scenes_of_its_own(source) else Player(source).play
+    one_by_one = partial(play_singly, beside)
+    play = one_by_one if has_scenes_of_its_own(source) else Player(source, beside).play
     while first < count:
         began = time.perf_counter()
         part = slice(first, min(first + size, count))
-        yield part, play(source, part, listener or Listener())
+        yield part, play(source, part)
         first = part.stop
         size = min(MOST, 2 * size) if time.perf_counter() - began < SHORT else size
 
@@ -104,13 +106,13 @@ def has_scenes_of_its_own(source: Source) -> bool:
     return "radius" in source.vary or (bool(source.vary) and type(source.scene) is not Scene)
 
 
-def play_singly(source: Source, part: slice, listener: Recorder) -> Results:
+def play_singly(beside: Beside | None, source: Source, part: slice) -> Results:
     """Play each shot on a table of its own; a shot without a sound scene cannot start."""
     found = no_results(part.stop - part.start, source.position.shape[1])
     for k in range(part.start, part.stop):
         with suppress(SceneError):
             one = source._replace(scene=source.scene_of(k), vary={}, struck=source.watched)
-            own = Player(one).play(one, slice(k, k + 1), listener)
+            own = Player(one, beside).play(one, slice(k, k + 1))
             found.put(slice(k - part.start, k - part.start + 1), own)
     return found
 
@@ -118,13 +120,14 @@ def play_singly(source: Source, part: slice, listener: Recorder) -> Results:
 class Player:
     """A player has the table, the balls and the engine by which the core plays shots."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, beside: Beside | None = None) -> None:
         scene, settings = source.scene, source.asked.settings
         self.has_coefficients = not source.vary.keys() <= {"mass"}
         table = new_table_of(scene) if self.has_coefficients else table_of(scene)
         law = law_in_core(source.law)
         self.shots = batch.Shots(table, new_balls(scene), law, floor_of(scene))
         self.shots.watched = source.watched
+        self.shots.beside = beside
         self.shots.engine.most_events = settings.max_events
         self.shots.tolerance = settings.contact_tolerance
         if settings.max_time is not None:
@@ -132,7 +135,7 @@ class Player:
         if self.has_coefficients:
             self.shots.coefficients = coefficients_in_core(scene, table)
 
-    def play(self, source: Source, part: slice, listener: Recorder) -> Results:
+    def play(self, source: Source, part: slice) -> Results:
         """Play some shots, and return what comes of them."""
         is_off, scene = is_gone(source.position[part]), source.scene
         places = source.places(part, is_off)
@@ -144,7 +147,7 @@ class Player:
         each = rows[:, HEAD:].reshape(*places.shape[:2], EACH)
         each[..., :2], each[..., 2] = np.where(is_off[..., np.newaxis], np.nan, places), NOTHING
         starts, out = starts_of(source, part, places, is_off), bytearray(rows)
-        self.shots.play([starts, coefficients.tobytes(), masses], out, listener)
+        self.shots.play([starts, coefficients.tobytes(), masses], out, Listener())
         found = results_of(np.frombuffer(out).reshape(rows.shape), places.shape[1])
         if is_sound is not None:
             found.status[~is_sound] = CANNOT_START
