@@ -1,7 +1,6 @@
 """`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
-What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``. Tests
-that must break for now stand in data/until_batches.txt: one that passes again is a failure, too.
+What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
 `make test` compiles no shots: Python plays the loop of many shots. In `make test-all` the plainest
 loop is compiled, and tests of compiled shots are played again; slow ones compile all loops.
 
@@ -59,25 +58,8 @@ FEW = 100  # A quick test plays at most so many shots at once, because Python pl
 LONG = frozenset((DATA / "takes_long.txt").read_text("utf-8").splitlines())
 
 
-def read_until_batches() -> dict[str, str]:
-    """Return the tests that break until batches and tables are the core's, with their reasons."""
-    found, reason = dict[str, str](), ""
-    for line in (DATA / "until_batches.txt").read_text("utf-8").splitlines():
-        if line.startswith("# "):
-            reason = line.removeprefix("# ")
-        elif line:
-            found[line] = reason
-    return found
-
-
-# These tests compare bits of batches or tables with single runs in which contacts persist.
-UNTIL_BATCHES = read_until_batches()
-
 # The examples in these modules need an optional library.
 NEEDED = {
-    "pool_pymunk.fast.many": "numba",
-    "pool_pymunk.studies.atlas": "numba",
-    "pool_pymunk.studies.find": "numba",
     "pool_pymunk.studies.fit": "scipy",
     "pool_pymunk.studies.sweep": "pyarrow",
 }
@@ -132,9 +114,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         name = item.name if is_example else f"{item.path.name}::{item.name}"
         if not LONG.isdisjoint((name, name.partition("[")[0])):
             item.add_marker(pytest.mark.long)
-        reason = UNTIL_BATCHES.get(name) or UNTIL_BATCHES.get(name.partition("[")[0])
-        if reason is not None:
-            item.add_marker(pytest.mark.xfail(reason=reason, raises=AssertionError, strict=True))
         if item.path.stem.removeprefix("test_") in COMPILED:
             item.add_marker(pytest.mark.compiled)
         for module, library in NEEDED.items() if is_example else ():

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,9 @@ HERE = Path(__file__).parent
 Places = dict[str, tuple[float, float]]
 R = 0.03  # m; the radius of the balls in the scenes below
 HOLE = 0.06  # m
+
+
+LAYOUTS = "ee987967743c8c6b9ba735d043fb505d5ba3469928b502e2be9b29e3e12c9b19"
 
 
 def scene(balls: Places, *pockets: tuple[float, float]) -> Scene:

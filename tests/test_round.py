@@ -302,17 +302,14 @@ def test_the_loop_plays_random_scenes_and_their_derivatives(
      (1.2, 0.1, 1.0, 0.1, 0.15)],
 )  # fmt: skip
 @pytest.mark.parametrize("rolls", [False, True])
-def test_a_ball_that_runs_along_an_arc_is_compiled(
-    speed: float, angle: float, e: float, rubs: float, time: float | None, rolls: bool,
-    monkeypatch: pytest.MonkeyPatch,
+def test_a_ball_that_runs_along_an_arc(
+    speed: float, angle: float, e: float, rubs: float, time: float | None, rolls: bool
 ) -> None:  # fmt: skip
     """With e = 1 it bounces along the arc, and its hits do not converge."""
-    in_the_loop(monkeypatch)
     scene = on_a_circle(speed, angle, e, rubs, 0.05, max_time=time)
     if rolls:
         scene = replace(scene, friction=replace(scene.friction, rolling=0.04))
     batch = simulate_many(scene)
-    assert batch.handed_back.tolist() == [False]
     assert (len(batch.run(0).persistent) > 0) == (e < 1.0)
     check_bits(batch, range(1))
 

@@ -6,11 +6,10 @@ import os
 import time
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
-from itertools import islice
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,20 +21,17 @@ from pool_pymunk.fast.records import NOTHING, ROOM, Out, TableArrays, empty, not
 from pool_pymunk.fast.tables import Form, can_compile, loop_form, table_of
 from pool_pymunk.many.batch import CANNOT_START, STATUSES
 from pool_pymunk.many.source import Source, is_gone
-from pool_pymunk.model import Scene, SceneError, inputs
+from pool_pymunk.many.workers import results
+from pool_pymunk.model import SceneError, inputs
 from pool_pymunk.model.plain import argument, whole
-from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
 # A thread plays at most CHUNK shots before it takes the next ones, and at least FEW. With half or
 # twice of CHUNK, 40,000 of the report's shot 1 take 1.03 and 1.2 times as long; 1,000 take as long
 # with half of FEW, and 1.5 times as long with twice of it.
 CHUNK, FEW = 4_096, 512
 spent = defaultdict[Form, float](float)  # s, on shots that were played early, in this process
-POLL = 0.1  # s; after this time an interrupt is looked for
 SLOW = "numba is not installed, so many shots take some hundred times longer than with the extra " \
     "fast: pip install 'pool-pymunk[fast]'"  # fmt: skip
 # s; Python plays shots that take less time than this where their loop is not compiled yet. It is a
@@ -153,12 +149,6 @@ def play_compiled(
             raise
 
 
-def prepare(scene: Scene, law: Law) -> None:
-    """Compile the loop for shots of a scene ahead, or load it, where numba knows them."""
-    if compiled.is_there() and can_compile(scene, law):
-        play_of(loop_form(scene))
-
-
 def play_of(form: Form) -> Any:
     """Return the compiled loop of a form; compile it, or load it, if it is not there yet."""
     play = compiled.play_shots(*form)
@@ -170,24 +160,6 @@ def play_of(form: Form) -> Any:
     single.remember(form, play)
     compiled.note_form(loop.play_shots, form)
     return play
-
-
-def results(
-    executor: Executor, work: Callable[[Item], Result], items: Iterable[Item], room: int
-) -> Iterator[Result]:
-    """Let an executor work on at most ``room`` items at once, and yield results as they come."""
-    waiting, running = iter(items), set[Future[Result]]()
-    try:
-        while True:
-            free = room - len(running)
-            running |= {executor.submit(work, item) for item in islice(waiting, free)}
-            if not running:
-                return
-            finished, running = wait(running, POLL, FIRST_COMPLETED)
-            yield from (each.result() for each in finished)
-    finally:
-        for each in running:
-            each.cancel()
 
 
 def _chunks(first: int, count: int, threads: int) -> list[slice]:
