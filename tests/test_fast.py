@@ -444,14 +444,15 @@ print(json.dumps([batch.final.sum(), time.perf_counter() - began]))
 """
 
 
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
 def test_an_interrupt_ends_it_at_once() -> None:
     pipe = subprocess.PIPE
     process = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, "3000000"], stdout=pipe, stderr=pipe, text=True,
+        [sys.executable, "-c", SCRIPT, "3000000"],
+        stdout=pipe,
+        stderr=pipe,
+        text=True,
         preexec_fn=AT_A_TERMINAL,
     )
     assert process.stdout is not None

@@ -35,9 +35,7 @@ def check(batch: Batch) -> None:
     [(HEAD_ON, [(0.5, 0.0), (-0.5, 0.0)]), (AT_A_CUSHION, [(0.2, 0.5)]), (AT_REST, [(0.0, 0.4)]),
      (IN_A_CORNER, [(0.4, 0.4)])],
 )  # fmt: skip
-def test_a_roll_presses_balls_together_and_to_a_cushion(
-    scene: Scene, roll: Any
-) -> None:
+def test_a_roll_presses_balls_together_and_to_a_cushion(scene: Scene, roll: Any) -> None:
     """Others have rolls that pull them apart, or only slide."""
     rolls = np.array([roll, np.zeros_like(roll), -np.array(roll)])
     batch = simulate_many(scene, roll=rolls)

@@ -51,7 +51,6 @@ class Start:
 
     def __init__(self, ball: Ball) -> None:
         self.ball = ball
-        self.record = b""
         self.path: Path = ball.path
         self.x = self.y = INF
         self.patch = NOBODY
@@ -64,7 +63,6 @@ class Start:
         """Read place, velocity and roll."""
         numbers: tuple[float, float, float, float, float, float] = START.unpack(record)
         x, y, vx, vy, wx, wy = numbers
-        self.record = record
         is_off = vx != vx
         if is_off:
             vx = vy = wx = wy = 0.0
@@ -219,7 +217,8 @@ class Shots:
     def play(self, given: list[bytes], out: bytearray, listener: Recorder) -> None:
         """Play shots, and write down what comes of them.
 
-        ``given`` are the starts, and where they differ coefficients and masses, or no bytes.
+        ``given`` are the starts, one byte each that is 0 for one as in the shot before, and where
+        they differ coefficients and masses, or no bytes.
         """
         is_collecting = gc.isenabled()
         gc.disable()  # A shot leaves no circles of references.
@@ -256,28 +255,29 @@ class Shots:
 
     def _set_up(self, given: list[bytes], k: int) -> bool:
         """Let all balls begin shot ``k``; tell whether they may lie where they are."""
-        is_other = self._put_numbers(given, k)
-        starts, table = given[0], self.table
+        is_other, is_moved = self._put_numbers(given, k), False
+        starts, others, table = given[0], given[1], self.table
         size: i64 = START.size
-        at: i64 = k * len(self.balls) * size
+        at: i64 = k * len(self.balls)
         for start in self.starts:
-            record = starts[at : at + size]
-            at += size
             start.is_new = False
-            if is_other or record != start.record:
-                start.read(record, table)
+            if is_other or others[at] != 0:
+                start.read(starts[at * size : (at + 1) * size], table)
+                is_moved = is_moved or start.is_new
+            at += 1
             start.begin()
-        self._find_room()
+        if is_moved or not self.is_free:
+            self._find_room()
         return self.is_free
 
     def _put_numbers(self, given: list[bytes], k: int) -> bool:
         """Put the coefficients and masses of shot ``k``; tell whether all paths are others."""
-        if len(given[2]) > 0:
+        if len(given[3]) > 0:
             at = k * len(self.balls) * NUMBER.size
             for ball in self.balls:
-                (ball.mass,) = NUMBER.unpack_from(given[2], at)
+                (ball.mass,) = NUMBER.unpack_from(given[3], at)
                 at += NUMBER.size
-        if self.coefficients is None or not self.coefficients.put(given[1], k):
+        if self.coefficients is None or not self.coefficients.put(given[2], k):
             return False
         self.engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
         return True

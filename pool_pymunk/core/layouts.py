@@ -34,7 +34,6 @@ class Spot:
         self.x, self.y = place
         self.is_off = self.x != self.x or self.y != self.y
 
-
     def draw(self, shares: Vector) -> None:
         """Go to a place at random ``shares`` of the box."""
         across, along = shares

@@ -65,6 +65,7 @@ class Layouts:
 
     def __init__(self, scene: Scene) -> None:
         assert scene.table is not None, "a game has a table"
+        self.scene = scene
         # No part of a ball may lie over a pocket, so pockets are posts here.
         posts = [*scene.posts, *(Post(p.position, p.radius) for p in scene.pockets)]
         self.floor = floor_between(scene.table, posts)
@@ -73,6 +74,9 @@ class Layouts:
             Spot(r, (x0 + r, y0 + r), (x1 - r - (x0 + r), y1 - r - (y0 + r)))
             for r in (ball.radius for ball in scene.balls)
         ]
+
+    def __reduce__(self) -> Any:
+        return Layouts, (self.scene,)
 
     def draw(self, rng: Generators) -> Floats:
         """Return a layout (S, N, 2), in m, for each of the generators."""

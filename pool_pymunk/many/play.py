@@ -31,7 +31,7 @@ Done = Callable[[int], object]  # Its argument is how many more shots are done.
 HEAD, EACH = 7, 4  # numbers of a shot, and of each of its balls
 # The core plays so many shots at first, and then twice as many each time, while that takes less
 # than SHORT (s).
-FEWEST, MOST = 256, 8192
+FEWEST, MOST = 256, 1024
 SHORT = 0.1
 COLUMNS = inputs.column_of("coefficients")
 OF_SURFACE = ("friction.surface", "friction.rolling")
@@ -69,7 +69,7 @@ def no_results(count: int, balls: int) -> Results:
     )  # fmt: skip
 
 
-class Listener(Recorder):
+class Hearing(Recorder):
     """While this listens, Python hears an interrupt: compiled code never looks for one."""
 
     def pause(self, t: float) -> None:
@@ -147,21 +147,30 @@ class Player:
         each = rows[:, HEAD:].reshape(*places.shape[:2], EACH)
         each[..., :2], each[..., 2] = np.where(is_off[..., np.newaxis], np.nan, places), NOTHING
         starts, out = starts_of(source, part, places, is_off), bytearray(rows)
-        self.shots.play([starts, coefficients.tobytes(), masses], out, Listener())
+        given = [starts.tobytes(), others_of(starts), coefficients.tobytes(), masses]
+        self.shots.play(given, out, Hearing())
         found = results_of(np.frombuffer(out).reshape(rows.shape), places.shape[1])
         if is_sound is not None:
             found.status[~is_sound] = CANNOT_START
         return found
 
 
-def starts_of(source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]) -> bytes:
+def others_of(starts: Floats) -> bytes:
+    """Return one byte for each start: 0 for one that is as in the shot before."""
+    bits = starts.view(np.int64)  # NaN is like NaN.
+    others = np.ones(starts.shape[:2], np.bool_)
+    others[1:] = (bits[1:] != bits[:-1]).any(axis=-1)
+    return others.tobytes()
+
+
+def starts_of(source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]) -> Floats:
     """Return how the balls of some shots begin, as the core reads it."""
     starts = np.zeros((*is_off.shape, 6))
     starts[..., :2], starts[..., 2:4] = places, source.velocity[part]
     if source.roll is not None:
         starts[..., 4:] = source.roll[part]
     starts[is_off, 2] = np.nan
-    return starts.tobytes()
+    return starts
 
 
 def results_of(rows: Floats, balls: int) -> Results:

@@ -48,18 +48,17 @@ def simulate_many(
     all balls, and may be (S, N) too. The argument ``roll`` has the rolls (m/s) in an array like
     ``velocity``. By default a ball's roll is its own share of its velocity; for the ball of the
     shot, or of the scene's first shot, it is the share of that shot.
-    ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` (default: as many as cores)
-    share the work, and change no result. ``on_done(n)`` is called with 0 when the first shots
-    begin, and whenever ``n`` more are done. ``derivatives`` names the inputs of
-    ``batch.derivatives``, as :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``,
+    ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` only share the work of
+    ``derivatives``. ``on_done(n)`` is called with 0 when the first shots begin, and whenever ``n``
+    more are done. ``derivatives`` names the inputs of ``batch.derivatives``, as
+    :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``,
     ``batch.policy_shift`` and ``batch.persistent_shift`` say how far off the ends may be; each shot
     is then played as a run, too.
 
-    Where no contact persists, every bit is that of ``simulate(..., solver="event-driven")``. With
-    numba (``pip install 'pool-pymunk[fast]'``) ordinary shots are compiled; others, and all with
-    more than 512 balls, radii that vary or a law of your own for single hits, take the Python
-    solver. A shot takes 27 + 21 N bytes in the result. Raises SettingError, in one line that names
-    the argument.
+    Every bit is that of ``simulate(..., solver="event-driven")``; contacts persist to a
+    ``contact_tolerance`` (m), as there. Laws, sides and surfaces of your own take longer, and so do
+    radii that vary. A shot takes 27 + 21 N bytes in the result. Raises SettingError, in one line
+    that names the argument.
 
     >>> import numpy as np
     >>> from pool_pymunk import load
