@@ -12,6 +12,7 @@ from pool_pymunk.many.batch import NON_FINITE, Batch
 from pool_pymunk.many.play import Done, Results, play_all
 from pool_pymunk.many.source import NOTHING, Floats, Source, read_source, refuse_given
 from pool_pymunk.model import Scene, Shot, inputs
+from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot
 
@@ -70,6 +71,7 @@ def simulate_many(
     ([1, 1, 1], True)
     """
     began = time.perf_counter()
+    check_threads(threads)
     if shot is not None:
         refuse_given("the shot has its own", position=position)
         position = find_shot(scene, shot)
@@ -92,6 +94,12 @@ def simulate_many(
     wall_time = time.perf_counter() - began
     more |= {"source": source, "wall_time": wall_time}
     return Batch(source.scene, source.asked.law, **found._asdict(), **more)
+
+
+def check_threads(threads: object) -> None:
+    """Raise SettingError where a number of threads is asked for that is none."""
+    if threads is not None:
+        argument("threads", threads, whole(1))
 
 
 def _figures(source: Source, found: Results) -> Floats:

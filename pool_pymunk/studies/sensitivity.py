@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.many.batch import STATUSES
 from pool_pymunk.many.play import play_all
+from pool_pymunk.many.simulate import check_threads
 from pool_pymunk.many.source import opening, read_source
 from pool_pymunk.model import Point, Scene, Shot, inputs
 from pool_pymunk.model.plain import argument, flag, whole
@@ -257,6 +258,7 @@ class Study:
         self, errors: Mapping[str, Array], threads: int | None, done: Any = None
     ) -> tuple[dict[str, NDArray[Any]], Mask]:
         """Play samples through all shots of the chain; return arrays, and which are finished."""
+        check_threads(threads)
         scene, samples = self.reference.scene, len(next(iter(errors.values())))
         off = offsets(scene, errors, samples)
         starts = self.places + off
