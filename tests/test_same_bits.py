@@ -15,6 +15,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -263,7 +264,8 @@ def test_ends_have_the_same_bits_on_every_machine(
 @pytest.mark.slow
 def test_plain_python_has_the_same_bits(on_file: dict[str, dict[str, str]]) -> None:
     command = [sys.executable, __file__, "--few"]
-    plain = os.environ | {"POOL_PYMUNK_PURE": "1"}
+    home = str(Path(core.__file__).parents[2])
+    plain = os.environ | {"POOL_PYMUNK_PURE": "1", "PYTHONPATH": home}
     played = subprocess.run(command, env=plain, capture_output=True, text=True, check=True)
     assert json.loads(played.stdout) == {kind: each[FIRST] for kind, each in on_file.items()}
 
