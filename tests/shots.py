@@ -20,8 +20,7 @@ from oracle.reference import OUTLINES, random_round_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, Table, rack
-from pool_pymunk.fast import asked, compiled, loop, many
-from pool_pymunk.fast.tables import can_compile
+from pool_pymunk.fast import asked, compiled, loop
 from pool_pymunk.solvers.request import Request
 
 HAS_NUMBA = compiled.is_there()
@@ -119,14 +118,6 @@ def uncompiled(*_: bool) -> Any:
     loop_in_python: Any = partial(with_twins(loop.play_shots))
     loop_in_python.signatures = ["Python"]
     return loop_in_python
-
-
-def in_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Play shots by the loop that numba compiles, but in Python."""
-    monkeypatch.setattr(many, "EARLY", 0.0)
-    monkeypatch.setattr(compiled, "is_there", lambda: True)
-    monkeypatch.setattr(compiled, "play_shots", uncompiled)
-    monkeypatch.setattr(many, "can_compile", can_compile)
 
 
 def with_twins(follow: Callable[..., int]) -> Callable[..., int]:

@@ -27,7 +27,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk import simulate_many as play
-from pool_pymunk.fast import many
+from pool_pymunk.many import play as plays
 
 
 def compare(kind: str, seed: int, count: int) -> None:
@@ -191,19 +191,18 @@ def test_without_derivatives_there_are_none() -> None:
 def test_ends_do_not_depend_on_derivatives() -> None:
     for scene in (load("report"), frozen_rack(0.0), some_scene("rack", 3)):
         shots = shots_of(scene, 30, 1)
-        plain, derived = play(scene, *shots), play(scene, *shots, derivatives="angle", threads=3)
+        plain, derived = play(scene, *shots), play(scene, *shots, derivatives="angle")
         for name in ("final", "duration", "hits", "status", "in_doubt", "handed_back", "met"):
             np.testing.assert_array_equal(getattr(plain, name), getattr(derived, name))
         assert plain.by_reference == derived.by_reference
 
 
-@pytest.mark.slow
-def test_many_threads_and_chunks_have_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_chunks_have_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load("report")
-    vary = {"angle": np.linspace(150.0, 210.0, 200), "speed": np.full(200, 4.0)}
+    vary = {"angle": np.linspace(150.0, 210.0, 50), "speed": np.full(50, 4.0)}
     usual = play(scene, vary=vary, derivatives=["angle", "speed"])
-    monkeypatch.setattr(many, "CHUNK", 7)
-    other = play(scene, vary=vary, derivatives=["angle", "speed"], threads=2)
+    monkeypatch.setattr(plays, "FEWEST", 7)
+    other = play(scene, vary=vary, derivatives=["angle", "speed"])
     np.testing.assert_array_equal(usual.derivatives, other.derivatives)
 
 

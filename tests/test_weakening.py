@@ -11,8 +11,6 @@ from shots import (
     KINDS,
     check_bits,
     check_derivatives,
-    in_the_loop,
-    needs_numba,
     shots_of,
     some_scene,
 )
@@ -47,30 +45,16 @@ def compare(kind: str, seed: int, count: int) -> int:
     return batch.by_reference
 
 
-@needs_numba
 @pytest.mark.parametrize("kind", ["rectangle", "hexagon", "pockets"])
 def test_shots_have_the_bits_of_the_exact_solver(kind: str) -> None:
     assert sum(compare(kind, seed, 10) for seed in range(5)) <= 5
 
 
-@needs_numba
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.parametrize("kind", KINDS)
 def test_many_shots_have_the_bits_of_the_exact_solver(kind: str) -> None:
     for seed in range(1 if kind == "crowd" else 8):
         compare(kind, seed, 5)
-
-
-def test_what_numba_compiles_has_the_same_bits_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    in_the_loop(monkeypatch)
-    assert compare("rectangle", 1, 5) == 0
-
-
-@needs_numba
-@pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
-def test_shots_with_contacts_of_one_instant_are_compiled() -> None:
-    assert sum(compare("frozen", seed, 3) for seed in range(8)) <= 2
 
 
 def test_contacts_of_one_instant_take_the_mean_over_their_orders() -> None:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import gc
 import sys
 import time
+from contextlib import nullcontext
+from typing import Any
 
-from pool_pymunk.fast import compiled, single
-from pool_pymunk.fast.many import play_of
-from pool_pymunk.fast.records import CROWD, MOST_BALLS
+import numpy as np
+
+from pool_pymunk.fast import compiled, loop, single
+from pool_pymunk.fast.records import CROWD, MOST_BALLS, nothing
 from pool_pymunk.fast.tables import Form, loop_form
 from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
 from pool_pymunk.model.plain import argument, whole
@@ -65,6 +68,19 @@ def compile(  # noqa: A001  It is called by its full name.
     # numba leaves so many objects that to look through them takes 50 ms in the midst of a game.
     gc.collect()
     gc.freeze()
+
+
+def play_of(form: Form) -> Any:
+    """Return the compiled loop of a form; compile it, or load it, if it is not there yet."""
+    play = compiled.play_shots(*form)
+    if not play.signatures:
+        # To load it, nobody is waited for. This is the thread that an interrupt reaches.
+        is_there = compiled.has_form(loop.play_shots, form)
+        with nullcontext() if is_there else compiled.turn(play):
+            play(np.zeros(1, dtype=form.work), *nothing(form.sides), 0, 0)
+    single.remember(form, play)
+    compiled.note_form(loop.play_shots, form)
+    return play
 
 
 def plainest(form: Form) -> Scene:

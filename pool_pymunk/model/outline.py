@@ -6,11 +6,14 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pool_pymunk.model.plain import Bulges, Color, Corners, Part, problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
+
+if TYPE_CHECKING:
+    from pool_pymunk.core.floor import Bow
 
 PIECES = 360  # chords of a whole circle in the polyline; they lie up to 4e-5 radii inside the arc
 # The radius of a flatter or rounder arc is so large that its rounding moves the cushion by more
@@ -255,7 +258,7 @@ class Table(Part):
         return contains(*self.lines, x, y)
 
     @cached_property
-    def lines(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
+    def lines(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[Bow, ...]]:
         """The corners' x and y (m), and for each arc both ends, centre, radius (m) and bulge."""
         xs, ys = zip(*self.outline, strict=True)
         arcs = [(edge, edge.side) for edge in self.edges]

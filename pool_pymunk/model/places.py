@@ -2,7 +2,7 @@
 
 The ``room`` (m) of a ball beside another ball, a wall or a pocket is negative where it overlaps
 that. A ball that overlaps by no more than rounding of coordinates touches. numba compiles the rules
-for many layouts at once (:mod:`pool_pymunk.fast.places`).
+for many layouts at once (:mod:`pool_pymunk.many.places`).
 """
 
 from __future__ import annotations

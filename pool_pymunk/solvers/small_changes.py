@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.touches import Corner
@@ -15,7 +16,6 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.physics.surface import Rolling, Sliding
-from pool_pymunk.solvers.event_driven import persistence_of
 from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 

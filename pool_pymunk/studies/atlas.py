@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.batch import CANNOT_START
+from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST

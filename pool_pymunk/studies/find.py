@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast import Batch, simulate_many
-from pool_pymunk.fast.places import may_lie
-from pool_pymunk.fast.shots import opening
+from pool_pymunk.many import Batch, simulate_many
+from pool_pymunk.many.places import may_lie
+from pool_pymunk.many.source import opening
 from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.inputs import SHOT, erring, row_of
 from pool_pymunk.model.plain import argument, read_pair, size, whole

@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.batch import STATUSES
-from pool_pymunk.fast.many import play_all
-from pool_pymunk.fast.records import empty
-from pool_pymunk.fast.shots import opening, read_source
+from pool_pymunk.many.batch import STATUSES
+from pool_pymunk.many.play import play_all
+from pool_pymunk.many.simulate import check_threads
+from pool_pymunk.many.source import opening, read_source
 from pool_pymunk.model import Point, Scene, Shot, inputs
 from pool_pymunk.model.plain import argument, flag, whole
 from pool_pymunk.physics.laws import Law, find_law
@@ -37,7 +37,7 @@ from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simul
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.changes import law_of
-from pool_pymunk.studies.compare import Beside, Reference, reference_of
+from pool_pymunk.studies.compare import Reference, play_beside, reference_of
 from pool_pymunk.studies.derivatives import follow
 from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of, launched
 from pool_pymunk.studies.variation import Uniform, numbers, offsets
@@ -258,6 +258,7 @@ class Study:
         self, errors: Mapping[str, Array], threads: int | None, done: Any = None
     ) -> tuple[dict[str, NDArray[Any]], Mask]:
         """Play samples through all shots of the chain; return arrays, and which are finished."""
+        check_threads(threads)
         scene, samples = self.reference.scene, len(next(iter(errors.values())))
         off = offsets(scene, errors, samples)
         starts = self.places + off
@@ -284,23 +285,24 @@ class Study:
                 scene, there, velocity, values | its, ball, carried
             )
             source = read_source(scene, there, velocity, vary, self.law, None, rolls)
-            out = empty(*there.shape[:2])
-            found = Beside(self.reference, self.beside, out)
-            tell = done if is_last and done else lambda _: None
-            play_all(source, out, threads, tell, found if is_last else None)
+            if is_last:
+                out, same, departure = play_beside(source, done or (lambda _: None), self.beside)
+            else:
+                out = play_all(source, lambda _: None)
             # Balls still move where time was up.
             velocity, carried = np.zeros(off.shape), np.zeros(off.shape)
             for s in () if is_last else np.flatnonzero(out.status == MAX_TIME).tolist():
                 end = source.run(s, measures_policies=False).end
                 velocity[s], carried[s] = end.velocity, end.roll or 0.0
-            for s, i in np.argwhere(pocketed >= 0).tolist():  # They lie in their pockets.
+            lie = np.argwhere(pocketed >= 0).tolist() if is_last else ()  # in their pockets
+            for s, i in lie:
                 gap = self.beside.path[:, i : i + 1] - position[s, i]
-                found.departure[s, i] = found.first_off(gap)[0]
+                departure[s, i] = self.beside.first_off(gap)[0]
             finished &= out.status <= MAX_TIME
             pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
             position = np.where(np.isnan(out.final), position, out.final)
-        arrays = {"starts": starts, "ends": position, "left": found.departure}
-        return arrays | {"same_contacts": found.same, "pocketed": pocketed}, finished
+        arrays = {"starts": starts, "ends": position, "left": departure}
+        return arrays | {"same_contacts": same, "pocketed": pocketed}, finished
 
     def _struck(
         self, k: int, shot: Shot, there: Array, errors: Mapping[str, Array]

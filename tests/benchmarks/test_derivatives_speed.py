@@ -26,9 +26,8 @@ from pool_pymunk import (
     Table,
     load,
     simulate,
+    simulate_many,
 )
-from pool_pymunk.fast.derive import derive
-from pool_pymunk.fast.shots import read_source
 from pool_pymunk.studies.fit import fit
 
 SHOTS = (("report", 1), ("hexagon", 1), ("eight-ball", 1))
@@ -54,11 +53,10 @@ def many_shots(scenario: str, count: int = 4_000) -> float:
         "angle": np.degrees(np.arctan2(vy, vx)) + rng.normal(0.0, 0.2, count),
         "speed": np.hypot(vx, vy) * (1.0 + rng.normal(0.0, 0.01, count)),
     }
-    source = read_source(scene, None, None, vary, None, None)
     times = []
     for _ in range(3):
         began = time.process_time()
-        derive(source, ("angle", "speed"), np.ones(count, bool))
+        simulate_many(scene, vary=vary, derivatives=("angle", "speed"))
         times.append(time.process_time() - began)
     return count / min(times)
 

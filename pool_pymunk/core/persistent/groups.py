@@ -22,6 +22,7 @@ from pool_pymunk.core.persistent.spells import Spells
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at
+from pool_pymunk.core.table import Table, may_press
 from pool_pymunk.core.walls.wall import Wall
 
 STRONGEST: Final = 2.0  # Surface friction presses two sides together by no more than so many pulls.
@@ -37,6 +38,7 @@ SHARED: Final = 0.1
 SUNK: Final = 1e-3  # radii; balls that have waited for a contact have sunk in by less
 CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
 FAINT: Final = 1e-4  # of the surface's pull; what presses less may be rounding of a short piece
+WIDEST: Final = 1e-3  # radii; a tolerance is no wider
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
 
@@ -54,6 +56,14 @@ class Cluster:
         return any([is_of(one, due.a, due.b, due.wall) for one in self.touches])
 
 
+def persistence_of(table: Table, balls: list[Ball], tolerance: float) -> Persistence:
+    """Return what plays contacts that persist to a tolerance (m), if there may be any."""
+    if not may_press(table):
+        return Persistence()
+    least = min([ball.radius for ball in balls])
+    return Groups(Scale(min(tolerance, WIDEST * least), least, table.pull))
+
+
 @final
 class Groups(Persistence):
     """The groups of an engine; ``loose`` balls are to be predicted at the end of an instant."""
@@ -69,6 +79,16 @@ class Groups(Persistence):
         self.tried = self.formed = self.freed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
         self.spells = Spells()
+        self.pieces = self.misfits = self.begun = self.absorbed = 0
+
+    def begin_run(self) -> None:
+        super().begin_run()
+        self.quiet.clear()
+        self.opened.clear()
+        self.is_hushed = False
+        self.tried = self.formed = self.freed = -INF
+        self.pace = self.scale.first
+        self.spells.clear()
         self.pieces = self.misfits = self.begun = self.absorbed = 0
 
     # -- what is asked by the engine -----------------------------------------------------------

@@ -23,10 +23,15 @@ def play(engine: Engine, latest: float, listener: Recorder) -> tuple[Course, End
     engine.recorder = course = Course(engine.balls, listener)
     engine.begin_run()
     engine.advance(latest)
+    return course, close(engine, course, latest)
+
+
+def close(engine: Engine, course: Course, latest: float) -> End:
+    """End the course of a run that might go on to the ``latest`` (s), and return how it ended."""
     end = end_of(engine, course, latest)
     engine.now, _is_cut, _by_events = end
     course.close(engine.persistence.persisted(engine), engine.now, engine.most_events)
-    return course, end
+    return end
 
 
 def end_of(engine: Engine, course: Course, latest: float) -> End:
@@ -46,21 +51,6 @@ def end_of(engine: Engine, course: Course, latest: float) -> End:
 def tangent_of(engine: Engine, course: Course, corners: list[Corner], inputs: Inputs) -> Tangent:
     """Return a tangent along a course that an engine has played."""
     return Tangent(engine.table, engine.law, engine.balls, corners, course, inputs)
-
-
-def changes_of(
-    engine: Engine, latest: float, listener: Recorder, corners: list[Corner], inputs: Inputs
-) -> list[float]:
-    """Play a shot, and return the changes (N 2 P) of the balls' places at its end."""
-    course, end = play(engine, latest, listener)
-    tangent = tangent_of(engine, course, corners, inputs)
-    duration, is_cut, by_events = end
-    tangent.follow(duration, is_cut, by_events)
-    found: list[float] = []
-    for track in tangent.tracks:
-        found += [c.x for c in track.changes]
-        found += [c.y for c in track.changes]
-    return found
 
 
 def errors_of(engine: Engine) -> RoundingErrors:

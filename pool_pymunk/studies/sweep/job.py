@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.fast import Batch, compiled
-from pool_pymunk.fast.many import EARLY, prepare, results
+from pool_pymunk.core import compiled
+from pool_pymunk.many import Batch
+from pool_pymunk.many.workers import results
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
@@ -137,10 +138,7 @@ def play_part(plan: Plan, folder: Path, part: int) -> Done:
 
 def _trial(plan: Plan, part: int) -> float:
     """Return about how long (s) a shot takes: the mean of the first ones of a part."""
-    shots = plan.shots_of(part)[: TRIED if compiled.is_there() else TRIED_SLOWLY]
-    alone = plan.play(plan.draw(shots[:1])).wall_time
-    if alone * plan.samples > EARLY:
-        prepare(plan.scene, plan.law)
+    shots = plan.shots_of(part)[: TRIED if compiled else TRIED_SLOWLY]
     return plan.play(plan.draw(shots), threads=1).wall_time / len(shots)
 
 
