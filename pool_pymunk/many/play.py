@@ -160,7 +160,7 @@ class Player:
         self.shots.play(given, out, Hearing())
         derived = np.empty((*places.shape[:2], 2, len(source.by)))
         if self.follower is not None:
-            derived.flat = np.frombuffer(self.follower.take())
+            derived = np.frombuffer(self.follower.take()).reshape(derived.shape)
         found = results_of(np.frombuffer(out).reshape(rows.shape), derived)
         if is_sound is not None:
             found.status[~is_sound], derived[~is_sound] = CANNOT_START, np.nan
