@@ -18,6 +18,8 @@ from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
 from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
+from pool_pymunk.many.workers import EACH as PIECES
+from pool_pymunk.many.workers import Workers
 from pool_pymunk.model import Scene, SceneError, inputs
 from pool_pymunk.solvers.in_core import (
     floor_of,
@@ -29,12 +31,15 @@ from pool_pymunk.solvers.in_core import (
 from pool_pymunk.solvers.small_changes import corners_of, inputs_of
 
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
+Make = Callable[[], Beside]  # It returns a reference, with which shots are compared.
 
 HEAD, EACH = 7, 4  # numbers of a shot, and of each of its balls
 # The core plays so many shots at first, and then twice as many each time, while that takes less
 # than SHORT (s).
 FEWEST, MOST = 256, 1024
 SHORT = 0.1
+LARGEST = 8_192  # shots are sent to a worker at once, at most
+MANY = 16  # processes, where their number is not known
 COLUMNS = inputs.column_of("coefficients")
 OF_SURFACE = ("friction.surface", "friction.rolling")
 
@@ -53,6 +58,7 @@ class Results(NamedTuple):
     status: NDArray[np.int8]
     in_doubt: NDArray[np.bool_]
     derivatives: Floats  # (S, N, 2, P), by the inputs of the source
+    beside: Floats  # (S, 1 + N): what was found beside a reference, or (S, 0)
 
     def put(self, part: slice, other: Results) -> None:
         """Put the results of some shots in their place."""
@@ -61,8 +67,11 @@ class Results(NamedTuple):
             own[part] = each
 
 
-def no_results(source: Source, count: int) -> Results:
-    """Return the results of so many shots that were not played."""
+def no_results(source: Source, count: int, columns: int = 0) -> Results:
+    """Return the results of so many shots that were not played.
+
+    Those beside a reference have so many columns.
+    """
     balls = source.position.shape[1]
     whole = np.zeros((4, count), np.int32)
     return Results(
@@ -71,6 +80,7 @@ def no_results(source: Source, count: int) -> Results:
         pocketed=np.full((count, balls), NOTHING, np.int32), met=np.zeros((count, balls), np.bool_),
         status=np.full(count, CANNOT_START, np.int8), in_doubt=np.zeros(count, np.bool_),
         derivatives=np.full((count, balls, 2, len(source.by)), np.nan),
+        beside=np.zeros((count, columns)),
     )  # fmt: skip
 
 
@@ -81,18 +91,75 @@ class Hearing(Recorder):
         """Do nothing, in Python."""
 
 
-def play_all(source: Source, done: Done, beside: Beside | None = None) -> Results:
-    """Play all shots of a source, in this process, and compare them with what they are beside."""
-    found = no_results(source, len(source.position))
-    for part, each in play_parts(source, beside):
+def play_all(
+    source: Source, done: Done, workers: Workers | None = None, make: Make | None = None
+) -> Results:
+    """Play all shots of a source, here or by workers; compare them with what ``make`` returns."""
+    count, balls = source.position.shape[:2]
+    found = no_results(source, count, 0 if make is None else 1 + balls)
+    began = time.perf_counter()
+    for part, each in play_parts(source, make):
         found.put(part, each)
         done(part.stop - part.start)
+        ahead = (count - part.stop) * (time.perf_counter() - began) / part.stop
+        if workers is not None and part.stop < count and workers.are_worth(ahead):
+            for its, there in share_out(source, workers, part.stop, make):
+                found.put(its, there)
+                done(its.stop - its.start)
+            break
     return found
 
 
-def play_parts(source: Source, beside: Beside | None = None) -> Iterator[tuple[slice, Results]]:
+def share_out(
+    source: Source, workers: Workers, first: int, make: Make | None
+) -> Iterator[tuple[slice, Results]]:
+    """Let workers play the shots from the ``first`` one on; yield what comes of some of them."""
+    count = len(source.position)
+    size = min(LARGEST, max(FEWEST, (count - first) // (PIECES * (workers.count or MANY))))
+    parts = (slice(k, min(k + size, count)) for k in range(first, count, size))
+    head = replaced(source, lambda each: each[:0])
+    return workers.share(play_piece, (head, make), (piece_of(source, part) for part in parts))
+
+
+class Piece(NamedTuple):
+    """A piece of a source has the arrays of some shots; one row stands for many that are alike."""
+
+    part: slice
+    position: Floats
+    velocity: Floats
+    vary: Mapping[str, Floats]
+    roll: Floats | None
+
+
+def piece_of(source: Source, part: slice) -> Piece:
+    """Return a piece of a source."""
+    its = replaced(source, lambda each: each[:1] if each.strides[0] == 0 else each[part])
+    return Piece(part, its.position, its.velocity, its.vary, its.roll)
+
+
+def replaced(source: Source, change: Callable[[Floats], Floats]) -> Source:
+    """Return a source with other arrays; it watches the same ball."""
+    return source._replace(
+        position=change(source.position), velocity=change(source.velocity),
+        vary={key: change(each) for key, each in source.vary.items()},
+        roll=None if source.roll is None else change(source.roll), struck=source.watched,
+    )  # fmt: skip
+
+
+def play_piece(common: tuple[Source, Make | None], piece: Piece) -> tuple[slice, Results]:
+    """Play a piece of a source, in any process."""
+    (source, make), count = common, piece.part.stop - piece.part.start
+    whole = replaced(
+        source._replace(**{key: each for key, each in piece._asdict().items() if key != "part"}),
+        lambda each: np.broadcast_to(each, (count, *each.shape[1:])),
+    )
+    return piece.part, play_all(whole, lambda _: None, None, make)
+
+
+def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice, Results]]:
     """Play the shots of a source, and yield what comes of some of them after the other."""
     count, size, first = len(source.position), FEWEST, 0
+    beside = None if make is None else make()
     one_by_one = partial(play_singly, beside)
     play = one_by_one if has_scenes_of_its_own(source) else Player(source, beside).play
     while first < count:
@@ -113,7 +180,8 @@ def has_scenes_of_its_own(source: Source) -> bool:
 
 def play_singly(beside: Beside | None, source: Source, part: slice) -> Results:
     """Play each shot on a table of its own; a shot without a sound scene cannot start."""
-    found = no_results(source, part.stop - part.start)
+    columns = 0 if beside is None else 1 + source.position.shape[1]
+    found = no_results(source, part.stop - part.start, columns)
     for k in range(part.start, part.stop):
         with suppress(SceneError):
             one = source._replace(scene=source.scene_of(k), vary={}, struck=source.watched)
@@ -132,7 +200,7 @@ class Player:
         law = law_in_core(source.law)
         self.shots = batch.Shots(table, new_balls(scene), law, floor_of(scene))
         self.shots.watched = source.watched
-        self.shots.beside = beside
+        self.beside = self.shots.beside = beside
         self.shots.engine.most_events = settings.max_events
         self.shots.tolerance = settings.contact_tolerance
         if settings.max_time is not None:
@@ -160,8 +228,11 @@ class Player:
         self.shots.play(given, out, Hearing())
         derived = np.empty((*places.shape[:2], 2, len(source.by)))
         if self.follower is not None:
-            derived = np.frombuffer(self.follower.take()).reshape(derived.shape)
-        found = results_of(np.frombuffer(out).reshape(rows.shape), derived)
+            derived[:] = np.frombuffer(self.follower.take()).reshape(derived.shape)
+        compared = np.empty((len(places), 0))
+        if self.beside is not None:
+            compared = np.frombuffer(self.beside.take()).reshape(len(places), -1)
+        found = results_of(np.frombuffer(out).reshape(rows.shape), derived, compared)
         if is_sound is not None:
             found.status[~is_sound], derived[~is_sound] = CANNOT_START, np.nan
         return found
@@ -185,14 +256,14 @@ def starts_of(source: Source, part: slice, places: Floats, is_off: NDArray[np.bo
     return starts
 
 
-def results_of(rows: Floats, derivatives: Floats) -> Results:
+def results_of(rows: Floats, derivatives: Floats, beside: Floats) -> Results:
     """Return what the core has written as results."""
     head, each = rows[:, :HEAD], rows[:, HEAD:].reshape(*derivatives.shape[:2], EACH)
     status, duration, *counts, doubts = head.T
     events, hits, cushions, first = (count.astype(np.int32) for count in counts)
     return Results(
         each[..., :2], duration, events, hits, cushions, first, each[..., 2].astype(np.int32),
-        each[..., 3] != 0.0, status.astype(np.int8), doubts != 0.0, derivatives,
+        each[..., 3] != 0.0, status.astype(np.int8), doubts != 0.0, derivatives, beside,
     )  # fmt: skip
 
 

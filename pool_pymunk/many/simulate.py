@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,8 @@ import numpy as np
 from pool_pymunk.many.batch import NON_FINITE, Batch
 from pool_pymunk.many.play import Done, play_all
 from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, read_source, refuse_given
+from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Scene, Shot, inputs
-from pool_pymunk.model.plain import argument, whole
 from pool_pymunk.physics.laws import Law
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.solvers.small_changes import check_surface
@@ -30,11 +31,12 @@ def simulate_many(
     law: str | Law | None = None,
     vary: Mapping[str, Any] | None = None,
     max_time: float | None = None,
-    threads: int | None = None,
+    workers: int | Executor | Workers | None = None,
     on_done: Done | None = None,
     derivatives: str | Sequence[str] | None = None,
     figures: bool = False,
     contact_tolerance: float | None = None,
+    threads: int | None = None,
 ) -> Batch:
     """Play many shots exactly, and return where the balls end.
 
@@ -50,12 +52,13 @@ def simulate_many(
     all balls, and may be (S, N) too. The argument ``roll`` has the rolls (m/s) in an array like
     ``velocity``. By default a ball's roll is its own share of its velocity; for the ball of the
     shot, or of the scene's first shot, it is the share of that shot.
-    ``law`` and ``max_time`` (s) are by default the scene's. ``threads`` only share the work of
-    ``derivatives``. ``on_done(n)`` is called with 0 when the first shots begin, and whenever ``n``
-    more are done. ``derivatives`` names the inputs of ``batch.derivatives``, as
-    :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``,
-    ``batch.policy_shift`` and ``batch.persistent_shift`` say how far off the ends may be; each shot
-    is then played as a run, too.
+    ``law`` and ``max_time`` (s) are by default the scene's. ``workers`` share the work and change
+    no bit: so many processes of this machine, or any ``concurrent.futures.Executor``; by default
+    this process plays. ``on_done(n)`` is called with 0 when the first shots begin, and whenever
+    ``n`` more are done. ``derivatives`` names the inputs of ``batch.derivatives``, as
+    :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``, ``batch.policy_shift`` and
+    ``batch.persistent_shift`` say how far off the ends may be; each shot is then played as a run,
+    too.
 
     Every bit is that of ``simulate(..., solver="event-driven")``; contacts persist to a
     ``contact_tolerance`` (m), as there. Laws, sides and surfaces of your own take longer, and so do
@@ -72,7 +75,7 @@ def simulate_many(
     ([1, 1, 1], True)
     """
     began = time.perf_counter()
-    check_threads(threads)
+    workers = renamed(workers, threads=threads)
     if shot is not None:
         refuse_given("the shot has its own", position=position)
         position = find_shot(scene, shot)
@@ -81,8 +84,10 @@ def simulate_many(
     if derivatives is not None:
         source = derived_by(source, derivatives)
     done = on_done or (lambda _: None)
-    done(0)
-    found = play_all(source, done)._asdict()
+    with workers_of(workers) as several:
+        done(0)
+        found = play_all(source, done, several)._asdict()
+    del found["beside"]
     if derivatives is None:
         found["derivatives"] = None
     else:
@@ -100,12 +105,6 @@ def derived_by(source: Source, names: str | Sequence[str]) -> Source:
     groups = inputs.derivable(begun, source.watched != NOTHING)
     check_surface(source.scene)
     return source._replace(by=inputs.chosen("derivatives", names, groups))
-
-
-def check_threads(threads: object) -> None:
-    """Raise SettingError where a number of threads is asked for that is none."""
-    if threads is not None:
-        argument("threads", threads, whole(1))
 
 
 def _figures(source: Source, status: Ints) -> Floats:

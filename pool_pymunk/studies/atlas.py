@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.workers import Workers, workers_of
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST
@@ -76,6 +78,7 @@ def atlas(
     max_time: float | None = None,
     aims_anew: bool = False,
     show: str | None = None,
+    workers: int | Executor | Workers | None = None,
     on_done: Callable[[int], object] | None = None,
 ) -> Atlas:
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
@@ -85,8 +88,9 @@ def atlas(
     (:class:`~pool_pymunk.studies.sweep.plan.Plan`). ``ball`` is the id of the ball whose end is
     kept, by default the one aimed at or the nearest. A shot that aims at a ball is aimed once, in
     the scene as it is; with ``aims_anew`` it is aimed in each pixel. ``show``, one of ``MAPS``,
-    keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``on_done(n)`` is called
-    whenever ``n`` more shots are done. Raises SettingError, which names the argument.
+    keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``workers`` share the work,
+    as in :func:`~pool_pymunk.simulate_many`. ``on_done(n)`` is called whenever ``n`` more shots are
+    done. Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> found = atlas(load("report"), 1, size=(9, 5))
@@ -116,7 +120,8 @@ def atlas(
         watched = ball_number(scene, str(chosen.aim) if ball is None else ball)
     elif len(scene.balls) > 1:
         watched = scene.nearest(struck)
-    kept, by_reference = _play(plan, watched, show, on_done)
+    with workers_of(workers) as several:
+        kept, by_reference = _play(plan, watched, show, {"workers": several, "on_done": on_done})
     shaped = {
         key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
         for key, each in kept.items()
@@ -126,9 +131,12 @@ def atlas(
 
 
 def _play(
-    plan: Plan, ball: int, show: str | None, on_done: Callable[[int], object] | None
+    plan: Plan, ball: int, show: str | None, how: Mapping[str, Any]
 ) -> tuple[dict[str, NDArray[Any]], int]:
-    """Return what all maps, or one of them, show of the shots, and the number played in Python."""
+    """Return what all maps, or one of them, show of the shots, and the number played in Python.
+
+    The shots are played as ``how`` says.
+    """
     if show is not None and show not in MAPS:
         raise setting_error("show", show, f"must be one of {', '.join(MAPS)}")
     real, kept, by_reference = float if show is None else np.float32, dict[str, NDArray[Any]](), 0
@@ -137,7 +145,7 @@ def _play(
         kind = real if key in ("end", "duration") else np.int32
         kept[key] = np.empty((count, 2) if key == "end" else count, kind)
     for shots in map(plan.shots_of, range(plan.parts)):
-        batch = plan.play(plan.draw(shots), on_done=on_done)
+        batch = plan.play(plan.draw(shots), **how)
         found = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
         unplayed = batch.status == CANNOT_START
         found["end"][unplayed] = batch.duration[unplayed] = np.nan

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pool_pymunk.core.beside import Beside, Companion
 from pool_pymunk.many.play import Done, Results, play_all
 from pool_pymunk.many.source import Source
+from pool_pymunk.many.workers import Workers
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.events import Event
@@ -220,13 +221,11 @@ def reference_of(run: Run, agree: float) -> Reference:
 
 
 def play_beside(
-    source: Source, done: Done, reference: Reference
+    source: Source, done: Done, reference: Reference, workers: Workers | None = None
 ) -> tuple[Results, NDArray[np.bool_], Array]:
     """Play shots; return also which (S,) have the reference's contacts, and when balls leave it.
 
     These times (S, N) are in s, and infinite for balls that never do.
     """
-    beside = reference.in_core()
-    found = play_all(source, done, beside)
-    rows = np.frombuffer(beside.take()).reshape(len(found.status), -1)
-    return found, rows[:, 0] == 1.0, rows[:, 1:].copy()
+    found = play_all(source, done, workers, reference.in_core)
+    return found, found.beside[:, 0] == 1.0, found.beside[:, 1:].copy()
