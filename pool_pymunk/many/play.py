@@ -19,7 +19,7 @@ from pool_pymunk.core.tangent.follower import Follower
 from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
 from pool_pymunk.many.workers import EACH as PIECES
-from pool_pymunk.many.workers import Workers
+from pool_pymunk.many.workers import Workers, check_halt
 from pool_pymunk.model import Scene, SceneError, inputs
 from pool_pymunk.solvers.in_core import (
     floor_of,
@@ -88,7 +88,8 @@ class Hearing(Recorder):
     """While this listens, Python hears an interrupt: compiled code never looks for one."""
 
     def pause(self, t: float) -> None:
-        """Do nothing, in Python."""
+        """End the work of a worker for which nobody waits any more."""
+        check_halt()
 
 
 def play_all(

@@ -25,6 +25,7 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from multiprocessing import resource_tracker
+from multiprocessing.synchronize import Event
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -59,6 +60,7 @@ class Workers:
     def __init__(self, asked: object) -> None:
         self.executor = asked if isinstance(asked, Executor) else None
         self.pool: ProcessPoolExecutor | None = None
+        self.halt: Event | None = None  # It ends what the processes are at.
         self.count = 0  # so many processes; not known of an executor
         if self.executor is None:
             self.count = 1 if asked is None else argument("workers", asked, whole(1))
@@ -74,12 +76,10 @@ class Workers:
     ) -> None:  # fmt: skip
         if self.pool is None:
             return
-        pool, self.pool = self.pool, None
-        if kind is not None:
-            processes: dict[int, Any] = getattr(pool, "_processes", None) or {}
-            for process in list(processes.values()):
-                process.terminate()
-        pool.shutdown(wait=True, cancel_futures=True)
+        if kind is not None and self.halt is not None:
+            self.halt.set()
+        self.pool.shutdown(wait=True, cancel_futures=True)
+        self.pool = None
 
     def are_worth(self, seconds: float) -> bool:
         """Tell whether work that would take this process so long (s) is to be shared out."""
@@ -118,7 +118,9 @@ class Workers:
             if hasattr(signal, "pthread_sigmask"):
                 resource_tracker.ensure_running()  # Its start would let Ctrl-C through.
             context = multiprocessing.get_context("spawn")
-            self.pool = ProcessPoolExecutor(self.count, context, initializer=_begin)
+            self.halt = context.Event()
+            given = (self.halt,)
+            self.pool = ProcessPoolExecutor(self.count, context, _begin, given)
         return self.pool
 
     def _shared(
@@ -188,10 +190,25 @@ def results(
 # -- in a worker -----------------------------------------------------------------------------------
 
 
-def _begin() -> None:
+class HaltedError(Exception):
+    """This is raised in a worker whose work nobody waits for any more."""
+
+
+HALT: list[Event] = []  # the one that ends the work of this process, if it is a worker
+
+
+def _begin(halt: Event) -> None:
     """Leave warnings and Ctrl-C to the process that has started this one."""
     warnings.simplefilter("ignore")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    HALT.append(halt)
+
+
+def check_halt() -> None:
+    """Raise HaltedError in a worker whose work nobody waits for any more."""
+    for halt in HALT:
+        if halt.is_set():
+            raise HaltedError
 
 
 def _read(data: bytes) -> None:
@@ -203,4 +220,5 @@ def _read(data: bytes) -> None:
 
 
 def _work(work: Callable[[Any, Item], Result], data: bytes, item: Item) -> Result:
+    check_halt()
     return work(pickle.loads(data), item)
