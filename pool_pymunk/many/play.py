@@ -119,11 +119,11 @@ def share_out(
     size = min(LARGEST, max(FEWEST, (count - first) // (PIECES * (workers.count or MANY))))
     parts = (slice(k, min(k + size, count)) for k in range(first, count, size))
     head = replaced(source, lambda each: each[:0])
-    return workers.share(play_piece, (head, make), (piece_of(source, part) for part in parts))
+    return workers.share(play_some, (head, make), (some_of(source, part) for part in parts))
 
 
-class Piece(NamedTuple):
-    """A piece of a source has the arrays of some shots; one row stands for many that are alike."""
+class SomeShots(NamedTuple):
+    """Some shots of a source have their arrays; one row stands for many that are alike."""
 
     part: slice
     position: Floats
@@ -132,10 +132,10 @@ class Piece(NamedTuple):
     roll: Floats | None
 
 
-def piece_of(source: Source, part: slice) -> Piece:
-    """Return a piece of a source."""
+def some_of(source: Source, part: slice) -> SomeShots:
+    """Return some shots of a source."""
     its = replaced(source, lambda each: each[:1] if each.strides[0] == 0 else each[part])
-    return Piece(part, its.position, its.velocity, its.vary, its.roll)
+    return SomeShots(part, its.position, its.velocity, its.vary, its.roll)
 
 
 def replaced(source: Source, change: Callable[[Floats], Floats]) -> Source:
@@ -147,14 +147,14 @@ def replaced(source: Source, change: Callable[[Floats], Floats]) -> Source:
     )  # fmt: skip
 
 
-def play_piece(common: tuple[Source, Make | None], piece: Piece) -> tuple[slice, Results]:
-    """Play a piece of a source, in any process."""
-    (source, make), count = common, piece.part.stop - piece.part.start
+def play_some(common: tuple[Source, Make | None], some: SomeShots) -> tuple[slice, Results]:
+    """Play some shots of a source, in any process."""
+    (source, make), count = common, some.part.stop - some.part.start
     whole = replaced(
-        source._replace(**{key: each for key, each in piece._asdict().items() if key != "part"}),
+        source._replace(**{key: each for key, each in some._asdict().items() if key != "part"}),
         lambda each: np.broadcast_to(each, (count, *each.shape[1:])),
     )
-    return piece.part, play_all(whole, lambda _: None, None, make)
+    return some.part, play_all(whole, lambda _: None, None, make)
 
 
 def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice, Results]]:
