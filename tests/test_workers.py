@@ -136,7 +136,7 @@ def play(count, law=None):
     vary = {"angle": np.linspace(0.0, 90.0, count), "speed": np.full(count, 4.0)}
     return simulate_many(load("report"), vary=vary, law=law, workers=2)
 
-workers.START = 0.0
+workers.START = workers.SEND = 0.0
 """
 GUARD = "if __name__ == '__main__':\n    "
 

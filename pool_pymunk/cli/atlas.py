@@ -49,13 +49,21 @@ def atlas(
     read.ending("--out", path, read.PICTURES, ".png, .svg or .pdf")
     began = time.perf_counter()
     count = pixels[0] * pixels[1]
+    how: dict[str, Any] = {
+        "angle": read.interval("--angle", angle, units, "angle"),
+        "speed": None if speed is None else read.interval("--speed", speed, units, "speed"),
+        "axes": _axes(scene, across, up),
+    }
     with players(workers, cluster) as (asked, _), lib.terminal.Bar("playing", count) as bar:
-        found = lib.atlas.atlas(
-            scene, chosen, angle=read.interval("--angle", angle, units, "angle"), size=pixels,
-            speed=None if speed is None else read.interval("--speed", speed, units, "speed"),
-            ball=ball, law=law, axes=_axes(scene, across, up), aims_anew=aims_anew, show=show,
-            workers=asked, on_done=bar.step,
-        )  # fmt: skip
+        try:
+            found = lib.atlas.atlas(
+                scene, chosen, **how, size=pixels, ball=ball, law=law, aims_anew=aims_anew,
+                show=show, workers=asked, on_done=bar.step,
+            )  # fmt: skip
+        except lib.atlas.CutShort as cut:
+            lib.maps.atlas_picture(cut.found, show, path)
+            typer.echo(f"the picture so far: {path}")
+            raise
     lib.maps.atlas_picture(found, show, path)
     typer.echo(f"{count:,} shots in {time.perf_counter() - began:.1f} s: {path}")
     return 0

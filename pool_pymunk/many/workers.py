@@ -11,6 +11,7 @@ import os
 import pickle
 import signal
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
@@ -60,6 +61,7 @@ class Workers:
     def __init__(self, asked: object) -> None:
         self.executor = asked if isinstance(asked, Executor) else None
         self.pool: ProcessPoolExecutor | None = None
+        self.began = time.perf_counter()
         self.halt: Event | None = None  # It ends what the processes are at.
         self.count = 0  # so many processes; not known of an executor
         if self.executor is None:
@@ -82,10 +84,14 @@ class Workers:
         self.pool = None
 
     def are_worth(self, seconds: float) -> bool:
-        """Tell whether work that would take this process so long (s) is to be shared out."""
+        """Tell whether work that would take this process so long (s) is to be shared out.
+
+        Much work that comes in small parts is worth it, too.
+        """
         if self.executor is not None:
             return True
-        return self.count > 1 and seconds > (START if self.pool is None else SEND)
+        spent = time.perf_counter() - self.began if self.pool is None else START
+        return self.count > 1 and seconds > SEND and spent + seconds > START
 
     def share(
         self, work: Callable[[Common, Item], Result], common: Common, items: Iterable[Item]
