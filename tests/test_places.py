@@ -27,9 +27,10 @@ from pool_pymunk import (
     simulate_many,
 )
 from pool_pymunk.core import layouts
+from pool_pymunk.core.floor import TOUCHING, overlap
 from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.many.places import may_lie
-from pool_pymunk.model.places import SUNK, TOUCHING, overlap, room_beside
+from pool_pymunk.model.places import SUNK, room_beside
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.physics.sides import RoundSide
@@ -356,7 +357,9 @@ def test_two_balls_give_one_answer_in_either_order() -> None:
         x, y, turn = (float(each) for each in rng.uniform(-5.0, 5.0, 3))
         touching = R + SMALL - TOUCHING * SMALL * (1.0 + float(rng.uniform(-1e-9, 1e-9)))
         u, v = x + touching * math.cos(turn), y + touching * math.sin(turn)
-        assert overlap(x, y, R, u, v, SMALL, TOUCHING) == overlap(u, v, SMALL, x, y, R, TOUCHING)
+        assert overlap((x, y), R, (u, v), SMALL, TOUCHING) == overlap(
+            (u, v), SMALL, (x, y), R, TOUCHING
+        )
 
 
 def test_the_words_are_in_the_units_of_the_file() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.core import layouts
+from pool_pymunk.core.floor import TOUCHING
 from pool_pymunk.model import Scene
-from pool_pymunk.model.places import TOUCHING
 from pool_pymunk.solvers.in_core import floor_of
 
 
