@@ -27,6 +27,7 @@ from functools import partial
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.synchronize import Event
+from threading import Thread
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -208,6 +209,15 @@ def _begin(halt: Event) -> None:
     warnings.simplefilter("ignore")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     HALT.append(halt)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that has started it is gone, however that ended."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def check_halt() -> None:
