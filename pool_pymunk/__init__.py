@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pool_pymunk.core import compiled as compiled  # bool, and no name for `import *`
-    from pool_pymunk.fast import Batch, simulate_many
     from pool_pymunk.fast.ahead import compile  # noqa: A004  It is called by its full name.
+    from pool_pymunk.many import Batch, simulate_many
     from pool_pymunk.model import (
         Ball,
         Friction,
@@ -117,7 +117,7 @@ __all__ = [
 # A module is imported when one of its names is first used, so that --help does not wait for it.
 _HOMES = {
     "core": "compiled",
-    "fast": "Batch simulate_many",
+    "many": "Batch simulate_many",
     "fast.ahead": "compile",
     "model": "Ball Friction Patch Physics Pocket Post Restitution Scene SceneError Shot State Table"
     " Units",

@@ -1,9 +1,7 @@
 """`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
-What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``. Tests
-that must break for now stand in data/until_batches.txt: one that passes again is a failure, too.
-`make test` compiles no shots: Python plays the loop of many shots. In `make test-all` the plainest
-loop is compiled, and tests of compiled shots are played again; slow ones compile all loops.
+What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
+`make test` compiles nothing by numba: Python plays the loop of tables.
 
 Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
 "fixed" twice as many; "random" (`pytest --hypothesis-profile random`) draws twenty times as many
@@ -23,16 +21,12 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 from scenes import BASE_SEED, DATA
-from shots import uncompiled, with_twins
+from shots import uncompiled
 
-from pool_pymunk import Law, Scene, core
+from pool_pymunk import core
 from pool_pymunk.engine import asked, contacts
-from pool_pymunk.fast import compiled, many, single
-from pool_pymunk.fast.many import play_compiled
-from pool_pymunk.fast.records import Out
-from pool_pymunk.fast.shots import Source
-from pool_pymunk.fast.tables import Form, can_compile, walls_differ
-from pool_pymunk.physics import changes
+from pool_pymunk.fast import compiled, single
+from pool_pymunk.fast.tables import Form
 from pool_pymunk.solvers import grouped
 
 settings.register_profile(
@@ -53,31 +47,12 @@ settings.register_profile(
 settings.register_profile("quick", settings.get_profile("fixed"), max_examples=25)
 settings.load_profile("quick")
 
-FEW = 100  # A quick test plays at most so many shots at once, because Python plays them.
-
 # These tests, or cases of them, take longer than half a second.
 LONG = frozenset((DATA / "takes_long.txt").read_text("utf-8").splitlines())
 
 
-def read_until_batches() -> dict[str, str]:
-    """Return the tests that break until batches and tables are the core's, with their reasons."""
-    found, reason = dict[str, str](), ""
-    for line in (DATA / "until_batches.txt").read_text("utf-8").splitlines():
-        if line.startswith("# "):
-            reason = line.removeprefix("# ")
-        elif line:
-            found[line] = reason
-    return found
-
-
-# These tests compare bits of batches or tables with single runs in which contacts persist.
-UNTIL_BATCHES = read_until_batches()
-
 # The examples in these modules need an optional library.
 NEEDED = {
-    "pool_pymunk.fast.many": "numba",
-    "pool_pymunk.studies.atlas": "numba",
-    "pool_pymunk.studies.find": "numba",
     "pool_pymunk.studies.fit": "scipy",
     "pool_pymunk.studies.sweep": "pyarrow",
 }
@@ -86,7 +61,6 @@ NEEDED = {
 # These cannot even be imported without one.
 NEEDING = {
     "env": "gymnasium",
-    "fast/duals.py": "numba",
     "fast/linked.py": "numba",
     "page/live/server.py": "uvicorn",
 }
@@ -132,9 +106,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         name = item.name if is_example else f"{item.path.name}::{item.name}"
         if not LONG.isdisjoint((name, name.partition("[")[0])):
             item.add_marker(pytest.mark.long)
-        reason = UNTIL_BATCHES.get(name) or UNTIL_BATCHES.get(name.partition("[")[0])
-        if reason is not None:
-            item.add_marker(pytest.mark.xfail(reason=reason, raises=AssertionError, strict=True))
         if item.path.stem.removeprefix("test_") in COMPILED:
             item.add_marker(pytest.mark.compiled)
         for module, library in NEEDED.items() if is_example else ():
@@ -152,9 +123,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 
 @pytest.fixture(autouse=True)
-def single_runs_are_played_in_python(
-    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other tests may have loaded the compiled loop; a test that loads it uses it from then on."""
     remember = single.remember
 
@@ -166,37 +135,17 @@ def single_runs_are_played_in_python(
     monkeypatch.setattr(grouped, "FASTER", [])
     monkeypatch.setattr(asked, "PRESSES", [])
     monkeypatch.setattr(contacts, "LOOPS", [])
-    monkeypatch.setattr(changes, "FASTER", [])
-    monkeypatch.setattr(single, "follow_run", lambda *_: None)
-    if request.node.get_closest_marker("compiled"):
-        monkeypatch.setattr(many, "EARLY", 0.0)  # s; a few shots are compiled, too.
 
 
 @pytest.fixture(autouse=True)
 def shots_are_compiled_in_test_all(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Compiling a loop takes a minute; Python plays it in `make test`, with the twins of numba.
-
-    Loops with rolls and arcs, and the pass of derivatives, are compiled in slow tests alone.
-    """
+    """Compiling a loop takes a minute; Python plays it in `make test`, with the twins of numba."""
     if "slow" in request.keywords:
         return
-    monkeypatch.setattr(compiled, "follow_shots", with_twins)
     monkeypatch.setattr(compiled, "note_form", lambda *_: None)
     monkeypatch.setattr(compiled, "has_form", lambda *_: False)
-    monkeypatch.setattr(many, "can_compile", can_compile_without_rolls_and_arcs)
     is_quick = request.config.getoption("--hypothesis-profile") in (None, "quick")
     if is_quick and "long" not in request.keywords:
         monkeypatch.setattr(compiled, "play_shots", uncompiled)
-        monkeypatch.setattr(many, "play_compiled", play_a_few)
-
-
-def play_a_few(source: Source, out: Out, *how: Any) -> None:
-    assert len(out.status) <= FEW, f"more than {FEW} shots take long: see data/takes_long.txt"
-    play_compiled(source, out, *how)
-
-
-def can_compile_without_rolls_and_arcs(scene: Scene, law: Law) -> bool:
-    is_special = scene.surface.rolls or walls_differ(scene)
-    return not is_special and can_compile(scene, law)

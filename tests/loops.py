@@ -14,4 +14,4 @@ SLIDES, ROLLS, STADIUM = (load(name) for name in ("report", "follow-and-draw", "
 
 if __name__ == "__main__":
     for scene in (SLIDES, ROLLS, STADIUM, replace(STADIUM, friction=ROLLS.friction)):
-        pool_pymunk.compile(scene, derivatives=True)
+        pool_pymunk.compile(scene)

@@ -31,6 +31,7 @@ from pool_pymunk import (
 from pool_pymunk.model.inputs import with_inputs
 from pool_pymunk.render import atlas as drawing
 from pool_pymunk.render.atlas import atlas_picture
+from pool_pymunk.studies import atlas as maps
 from pool_pymunk.studies.atlas import MAPS
 
 pytestmark = pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
@@ -259,3 +260,20 @@ def test_what_nothing_does_is_an_empty_list() -> None:
         return np.zeros(len(batch), dtype=bool)
 
     assert find(few_balls(), 1, never, tries=1000) == []
+
+
+def test_an_interrupt_leaves_the_map_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows that were not played have no ends."""
+    monkeypatch.setattr(maps, "AT_ONCE", 27)
+    done = list[int]()
+
+    def interrupt(count: int) -> None:
+        done.append(count)
+        if sum(done) > 30:
+            raise KeyboardInterrupt
+
+    with pytest.raises(maps.CutShort) as cut:
+        maps.atlas(load("report"), 1, size=(9, 7), on_done=interrupt)
+    whole, found = maps.atlas(load("report"), 1, size=(9, 7)), cut.value.found
+    assert found.end[:3].tobytes() == whole.end[:3].tobytes()
+    assert np.isnan(found.end[3:]).all()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import pickle
@@ -11,10 +10,8 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -24,9 +21,8 @@ from typing import Any
 import numpy as np
 import pytest
 from hard_scenes import squeezed
-from scenes import AT_A_TERMINAL, frozen_rack, seeds, takes_long
+from scenes import AT_A_TERMINAL, frozen_rack, seeds
 from shots import (
-    HAS_NUMBA,
     KINDS,
     LATE,
     ROLLING,
@@ -36,8 +32,6 @@ from shots import (
     needs_numba,
     shots_of,
     some_scene,
-    uncompiled,
-    with_twins,
 )
 
 from pool_pymunk import (
@@ -51,19 +45,20 @@ from pool_pymunk import (
     Shot,
     State,
     Table,
-    Uncertainty,
     load,
     loads,
-    sensitivity,
     simulate,
     simulate_many,
 )
 from pool_pymunk.engine.due import Queue, What
-from pool_pymunk.fast import compiled, due, loop, many, moves, records, shots, tables
+from pool_pymunk.fast import compiled, due, moves
+from pool_pymunk.many import play
+from pool_pymunk.many.source import read_source
 from pool_pymunk.physics.motion import path_to_disc
 from pool_pymunk.physics.pairs import pair_time, stay_apart
 from pool_pymunk.physics.path import set_off
 from pool_pymunk.physics.surface import slide_or_roll
+from pool_pymunk.studies.compare import contact_order, play_beside, reference_of
 
 
 def compare(kind: str, seed: int, count: int) -> Batch:
@@ -73,19 +68,15 @@ def compare(kind: str, seed: int, count: int) -> Batch:
     return batch
 
 
-@needs_numba
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind in LATE)) for kind in KINDS]
 )
 def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind: str) -> None:
-    count = 2 if kind == "crowd" else 10
-    hard = sum(compare(kind, seed, count).by_reference for seed in range(13))
-    assert hard <= 13 * count * (0.2 if kind == "hard" else 0.02)
+    for seed in range(13):
+        compare(kind, seed, 2 if kind == "crowd" else 10)
 
 
-@needs_numba
-def test_shots_of_a_great_crowd_have_a_larger_record(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "play_shots", uncompiled)
+def test_shots_of_a_great_crowd() -> None:
     crowd = great_crowd(70)
     position, velocity = shots_of(crowd, 1, 3)
     batch = simulate_many(crowd, position, velocity, max_time=0.1)
@@ -94,20 +85,14 @@ def test_shots_of_a_great_crowd_have_a_larger_record(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.slow
-@needs_numba
-@pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.parametrize("kind", ROLLING)
 def test_a_hundred_random_shots_that_roll(kind: str) -> None:
-    """Where a roll presses balls together or to a cushion, the exact solver plays the shot."""
-    count = {"crowd": 2, "hard": 3}.get(kind.removesuffix(ROLLS), 6)
-    hard = sum(compare(kind, seed, 2).by_reference for seed in range(count))
-    assert hard <= 2 * count * (0.5 if kind.startswith(("crowd", "hard")) else 0.2)
+    for seed in range({"crowd": 2, "hard": 3}.get(kind.removesuffix(ROLLS), 6)):
+        compare(kind, seed, 2)
 
 
-@needs_numba
 @pytest.mark.slow
 @pytest.mark.seeded
-@pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
 def test_twenty_thousand_random_shots(kind: str) -> None:
     for seed in seeds(20 if kind == "crowd" or kind in ROLLING else 250):
@@ -134,7 +119,6 @@ def simulation_1(
     return scene, position, np.array(state.velocity)
 
 
-@needs_numba
 @pytest.mark.parametrize("law", ["coulomb", "published"])
 def test_the_reports_first_shot(law: str) -> None:
     scene, position, velocity = simulation_1(300)
@@ -144,26 +128,15 @@ def test_the_reports_first_shot(law: str) -> None:
     check_bits(batch, range(0, 300, 10))
 
 
-def test_every_thread_has_a_share_of_the_shots() -> None:
-    assert many._chunks(0, 4_096, 2) == [slice(0, 2_048), slice(2_048, 4_096)]
-    assert many._chunks(0, 9, 4) == [slice(0, 9)]
-    sizes = [part.stop - part.start for part in many._chunks(0, 100_001, 3)]
-    assert sum(sizes) == 100_001 and max(sizes) == many.CHUNK
-    assert many._chunks(0, 0, 2) == []
-    assert many._chunks(7, 9, 2) == [slice(7, 9)]
-
-
-@needs_numba
-def test_results_do_not_depend_on_threads_or_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_do_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, position, velocity = simulation_1(1000)
     usual = simulate_many(scene, position, velocity)
-    monkeypatch.setattr(many, "CHUNK", 37)
+    monkeypatch.setattr(play, "FEWEST", 37)
     done: list[int] = []
-    for threads in (1, 2, 5):
-        other = simulate_many(scene, position, velocity, threads=threads, on_done=done.append)
-        for name in ("final", "duration", "hits", "cushions", "events", "first_hit", "pocketed"):
-            np.testing.assert_array_equal(getattr(usual, name), getattr(other, name))
-    assert sum(done) == 3000
+    other = simulate_many(scene, position, velocity, on_done=done.append)
+    for name in ("final", "duration", "hits", "cushions", "events", "first_hit", "pocketed"):
+        np.testing.assert_array_equal(getattr(usual, name), getattr(other, name))
+    assert done[:2] == [0, 37] and sum(done) == 1000
 
 
 VARY = {
@@ -234,8 +207,7 @@ def test_a_ball_that_is_off_the_table_meets_nothing() -> None:
     assert batch.run(0).off == {scene.balls[1].id}
 
 
-@needs_numba
-def test_hits_without_end_are_compiled() -> None:
+def test_hits_without_end() -> None:
     scene, count = squeezed(1e4, 0.5, 0.5, 0.1, 0.0), 40
     velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
     velocity[12:] *= -1.0  # The heavy ball rolls away from the light one.
@@ -244,10 +216,7 @@ def test_hits_without_end_are_compiled() -> None:
     check_bits(batch, range(0, count, 3))
 
 
-@needs_numba
-def test_shots_that_are_handed_back_are_done_one_by_one() -> None:
-    """A law of one's own answers contacts of one instant."""
-
+def test_a_law_of_ones_own_answers_contacts_of_one_instant() -> None:
     class Own(Law):
         def together(self, *args: Any) -> None:
             super().together(*args)
@@ -255,14 +224,9 @@ def test_shots_that_are_handed_back_are_done_one_by_one() -> None:
     scene, count = squeezed(1e4, 0.5, 0.5, 0.1, 0.0), 40
     velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
     velocity[12:] *= -1.0  # The heavy ball rolls away from the light one.
-    done: list[int] = []
-    with pytest.warns(UserWarning, match="12 of 40 shots were handed back"):
-        batch = simulate_many(scene, velocity=velocity, law=Own(), on_done=done.append)
-    assert sum(done) == 40
-    assert done[0] == 0, "nothing is done when the first shots begin"
-    assert done[-12:] == [1] * 12, "a shot that is handed back is not done before it is played"
-    assert batch.by_reference == 12
-    assert np.flatnonzero(batch.handed_back).tolist() == list(range(12))
+    batch = simulate_many(scene, velocity=velocity, law=Own())
+    assert not batch.handed_back.any()
+    check_bits(batch, range(0, count, 3))
 
 
 def test_a_frozen_rack_says_what_the_order_of_its_contacts_decides() -> None:
@@ -281,17 +245,13 @@ def test_a_frozen_rack_says_what_the_order_of_its_contacts_decides() -> None:
     assert other.run(0).policy_shift == 0.0 < other.run(0).rounding
     with pytest.raises(AttributeError, match=r"figures=True\) gives batch.policy_shift"):
         _ = batch.spread
-    if HAS_NUMBA:
-        assert batch.by_reference == 0
-        assert (batch.in_doubt.tolist(), other.in_doubt.tolist()) == ([True], [False])
+    assert (batch.in_doubt.tolist(), other.in_doubt.tolist()) == ([True], [False])
 
 
 @pytest.mark.slow
-@needs_numba
-@pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.parametrize("law", ["coulomb", "published"])
 def test_two_cushions_at_once_slow_a_roll(law: str) -> None:
-    """In a corner each cushion slows the roll by its own impulse, which `published` hands back."""
+    """In a corner each cushion slows the roll by its own impulse."""
     scene = Scene(
         (Ball("C", (0.6, 0.6), 0.03, 0.2, cue=True),), Table.rectangle(2.0, 1.0),
         Restitution(0.9, None, 0.8), Friction(0.2, 0.15, 0.05, 0.01), Physics(law=law),
@@ -304,8 +264,7 @@ def test_two_cushions_at_once_slow_a_roll(law: str) -> None:
 
 
 @pytest.mark.slow
-@needs_numba
-def test_a_ball_that_its_roll_holds_to_a_cushion_is_compiled() -> None:
+def test_a_ball_that_its_roll_holds_to_a_cushion() -> None:
     scene = Scene(
         (Ball("C", (0.5, 0.93), 0.03, 0.2, cue=True),), Table.rectangle(2.0, 1.0),
         Restitution(0.9, None, 0.1), Friction(0.2, 0.0, 0.0, 0.01),
@@ -331,7 +290,6 @@ def test_balls_begin_with_the_rolls_that_are_given() -> None:
     assert start.roll is not None
     rolls = np.array([start.roll, np.zeros((2, 2)), [(0.0, 1.0), (2.0, -1.0)]])
     batch = simulate_many(scene, start.position, start.velocity, roll=rolls)
-    assert batch.by_reference == (0 if HAS_NUMBA else 3)
     check_bits(batch, range(3))
     for k, own in enumerate(rolls.tolist()):
         run = simulate(alone, solver="event-driven", start=start._replace(roll=own))
@@ -348,28 +306,15 @@ def test_balls_begin_with_the_rolls_that_are_given() -> None:
     np.testing.assert_allclose(fixed.final[1], run.end.position, atol=1e-12)
 
 
-def test_a_law_of_ones_own_takes_the_exact_solver() -> None:
+def test_a_law_of_ones_own() -> None:
     class Plastic(Law):
         def ball_ball(self, a: Any, b: Any, pair: Any) -> Any:
             return super().ball_ball(a, b, pair._replace(restitution=0.0))
 
     scene = load("two-balls")
     batch = simulate_many(scene, velocity=[[1.0, 0.0], [0.0, 0.0]], law=Plastic(), max_time=2.0)
-    assert (batch.law, batch.by_reference) == ("Plastic", 1)
+    assert batch.law == "Plastic"
     check_bits(batch, range(1))
-
-
-@pytest.mark.parametrize("rolls", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_without_numba_the_bits_are_the_same(
-    rolls: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:  # fmt: skip
-    scene, position, velocity = simulation_1(3, rolls)
-    usual = simulate_many(scene, position, velocity)
-    monkeypatch.setattr(compiled, "is_there", lambda: False)
-    with pytest.warns(UserWarning, match=r"pip install 'pool-pymunk\[fast\]'"):
-        slow = simulate_many(scene, position, velocity)
-    assert slow.by_reference == 3
-    np.testing.assert_array_equal(usual.final, slow.final)
 
 
 def test_no_shots_and_resting_ones() -> None:
@@ -409,15 +354,6 @@ def test_a_path_ends_before_other_balls_hit_each_other_at_the_same_time() -> Non
     for what in (What("pair", 0, 1), What("stop", 2), What("wall", 0, 0), What("stop", 1)):
         queue.push(1.0, what)
     assert [due[2].kind for due in queue.take_until(1.0)] == ["stop", "stop", "pair", "wall"]
-    source, seen = shots.read_source(scene, None, None, None, None, None), list[int]()
-    watcher = SimpleNamespace(
-        watch=lambda part, tracks: seen.extend(tracks.rows[: tracks.ends[0, 0], 0].astype(int)),
-        replays=False,
-    )
-    play: Any = with_twins(loop.play_shots)
-    out = records.empty(1, 3)
-    many.play_chunk(play, source, tables.table_of(scene), out, slice(0, 1), watcher)
-    assert seen[3:6] == [2, 0, 1]
 
 
 def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:
@@ -463,47 +399,23 @@ def test_a_bound_never_leaves_out_two_balls_that_meet(scale: float) -> None:
 # -- sensitivity -----------------------------------------------------------------------------------
 
 
-def two_in_a_row() -> Scene:
-    """Return the report's table, with a shot that goes on from the one before."""
-    scene = load("eight-ball")
-    after = Shot("after", scene.shots[0].ball, velocity=(2.0, 0.3), from_previous=True)
-    return replace(scene, shots=(scene.shots[0], after))
-
-
-@needs_numba
 @pytest.mark.parametrize(
-    ("scene", "shot", "errors"),
-    [
-        (load("report"), 1, {}),
-        (load("report"), 4, {"speed": 0.1, "angle": 0.01}),
-        pytest.param(
-            load("eight-ball"), 1, {"speed": 0.02, "angle": 0.002}, marks=pytest.mark.slow
-        ),
-        (load("hexagon"), None, {}),
-        (two_in_a_row(), 2, {}),
-        pytest.param(
-            report(True),
-            1,
-            {"speed": 0.05, "inputs": {"roll": 0.1, "friction.rolling": 0.002}},
-            marks=pytest.mark.slow,
-        ),
-    ],
-    ids=["aimed", "with errors", "pockets", "polygon", "in a row", "rolling"],
+    ("name", "shot"),
+    [("report", 1), ("report", 4), ("eight-ball", 1), ("stadium", 1), ("follow-and-draw", 1)],
 )
-def test_sensitivity_is_the_same_compiled(
-    monkeypatch: pytest.MonkeyPatch, scene: Scene, shot: int | None, errors: dict[str, Any]
-) -> None:
-    found = []
-    for compiles in (True, False):
-        monkeypatch.setattr(compiled, "is_there", lambda compiles=compiles: compiles)
-        samples = 40 if scene.pockets else 150
-        found.append(
-            sensitivity(scene, shot, Uncertainty(1e-4, **errors), samples, seed=3, threads=1)
-        )
-    one, other = found
-    for name in ("starts", "ends", "left", "same_contacts", "pocketed"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    assert one.balls == other.balls
+def test_samples_are_compared_as_runs_are(name: str, shot: int) -> None:
+    """Where a sample leaves the reference, if it does, and whether its contacts are the same."""
+    scene, rng = load(name), np.random.default_rng(1)
+    turns = {"turn": rng.normal(0.0, 1.0, 40) * 10.0 ** rng.uniform(-7.0, 0.0, 40)}
+    source = read_source(scene, shot, None, turns, None, None)
+    reference = reference_of(simulate(scene, shot, solver="event-driven"), 1e-3)
+    found, same, departure = play_beside(source, lambda _: None, reference)
+    for k in range(len(found.status)):
+        run = source.run(k, measures_policies=False)
+        off = run.at(reference.times)[0] - reference.path
+        np.testing.assert_array_equal(departure[k], reference.first_off(off))
+        assert same[k] == (contact_order(run) == reference.order)
+    assert same.any() and np.isfinite(departure).any()
 
 
 # -- processes -------------------------------------------------------------------------------------
@@ -512,8 +424,6 @@ SCRIPT = """
 import json, sys, time
 import numpy as np
 from pool_pymunk import load, simulate_many
-from pool_pymunk.fast import many
-many.EARLY = 0.0
 scene = load("report")
 velocity = np.zeros((int(sys.argv[1]), 11, 2))
 velocity[:, scene.index["C"], 0] = np.linspace(-4.0, -3.0, len(velocity))
@@ -524,42 +434,17 @@ print(json.dumps([batch.final.sum(), time.perf_counter() - began]))
 """
 
 
-def script(cache: Path | None, shots: int = 10) -> subprocess.Popen[str]:
-    """Start the script with a cache of its own, or the usual one."""
-    command = [sys.executable, "-c", SCRIPT, str(shots)]
-    environment = os.environ | ({compiled.CACHE: str(cache)} if cache else {})
-    pipe = subprocess.PIPE
-    return subprocess.Popen(
-        command, stdout=pipe, stderr=pipe, text=True, env=environment, preexec_fn=AT_A_TERMINAL
-    )
-
-
-def finished(process: subprocess.Popen[str]) -> tuple[float, float, str]:
-    out, err = process.communicate(timeout=300)
-    assert process.returncode == 0, err
-    total, seconds = json.loads(out.splitlines()[-1])
-    return total, seconds, err
-
-
-@needs_numba
-@pytest.mark.slow
-@takes_long
-def test_processes_that_start_together_share_one_cache(tmp_path: Path) -> None:
-    together = [finished(process) for process in [script(tmp_path) for _ in range(3)]]
-    compiling = sum("Compiling" in err for _, _, err in together)
-    assert compiling == 1 or sys.platform == "win32"  # Others wait for what one compiles.
-    later = finished(script(tmp_path))
-    assert later[2] == ""
-    assert {total for total, _, _ in together} == {later[0]}
-    assert later[1] < 0.5 * min(seconds for _, seconds, _ in together)
-
-
-@needs_numba
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
 def test_an_interrupt_ends_it_at_once() -> None:
-    finished(script(None))
-    process = script(None, 3_000_000)
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, "3000000"],
+        stdout=pipe,
+        stderr=pipe,
+        text=True,
+        preexec_fn=AT_A_TERMINAL,
+    )
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
     time.sleep(1.5)
@@ -568,18 +453,6 @@ def test_an_interrupt_ends_it_at_once() -> None:
     process.communicate(timeout=60)
     assert process.returncode != 0
     assert time.perf_counter() - began < 3.0  # All shots take nine seconds.
-
-
-@needs_numba
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such locks")
-def test_who_loads_shots_waits_for_nobody_who_compiles_others() -> None:
-    fcntl = import_module("fcntl")
-    finished(script(None))
-    with ExitStack() as stack:
-        for lock in compiled.cache_folder().glob("*/play_shots.lock"):
-            fcntl.flock(stack.enter_context(lock.open("a")), fcntl.LOCK_EX)
-        assert finished(script(None))[2] == ""
 
 
 def cut_short(path: Path) -> None:
@@ -629,19 +502,6 @@ def test_what_is_damaged_in_the_cache_is_compiled_anew(
     assert (play(), len(said)) == (42, 3 if path.is_dir() else 2)
 
 
-@needs_numba
-@pytest.mark.slow
-@takes_long
-def test_shots_are_played_where_the_cache_is_damaged(tmp_path: Path) -> None:
-    total, _, _ = finished(script(tmp_path))
-    for path in tmp_path.rglob("*play_shots*"):
-        cut_short(path)
-    again, _, said = finished(script(tmp_path))
-    assert again == total
-    assert said == "Compiling such shots for this machine: this takes a minute or two, once.\n"
-    assert finished(script(tmp_path))[2] == ""
-
-
 def test_a_cache_that_cannot_be_written_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(compiled.CACHE, os.devnull)
     folder = compiled.cache_folder()
@@ -681,31 +541,10 @@ BREAKS = {
     "nothing": "",
 }
 PLAIN_SCRIPT = """
-import json, sys
-import numpy as np
-from pool_pymunk import load, simulate_many
-from pool_pymunk.fast import compiled, many, places
-many.EARLY = 0.0
-scene = load("report")
-lie = np.tile([ball.position for ball in scene.balls], (places.FEW, 1, 1))
-lie[1, 0] = lie[1, 1]
-free = places.may_lie(scene, lie)
-found = [compiled.can_link(), int(free.sum())]
-if "shots" in sys.argv:
-    velocity = np.arange(22.0).reshape(11, 2) % 5.0 - 2.0
-    found.append(simulate_many(scene, velocity=velocity).final.tobytes().hex())
-print(json.dumps(found))
+from pool_pymunk.fast import compiled
+from pool_pymunk.physics.motion import path_to_disc
+print(compiled.can_link(), compiled.alone(path_to_disc)((3.0, 0.0), (1.0, 0.0), 1.0))
 """
-
-
-def played_by_another_numba(breaks: str, cache: Path, *more: str) -> tuple[Any, str]:
-    """Play the script in a process whose numba is changed before; return what it finds and says."""
-    played = subprocess.run(
-        [sys.executable, "-c", f"{breaks}\n{PLAIN_SCRIPT}", *more], capture_output=True, text=True,
-        env=os.environ | {compiled.CACHE: str(cache)}, timeout=500, check=False,
-    )  # fmt: skip
-    assert played.returncode == 0, played.stderr
-    return json.loads(played.stdout), played.stderr
 
 
 @needs_numba
@@ -713,35 +552,13 @@ def played_by_another_numba(breaks: str, cache: Path, *more: str) -> tuple[Any, 
 def test_what_another_numba_lacks_makes_it_compile_by_what_is_documented(
     breaks: str, tmp_path: Path
 ) -> None:
-    found, _ = played_by_another_numba(BREAKS[breaks], tmp_path)
-    assert found == [breaks == "nothing", 11 * 500 - 1]
+    played = subprocess.run(
+        [sys.executable, "-c", f"{BREAKS[breaks]}\n{PLAIN_SCRIPT}"], capture_output=True,
+        text=True, env=os.environ | {compiled.CACHE: str(tmp_path)}, timeout=500, check=True,
+    )  # fmt: skip
+    assert played.stdout.split() == [str(breaks == "nothing"), "2.0"]
     made = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbc")}
-    assert made == {"places.mark_free", *["linked.trial"] * (breaks == "nothing")}
-
-
-@takes_long
-@needs_numba
-@pytest.mark.slow
-def test_shots_compiled_by_what_is_documented_have_the_same_bits(tmp_path: Path) -> None:
-    broken = BREAKS["a class"]
-    (links, _, plain), said = played_by_another_numba(broken, tmp_path, "shots")
-    assert not links
-    assert said == "Compiling such shots for this machine: this takes some minutes, once.\n"
-    (links, _, linked), _ = played_by_another_numba("", tmp_path / "linked", "shots")
-    assert links
-    assert plain == linked
-    assert played_by_another_numba(broken, tmp_path, "shots")[1] == ""
-
-
-@needs_numba
-def test_the_order_of_what_is_given_compiles_nothing_anew() -> None:
-    scene, position, velocity = simulation_1(3)
-    for give in (np.asfortranarray, lambda array: np.repeat(array, 2, axis=1)[:, ::2], np.copy):
-        for some in (position, np.broadcast_to(position[:1], position.shape), position[0]):
-            simulate_many(scene, give(some), give(velocity))
-    simulate_many(scene, velocity=velocity, vary={"mass": np.ones((11, 3)).T})
-    loop: Any = compiled.play_shots(*tables.loop_form(scene))
-    assert len(loop.signatures) == 1
+    assert made == {"motion.path_to_disc", *["linked.trial"] * (breaks == "nothing")}
 
 
 @needs_numba
@@ -753,26 +570,6 @@ def test_no_product_and_sum_are_fused() -> None:
     [assembly] = found.inspect_asm().values()
     assert "mul" in assembly
     assert not re.search(r"\bv?fn?m(add|sub)\d*[sp]?d?\b|\bfml[as]\b", assembly)
-
-
-@needs_numba
-def test_it_is_free_of_the_interpreters_lock() -> None:
-    """Another thread goes on while shots are played."""
-    scene, position, velocity = simulation_1(20_000)
-    simulate_many(scene, position[:1], velocity)
-    ticks: list[float] = []
-    stop = threading.Event()
-
-    def tick() -> None:
-        while not stop.wait(0.001):
-            ticks.append(time.perf_counter())
-
-    other = threading.Thread(target=tick)
-    other.start()
-    simulate_many(scene, position, velocity, threads=1)
-    stop.set()
-    other.join()
-    assert len(ticks) > 5
 
 
 # -- a shot in place of positions and velocities ---------------------------------------------------

@@ -36,6 +36,7 @@ from pool_pymunk import (
     written_uncertainty,
 )
 from pool_pymunk.cli import main
+from pool_pymunk.core.persistent.groups import WIDEST
 from pool_pymunk.engine import decisions, persisting
 from pool_pymunk.physics import collapse
 from pool_pymunk.physics.path import LOST
@@ -43,7 +44,6 @@ from pool_pymunk.physics.persistent import UNSEEN
 from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.render import FilmSettings
 from pool_pymunk.results.variants import COARSER, FINER
-from pool_pymunk.solvers.event_driven import MOST
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
@@ -240,7 +240,7 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
     assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
     assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
     assert (UNSEEN, DEVIATION, LOST, QUICK) == (1e-10, 4e-9, 1e-3, 2.0)
-    assert (CONTACT_TOLERANCE, MOST) == (1e-7, 1e-3)
+    assert (CONTACT_TOLERANCE, WIDEST) == (1e-7, 1e-3)
     assert "which is 1e-7 m by default" in page
     assert "never wider than a thousandth of the smallest radius" in page
     assert "travels 1e-3 of its radius" in page

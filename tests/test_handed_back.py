@@ -1,9 +1,8 @@
-"""Shots in which contacts persist are played by the loop that numba compiles."""
+"""Shots in which contacts persist have the bits of single runs."""
 
 from __future__ import annotations
 
 import random
-from collections import Counter
 from dataclasses import replace
 from typing import Any
 
@@ -19,38 +18,15 @@ from press_scenes import (
     r,
 )
 from scenes import seeds, share_of
-from shots import check_bits, in_the_loop, needs_numba
+from shots import check_bits
 
 from pool_pymunk import Batch, Friction, Scene, load, simulate_many
 from pool_pymunk.engine.persisting import WEAR, is_slow
-from pool_pymunk.fast import loop
 from pool_pymunk.physics.persistent import persists
-
-MOST = 10  # hits of a shot, beside those that come ever faster; 6 were found
-
-
-@pytest.fixture
-def few_hits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Play shots in Python, and fail where a shot has many hits, as those that come ever faster."""
-    in_the_loop(monkeypatch)
-    answer, start, rounds = loop.answer_due, loop.start, Counter[str]()
-
-    def counted(*args: Any) -> None:
-        rounds["now"] += 1
-        assert rounds["now"] < MOST, "the hits have no end"
-        answer(*args)
-
-    def started(*args: Any) -> bool:
-        rounds["now"] = 0
-        return start(*args)
-
-    monkeypatch.setattr(loop, "answer_due", counted)
-    monkeypatch.setattr(loop, "start", started)
 
 
 def check(batch: Batch) -> None:
-    """Check that all shots are compiled, and have the bits of the exact solver."""
-    assert batch.by_reference == 0
+    """Check that all shots have the bits of the exact solver."""
     check_bits(batch, range(len(batch)))
 
 
@@ -59,9 +35,7 @@ def check(batch: Batch) -> None:
     [(HEAD_ON, [(0.5, 0.0), (-0.5, 0.0)]), (AT_A_CUSHION, [(0.2, 0.5)]), (AT_REST, [(0.0, 0.4)]),
      (IN_A_CORNER, [(0.4, 0.4)])],
 )  # fmt: skip
-def test_a_roll_presses_balls_together_and_to_a_cushion(
-    scene: Scene, roll: Any, few_hits: None
-) -> None:
+def test_a_roll_presses_balls_together_and_to_a_cushion(scene: Scene, roll: Any) -> None:
     """Others have rolls that pull them apart, or only slide."""
     rolls = np.array([roll, np.zeros_like(roll), -np.array(roll)])
     batch = simulate_many(scene, roll=rolls)
@@ -72,7 +46,7 @@ def test_a_roll_presses_balls_together_and_to_a_cushion(
 
 @pytest.mark.parametrize("rolling", [None, 0.01])
 def test_an_arc_presses_on_a_ball_that_runs_along_it(
-    rolling: float | None, few_hits: None
+    rolling: float | None
 ) -> None:  # fmt: skip
     scene = replace(ON_A_CIRCLE, friction=replace(ON_A_CIRCLE.friction, rolling=rolling))
     batch = simulate_many(scene, vary={"restitution.cushion": [0.1]}, max_time=0.3)
@@ -80,24 +54,22 @@ def test_an_arc_presses_on_a_ball_that_runs_along_it(
     assert batch.run(0).persistent
 
 
-def test_hits_on_an_arc_that_keep_all_speed_do_not_converge(few_hits: None) -> None:
+def test_hits_on_an_arc_that_keep_all_speed_do_not_converge() -> None:
     scene = replace(ON_A_CIRCLE, friction=Friction(0.2))
     batch = simulate_many(scene, vary={"restitution.cushion": [1.0]}, max_time=0.3)
     check(batch)
     assert not batch.run(0).persistent
 
 
-@needs_numba
 @pytest.mark.parametrize("seed", range(12))
-def test_compiled_groups_have_the_bits_of_the_engine(seed: int) -> None:
+def test_groups_have_the_bits_of_single_runs(seed: int) -> None:
     """Balls, cushions and arcs press on each other, and discs and balls that roll move."""
     check_bits(simulate_many(press_scene(seed)), range(1))
 
 
-@needs_numba
 @pytest.mark.slow
 @pytest.mark.seeded
-def test_compiled_breaks_have_the_bits_of_the_engine() -> None:
+def test_breaks_have_the_bits_of_single_runs() -> None:
     """In most of them balls press on each other for a while."""
     rng, count = np.random.default_rng(seeds(1)[0]), share_of(100) // 2
     vary = {"speed": rng.uniform(0.5, 8.0, count), "turn": rng.uniform(-60.0, 60.0, count)}

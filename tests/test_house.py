@@ -23,6 +23,7 @@ FLOORS = (
     ("engine",),
     ("world",),
     ("solvers", "report"),
+    ("many",),
     ("fast",),
     ("studies",),
     ("render",),
@@ -33,7 +34,7 @@ FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 
 # These are methods that import late from a floor above: each is listed, and each listed is there.
 LATE: set[tuple[str, str]] = {
-    ("fast/batch.py", "page"),
+    ("many/batch.py", "page"),
     ("model/scene.py", "page"),
     ("results/run.py", "page"),
     ("results/run.py", "render"),

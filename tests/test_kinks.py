@@ -15,10 +15,11 @@ from pool_pymunk import (
     SceneError,
     simulate,
 )
+from pool_pymunk.core.motion.path import Path, standing
+from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.core.tangent.touches import EDGE, Corner, touch_of_discs, touch_of_face
+from pool_pymunk.core.walls.face import Face
 from pool_pymunk.model.inputs import input_value, with_inputs
-from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.path import Path, standing
-from pool_pymunk.physics.touches import EDGE, is_at_corner, touch_of_discs, touch_of_face
 from pool_pymunk.studies.derivatives import Derivatives
 
 ROUNDED = {"graze", "comes to rest", "touches what it does not hit", "the run ends just"}
@@ -111,11 +112,10 @@ def test_what_a_kink_does_not_depend_on_is_known() -> None:
 @pytest.mark.parametrize(("off", "touches"), [(0.0, True), (100 * EPSILON, True), (1e-9, False)])
 def test_a_ball_touches_what_only_rounding_sets_it_off(off: float, touches: bool) -> None:
     """A ball goes along a face, ends its path at a ball at rest, and lies beside a corner."""
-    path = Path(0.0, 0.0, R + off, 1.0, 0.0, 0.0, 0.0, 1.0, slows=False)
-    face = (-1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 3.0, -1)  # start, tangent, normal, length, wall
+    path = Path(0.0, 0.0, R + off, 1.0, 0.0, 0.0, 0.0, 1.0, False, 0.0, 0.0)
+    face = Face((-1.0, 0.0), (1.0, 0.0), (0.0, 1.0), 3.0)
     assert touch_of_face(path, face, 1.0, R, (True, True)) == (touches, 1.0 if touches else -1.0)
     other = standing(0.0, 1.0 + 2.0 * R + off, R + off)
-    found = touch_of_discs(path, other, 1.0, 2.0 * R, 1.0, (True, True))
+    found = touch_of_discs(path, other, 1.0, (2.0 * R, 1.0), (True, True))
     assert found == (False, 1.0 if touches else -1.0)
-    corner = (0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # place, tangent, normal
-    assert is_at_corner([corner], off, R - off, R) == (off < EDGE * R)
+    assert Corner(0.0, 0.0, (1.0, 0.0)).is_met(off, R - off, R) == (off < EDGE * R)

@@ -196,7 +196,7 @@ def test_sensitivity_has_the_law(asked: str | Law) -> None:
     again = replace(
         laid_out(), shots=(*laid_out().shots, Shot("on", "C", (1.0, 0.2), from_previous=True))
     )
-    found = sensitivity(again, "on", Uncertainty(1e-4), 5, threads=1, law=asked)
+    found = sensitivity(again, "on", Uncertainty(1e-4), 5, law=asked)
     assert found.reference.law == "damped"
     places = zip(again.balls, found.starts[0].tolist(), strict=True)
     balls = tuple(replace(ball, position=(x, y)) for ball, (x, y) in places)

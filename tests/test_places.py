@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -27,9 +26,11 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast.batch import CANNOT_START
-from pool_pymunk.fast.places import FEW, may_lie
-from pool_pymunk.model.places import SUNK, TOUCHING, overlap, room_beside
+from pool_pymunk.core import layouts
+from pool_pymunk.core.floor import TOUCHING, overlap
+from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.places import may_lie
+from pool_pymunk.model.places import SUNK, room_beside
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.physics.sides import RoundSide
@@ -37,7 +38,7 @@ from pool_pymunk.physics.sides import RoundSide
 pytest.importorskip("gymnasium")
 
 from pool_pymunk.env.games import Carom
-from pool_pymunk.env.layouts import Generators, Layouts, fits
+from pool_pymunk.env.layouts import Generators, Layouts
 
 Place = tuple[float, float]
 
@@ -158,8 +159,14 @@ def by_few(scene: Scene, at: Place) -> bool:
 
 def by_layouts(scene: Scene, at: Place) -> bool:
     """Ask what draws random layouts, on a table without pockets."""
-    drawn = Layouts(replace(scene, pockets=()))
-    return fits(drawn.table, layout(scene, at), np.zeros(3, np.int64), drawn.radius, 2)
+    return fits(Layouts(replace(scene, pockets=())), layout(scene, at))
+
+
+def fits(drawn: Layouts, places: np.ndarray[Any, Any]) -> bool:
+    """Tell whether the last ball may lie at its place of a layout (N, 2)."""
+    for spot, place in zip(drawn.spots, places, strict=True):
+        spot.put(place.tobytes(), 0)
+    return layouts.is_free(drawn.floor, drawn.spots, len(places) - 1, TOUCHING)
 
 
 def table_of(scene: Scene, by_shapes: bool = False) -> Billiards:
@@ -250,7 +257,6 @@ def test_a_run_may_start_where_a_state_may_lie(
         assert ask(scene, at) == answer, at
 
 
-@pytest.mark.filterwarnings("ignore:.* were handed back to the Python solver")
 @pytest.mark.parametrize("offset", OFFSETS)
 @pytest.mark.parametrize(("share", "ask"), [(TOUCHING, by_scene), (SUNK, by_state)])
 def test_arrays_have_the_answers_of_numbers(
@@ -261,14 +267,8 @@ def test_arrays_have_the_answers_of_numbers(
     many = np.array([layout(scene, at) for at in tried])
     wanted = [ask(scene, at) for at in tried]
     assert may_lie(scene, many, share).all(axis=1).tolist() == wanted
-    copies = -(-FEW // len(many))  # From this many on numba is asked.
-    assert may_lie(scene, np.tile(many, (copies, 1, 1)), share).all(axis=1).tolist() == (
-        copies * wanted
-    )
     if share == SUNK:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Overlapping starts are handed back.
-            batch = simulate_many(scene, many, np.zeros_like(many))
+        batch = simulate_many(scene, many, np.zeros_like(many))
         assert (batch.status != CANNOT_START).tolist() == wanted
 
 
@@ -303,8 +303,7 @@ def test_layouts_keep_balls_off_pockets() -> None:
     drawn = Layouts(scene)
     for far, free in ((RIM + R - 0.001, False), (RIM + R + 0.001, True)):
         at = (1.25 - far, 0.25)
-        off = np.zeros(3, np.int64)
-        assert fits(drawn.table, layout(scene, at), off, drawn.radius, 2) == free
+        assert fits(drawn, layout(scene, at)) == free
 
 
 def test_a_ball_whose_centre_is_within_a_post_lies_in_it() -> None:
@@ -358,7 +357,9 @@ def test_two_balls_give_one_answer_in_either_order() -> None:
         x, y, turn = (float(each) for each in rng.uniform(-5.0, 5.0, 3))
         touching = R + SMALL - TOUCHING * SMALL * (1.0 + float(rng.uniform(-1e-9, 1e-9)))
         u, v = x + touching * math.cos(turn), y + touching * math.sin(turn)
-        assert overlap(x, y, R, u, v, SMALL, TOUCHING) == overlap(u, v, SMALL, x, y, R, TOUCHING)
+        assert overlap((x, y), R, (u, v), SMALL, TOUCHING) == overlap(
+            (u, v), SMALL, (x, y), R, TOUCHING
+        )
 
 
 def test_the_words_are_in_the_units_of_the_file() -> None:

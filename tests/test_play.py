@@ -6,7 +6,6 @@ import http.client
 import importlib
 import json
 import math
-import multiprocessing
 import signal
 import socket
 import subprocess
@@ -25,9 +24,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from programs import TIMEOUT, interrupt, is_alive, start, wait_until
 
+import pool_pymunk
 from pool_pymunk import SOLVERS, Run, Scene, Shot, State, load, simulate
-from pool_pymunk.fast import compiled, many
-from pool_pymunk.fast.tables import loop_form
 from pool_pymunk.model.scenario import bundled, loads
 
 pytest.importorskip("starlette")
@@ -290,7 +288,7 @@ def test_a_cloud_has_the_ends_of_shots_with_errors() -> None:
     scene = load("report")
     asked = question(scene, angle_error=0.5, speed_error=0.02)
     status, cloud = answered(scene, "cloud", asked)
-    assert status == 200 and cloud["compiled"] == compiled.is_there()
+    assert status == 200 and cloud["compiled"] == pool_pymunk.compiled
     first, struck = cloud["samples"] - 1, scene.index["C"]
     drawn = numbers({"turn": Normal(0.5), "speed": Normal(0.02 * 2.0)}, first + 1)
     erring = asked | {"angle": 180.0 + drawn["turn"][-1], "speed": 2.0 + drawn["speed"][-1]}
@@ -312,8 +310,8 @@ def test_a_ball_off_the_table_has_no_cloud() -> None:
     assert cloud["ends"][scene.index["1"]] == [] and cloud["ends"][scene.index["cue"]]
 
 
-def test_without_numba_a_cloud_is_small_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "is_there", lambda: False)
+def test_plain_python_has_a_small_cloud_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(answers, "compiled", False)
     scene = load("report")
     monkeypatch.setattr(answers, "SOME", 4)
     monkeypatch.setattr(answers, "CLOUD_TIME", 1e-9)
@@ -657,24 +655,6 @@ def test_who_comes_while_another_is_played_waits(player: Worker) -> None:
         player.timeout = TIMEOUT
     thread.join(TIMEOUT)
     assert found == [200]
-
-
-@pytest.mark.parametrize("compiles", [True, False])
-def test_what_clouds_need_is_compiled_before_the_first(
-    compiles: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Rolling balls and arcs have loops of their own, so it is the scene's own loop."""
-    done: list[object] = []
-    monkeypatch.setattr(signal, "signal", lambda *_: None)
-    monkeypatch.setattr(compiled, "is_there", lambda: True)
-    monkeypatch.setattr(many, "can_compile", lambda *_: True)
-    monkeypatch.setattr(many, "play_of", done.append)
-    here, there = multiprocessing.Pipe()
-    here.send(("aim", b"{}"))
-    monkeypatch.setattr(there, "send", done.append)
-    here.close()
-    worker.work(there, ROLLS, compiles)
-    assert done[:-1] == [loop_form(ROLLS)] * compiles + [worker.READY]
 
 
 @pytest.mark.slow

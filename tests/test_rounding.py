@@ -163,8 +163,10 @@ def test_the_figure_covers_it_in_random_scenes_where_balls_roll() -> None:
 @pytest.mark.slow
 @pytest.mark.seeded
 def test_the_figure_covers_it_in_two_hundred_fresh_scenes_where_balls_roll() -> None:
+    """Of a share of them the median may be larger, as 32 draws of signs are right to 12 %."""
     fresh = islice(reference.fresh_scenes("rolling", BASE_SEED), share_of(200))
-    covers((simulate(scene, solver="event-driven"), known["final"]) for scene, known in fresh)
+    runs = ((simulate(scene, solver="event-driven"), known["final"]) for scene, known in fresh)
+    covers(runs, 1.12 * MOST_TOO_LARGE)
 
 
 # -- long runs -------------------------------------------------------------------------------------

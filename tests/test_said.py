@@ -17,7 +17,7 @@ import pytest
 from commands import Capture, exit_code
 from scenes import columns_of, takes_long
 
-from pool_pymunk import load, simulate_many
+from pool_pymunk import load
 from pool_pymunk.cli import common, terminal
 from pool_pymunk.cli.terminal import Bar, Share, in_words
 from pool_pymunk.fast import compiled
@@ -349,12 +349,11 @@ MANY = {
 }
 
 
-# A worker has numba, and compiles.
 @pytest.mark.parametrize(
     "command",
     [*list(MANY)[:-1], pytest.param("sweep --workers", marks=takes_long)],
 )
-def test_without_numba_a_command_says_so_in_one_plain_line(
+def test_without_numba_a_command_says_nothing_of_it(
     command: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if command.startswith("sweep") and find_spec("pyarrow") is None:
@@ -365,13 +364,4 @@ def test_without_numba_a_command_says_so_in_one_plain_line(
         warnings.simplefilter("default")
         assert exit_code(command.split()[0], *MANY[command], "--out", place) == 0
     said = [line for line in capfd.readouterr().err.splitlines() if "numba" in line]
-    assert said == [
-        "Warning: numba is not installed, so many shots take some hundred times longer than with "
-        "the extra fast: pip install 'pool-pymunk[fast]'."
-    ]
-
-
-def test_without_numba_python_gets_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "is_there", lambda: False)
-    with pytest.warns(UserWarning, match="^numba is not installed, so .* the extra fast: pip"):
-        simulate_many(load("two-balls"))
+    assert said == []

@@ -10,16 +10,18 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import warnings
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scenes import DATA, takes_long
-from shots import uncompiled
+from scenes import DATA
 
 from pool_pymunk import (
     Ball,
@@ -31,17 +33,18 @@ from pool_pymunk import (
     Restitution,
     Scene,
     Table,
+    core,
     load,
     rack,
     simulate_many,
 )
-from pool_pymunk.fast import compiled
 
 FILE = DATA / "same_bits.json"
 LAWS = ("coulomb", "published")
 SHOTS = 5_000  # of each law in a kind of scene
-FEW = 10  # So many of them are played without numba, too.
-# of each law, where balls roll or walls differ: `make test` plays these shots in Python
+FEW = 10  # So many of them are played as plain Python, too.
+FIRST = f"{2 * FEW} shots"
+# of each law, where balls roll or walls differ
 SLOW = {"rolling": 100, "stadium": 100, "circle with posts": 100, "noses": 100, "posts": 100,
         "rolling in a stadium": 10, "rolling between posts": 10}  # fmt: skip
 R = 2.0**-5  # m
@@ -226,22 +229,22 @@ def digest(found: Iterator[Any]) -> str:
 
 
 def play(shots: Shots, law: str) -> Batch:
-    """Play shots; what is handed back, or what numba is missing for, goes through Python."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        scene, position, velocity, others = shots
-        return simulate_many(scene, position, velocity, law=law, **others)
+    """Play shots by a law."""
+    scene, position, velocity, others = shots
+    return simulate_many(scene, position, velocity, law=law, **others)
 
 
 def hashes(kind: str) -> dict[str, str]:
     """Return the hashes of all shots of a kind, and of the first few."""
     count = SLOW.get(kind, SHOTS)
-    whole = KINDS[kind](count)
-    few = whole.first(FEW)
-    return {
-        f"{2 * count} shots": digest(play(whole, law) for law in LAWS),
-        f"{2 * FEW} shots": digest(play(few, law) for law in LAWS),
-    }
+    shots = KINDS[kind](count)
+    return {f"{2 * count} shots": digest(play(shots, law) for law in LAWS), FIRST: few(kind)}
+
+
+def few(kind: str) -> str:
+    """Return the hash of the first few shots of a kind."""
+    shots = KINDS[kind](SLOW.get(kind, SHOTS)).first(FEW)
+    return digest(play(shots, law) for law in LAWS)
 
 
 @pytest.fixture(scope="module")
@@ -250,7 +253,6 @@ def on_file() -> dict[str, dict[str, str]]:
     return found
 
 
-@pytest.mark.skipif(not compiled.is_there(), reason="numba is not installed")
 @pytest.mark.parametrize("kind", KINDS)
 def test_ends_have_the_same_bits_on_every_machine(
     kind: str, on_file: dict[str, dict[str, str]]
@@ -258,29 +260,21 @@ def test_ends_have_the_same_bits_on_every_machine(
     assert hashes(kind) == on_file[kind]
 
 
+@pytest.mark.skipif(not core.compiled, reason="the core is not compiled here")
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "by"),
-    [
-        *((kind, "the solver") for kind in KINDS),
-        *(
-            pytest.param(kind, "the loop", marks=[takes_long] * kind.startswith("rolling"))
-            for kind in KINDS
-        ),
-    ],
-)
-def test_without_numba_they_have_the_same_bits(
-    kind: str, by: str, on_file: dict[str, dict[str, str]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Python plays a part of the shots by the solver, and by the loop that numba compiles."""
-    monkeypatch.setattr(compiled, "is_there", lambda: by == "the loop")
-    monkeypatch.setattr(compiled, "play_shots", uncompiled)
-    few = KINDS[kind](SLOW.get(kind, SHOTS)).first(FEW)
-    assert digest(play(few, law) for law in LAWS) == on_file[kind][f"{2 * FEW} shots"]
+def test_plain_python_has_the_same_bits(on_file: dict[str, dict[str, str]]) -> None:
+    command = [sys.executable, __file__, "--few"]
+    home = str(Path(core.__file__).parents[2])
+    plain = os.environ | {"POOL_PYMUNK_PURE": "1", "PYTHONPATH": home}
+    played = subprocess.run(command, env=plain, capture_output=True, text=True, check=True)
+    assert json.loads(played.stdout) == {kind: each[FIRST] for kind, each in on_file.items()}
 
 
 def main() -> None:
-    """Make the file anew."""
+    """Make the file anew, or print the hashes of few shots."""
+    if "--few" in sys.argv:
+        print(json.dumps({kind: few(kind) for kind in KINDS}))
+        return
     found = {kind: hashes(kind) for kind in KINDS}
     FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 

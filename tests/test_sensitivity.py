@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,7 +74,7 @@ def head_on_pair() -> Scene:
 def played(
     scene: Scene, uncertainty: Uncertainty, samples: int = 2000, seed: int = 1
 ) -> Sensitivity:
-    return sensitivity(scene, None, uncertainty, samples, seed, threads=1)
+    return sensitivity(scene, None, uncertainty, samples, seed)
 
 
 def standard_error(values: Array) -> float:
@@ -185,11 +186,11 @@ def test_two_seeds_agree_within_their_standard_error(simulation_1: Sensitivity) 
             assert abs(one.std[axis] - two.std[axis]) < 4.5 * error, one.ball
 
 
-@pytest.mark.parametrize("threads", [2, 3])
-def test_the_seed_decides_and_not_the_number_of_threads(threads: int) -> None:
+def test_the_seed_decides_and_not_the_workers() -> None:
     scene, uncertainty = load("report"), written_uncertainty("report")
-    alone = sensitivity(scene, 1, uncertainty, samples=90, seed=7, threads=1)
-    shared = sensitivity(scene, 1, uncertainty, samples=90, seed=7, threads=threads)
+    alone = sensitivity(scene, 1, uncertainty, samples=600, seed=7)
+    with ThreadPoolExecutor(2) as workers:
+        shared = sensitivity(scene, 1, uncertainty, samples=600, seed=7, workers=workers)
     for name in ("starts", "ends", "left", "same_contacts"):
         assert np.array_equal(getattr(alone, name), getattr(shared, name)), name
     assert alone.balls == shared.balls
@@ -197,7 +198,7 @@ def test_the_seed_decides_and_not_the_number_of_threads(threads: int) -> None:
 
 def test_progress_counts_every_sample() -> None:
     done: list[int] = []
-    sensitivity(off_one_cushion(), 1, Uncertainty(HALF), 60, threads=1, on_done=done.append)
+    sensitivity(off_one_cushion(), 1, Uncertainty(HALF), 60, on_done=done.append)
     assert sum(done) == 60
 
 
@@ -319,7 +320,7 @@ def test_a_shot_that_goes_on_spreads_by_both() -> None:
         scene.balls, scene.table, scene.restitution, scene.friction,
         shots=(scene.shots[0], Shot("again", "C", (SPEED, 0.0), from_previous=True)),
     )  # fmt: skip
-    found = sensitivity(twice, 2, Uncertainty(HALF), 500, threads=1)
+    found = sensitivity(twice, 2, Uncertainty(HALF), 500)
     assert found.balls[0].std[0] == pytest.approx(RESTITUTION**4 * STD, rel=0.1)
 
 
@@ -407,7 +408,7 @@ def test_each_cause_alone_makes_what_its_closed_form_says() -> None:
     angle = 0.001
     found = played(off_one_cushion(), Uncertainty(HALF, speed=0.01, angle=angle))
     assert all(ball.amplification is None for ball in found.balls)
-    alone = by_causes(found, threads=1)
+    alone = by_causes(found)
     assert [*alone] == ["starts", "speed", "angle"]
     (starts,), (speed,), (turned,) = (each.balls for each in alone.values())
     assert starts.std == pytest.approx((RESTITUTION**2 * STD, STD), rel=0.05)
@@ -507,7 +508,7 @@ def at_the_rim(offset: float) -> Scene:
 @pytest.mark.parametrize(("offset", "chance"), [(-0.02, 1.0), (0.0, 0.5), (0.005, 0.25), (0.02, 0)])
 def test_the_chance_to_be_pocketed(offset: float, chance: float) -> None:
     """Starts lie within +-0.01 m: the share of them within the rim is known."""
-    found = sensitivity(at_the_rim(offset), None, Uncertainty(0.01), 1000, threads=1)
+    found = sensitivity(at_the_rim(offset), None, Uncertainty(0.01), 1000)
     (ball,) = found.balls
     assert ball.pocketed.get("hole", 0.0) == pytest.approx(chance, abs=0.05)
     assert ball.pocketed.keys() <= {"hole"}
@@ -548,7 +549,7 @@ def test_a_cloud_is_of_dots_without_rims() -> None:
 
 def test_the_table_is_the_same_as_csv_and_json(tmp_path: Path) -> None:
     scene = load("two-balls")
-    spread = table([sensitivity(scene, 1, Uncertainty(1e-6), 2, threads=1)])
+    spread = table([sensitivity(scene, 1, Uncertainty(1e-6), 2)])
     spread.csv(tmp_path / "spread.csv")
     rows = list(csv.DictReader((tmp_path / "spread.csv").read_text("utf-8").splitlines()))
     records = spread.json()

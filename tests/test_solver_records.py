@@ -266,7 +266,7 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
     assert any(line.startswith("Without a step: truth in ") for line in sentences(result))
     cell = check(HEAD_ON, "truth", quick=True)
     assert cell.run and cell.worst is None
-    study = sensitivity(scene, 1, Uncertainty(1e-6), samples=2, threads=1)
+    study = sensitivity(scene, 1, Uncertainty(1e-6), samples=2)
     assert study.reference.solver == "truth"
     options = ("--solvers", "pymunk", "--no-pictures", "--out", tmp_path, "--json", data)
     assert exit_code("compare", "two-balls", *options) == 0

@@ -209,7 +209,7 @@ def test_chunks_and_executors_do_not_matter(tmp_path: Path) -> None:
     sweep(load("report"), 1, **how, out=tmp_path / "one")
     sweep(load("report"), 1, **how, out=tmp_path / "other", chunk=37)
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
-        sweep(load("report"), 1, **how, out=tmp_path / "third", chunk=100, executor=executor)
+        sweep(load("report"), 1, **how, out=tmp_path / "third", chunk=100, workers=executor)
     assert same(tmp_path / "one", tmp_path / "other")
     assert same(tmp_path / "one", tmp_path / "third")
 
@@ -373,7 +373,7 @@ def test_a_cluster_with_a_killed_worker_has_every_shot_once(tmp_path: Path) -> N
 
         executor = client.get_executor(retries=3)
         found = sweep(
-            load("report"), 1, **how, out=tmp_path / "cluster", executor=executor, on_done=kill
+            load("report"), 1, **how, out=tmp_path / "cluster", workers=executor, on_done=kill
         )
     assert killed
     assert found.played == 100_000

@@ -34,7 +34,7 @@ from pool_pymunk.core.variant import NO_SLIP
 from pool_pymunk.engine import answers, decisions, instants
 from pool_pymunk.engine.instants import is_same
 from pool_pymunk.fast import compiled
-from pool_pymunk.fast.shots import read_source
+from pool_pymunk.many.source import read_source
 from pool_pymunk.physics import collapse, impulses, laws, together
 from pool_pymunk.physics.contact import (
     NO_BALL,

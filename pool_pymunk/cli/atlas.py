@@ -10,6 +10,7 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How, place
+from pool_pymunk.cli.workers import players
 
 
 def atlas(
@@ -30,6 +31,8 @@ def atlas(
     aims_anew: opt.AimAnew = False,
     law: opt.LawName = None,
     max_time: opt.MaxTime = None,
+    workers: opt.Workers = None,
+    cluster: opt.Cluster = None,
 ) -> int:
     """Draw the results of a shot at every angle and speed: each pixel is an exact shot.
 
@@ -46,13 +49,21 @@ def atlas(
     read.ending("--out", path, read.PICTURES, ".png, .svg or .pdf")
     began = time.perf_counter()
     count = pixels[0] * pixels[1]
-    with lib.terminal.Bar("playing", count) as bar:
-        found = lib.atlas.atlas(
-            scene, chosen, angle=read.interval("--angle", angle, units, "angle"), size=pixels,
-            speed=None if speed is None else read.interval("--speed", speed, units, "speed"),
-            ball=ball, law=law, axes=_axes(scene, across, up), aims_anew=aims_anew, show=show,
-            on_done=bar.step,
-        )  # fmt: skip
+    how: dict[str, Any] = {
+        "angle": read.interval("--angle", angle, units, "angle"),
+        "speed": None if speed is None else read.interval("--speed", speed, units, "speed"),
+        "axes": _axes(scene, across, up),
+    }
+    with players(workers, cluster) as (asked, _), lib.terminal.Bar("playing", count) as bar:
+        try:
+            found = lib.atlas.atlas(
+                scene, chosen, **how, size=pixels, ball=ball, law=law, aims_anew=aims_anew,
+                show=show, workers=asked, on_done=bar.step,
+            )  # fmt: skip
+        except lib.atlas.CutShort as cut:
+            lib.maps.atlas_picture(cut.found, show, path)
+            typer.echo(f"the picture so far: {path}")
+            raise
     lib.maps.atlas_picture(found, show, path)
     typer.echo(f"{count:,} shots in {time.perf_counter() - began:.1f} s: {path}")
     return 0

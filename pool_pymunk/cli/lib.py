@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from pool_pymunk import page, render, solvers
     from pool_pymunk.cli import terminal
+    from pool_pymunk.many import workers
     from pool_pymunk.model import Point, Scene, Shot, Units
     from pool_pymunk.model import inputs, problems, quantities, scenario
     from pool_pymunk.page.live import server
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.stability import extremes, suite
 else:
     MODULES = """
-        page render solvers cli.terminal model.inputs model.problems model.quantities
+        page render solvers cli.terminal many.workers model.inputs model.problems model.quantities
         model.scenario page.live.server physics.contact render.clouds render.collision
         render.diagram render.residuals report.collide report.listing results.contacts results.run
         results.table results.trace results.words studies.atlas studies.compare studies.fit

@@ -77,6 +77,13 @@ LawName = Annotated[
     option("Contact law, instead of the scenario's.", LAW_NAMES, "--law",
            autocompletion=law_names, for_experts=True),
 ]  # fmt: skip
+Workers = Annotated[
+    int | None,
+    option("Processes; default: one per core.", "N", "--workers", for_experts=True),
+]
+Cluster = Annotated[
+    str | None, option("A Dask scheduler: tcp://host:8786.", "ADDRESS", for_experts=True)
+]
 FrictionBy = Annotated[
     str | None,
     option(

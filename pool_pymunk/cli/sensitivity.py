@@ -11,6 +11,7 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import Widths, place, position_errors, say, stem, write_json
+from pool_pymunk.cli.workers import players
 from pool_pymunk.safety.files import whole
 
 if TYPE_CHECKING:
@@ -29,12 +30,14 @@ def sensitivity(
     angle_error: Annotated[str, opt.option("Half-width of the shot's angle.", "DEGREES")] = "0",
     samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
     seed: Annotated[int, opt.option("Seed of random numbers.", "N", for_experts=True)] = 0,
-    threads: Annotated[
+    workers: Annotated[
         int | None,
         opt.option(
-            "Threads; default: one per core.", "N", "--threads", "--processes", for_experts=True
+            "Processes; default: one per core.", "N", "--workers", "--threads", "--processes",
+            for_experts=True,
         ),
     ] = None,
+    cluster: opt.Cluster = None,
     shot: opt.ShotName = None,
     aims_anew: opt.AimAnew = False,
     json: opt.JsonFile = None,
@@ -67,14 +70,15 @@ def sensitivity(
     runs = len(shots) * samples * (parts if parts > 2 else 1)
     how: Any = {"seed": seed, "aims_anew": aims_anew}
     aimed = (AIMED_ANEW if aims_anew else AIMED_ONCE) * any(one.aim for one in shots if one)
-    with lib.terminal.Bar("playing", runs or len(shots)) as bar:
+    most = runs or len(shots)
+    with players(workers, cluster) as (asked, _), lib.terminal.Bar("playing", most) as bar:
         for one in shots:
             cloud, line, alone = None, None, NONE_ALONE
             if samples:
                 cloud = lib.sensitivity.sensitivity(
-                    scene, one, uncertainty, samples, threads=threads, on_done=bar.step, **how
+                    scene, one, uncertainty, samples, workers=asked, on_done=bar.step, **how
                 )
-                alone = lib.sensitivity.by_causes(cloud, threads, on_done=bar.step)
+                alone = lib.sensitivity.by_causes(cloud, asked, on_done=bar.step)
                 found.append(cloud)
             if by_derivatives:
                 line = lib.sensitivity.linear(scene, one, uncertainty, **how)

@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import warnings
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,6 +9,7 @@ import typer
 
 from pool_pymunk.cli import lib, opt, read
 from pool_pymunk.cli.common import How
+from pool_pymunk.cli.workers import players
 
 
 def sweep(
@@ -34,12 +28,8 @@ def sweep(
     shot: opt.ShotName = None,
     seed: Annotated[int, opt.option("Seed of the random numbers.", "S", for_experts=True)] = 0,
     chunk: Annotated[int, opt.option("Shots in one file.", "C", for_experts=True)] = 50_000,
-    workers: Annotated[
-        int | None, opt.option("Processes; default: threads on all cores.", "W", for_experts=True)
-    ] = None,
-    cluster: Annotated[
-        str | None, opt.option("A Dask scheduler: tcp://host:8786.", "ADDRESS", for_experts=True)
-    ] = None,
+    workers: opt.Workers = None,
+    cluster: opt.Cluster = None,
     restart: Annotated[bool, opt.option("Replace what is there.", None, "--restart")] = False,
     aims_anew: opt.AimAnew = False,
     law: opt.LawName = None,
@@ -60,11 +50,11 @@ def sweep(
     chosen = read.shots(scene, shot)[0]
     varied = read.inputs("--vary", vary, scene.units)
     steps = {key: _steps(key, text, scene.units) for key, text in read.pairs("--grid", grid)}
-    with _executor(workers, cluster) as executor, lib.terminal.Counter(workers or 1) as counter:
+    with players(workers, cluster) as (asked, count), lib.terminal.Counter(count) as counter:
         try:
             done = lib.sweep.sweep(
                 scene, chosen, vary=varied, grid=steps, samples=samples, seed=seed, out=out,
-                chunk=chunk, law=law, aims_anew=aims_anew, executor=executor, resume=not restart,
+                chunk=chunk, law=law, aims_anew=aims_anew, workers=asked, resume=not restart,
                 on_done=counter.take, on_shots=counter.take_shots,
             )  # fmt: skip
         except lib.problems.SettingError as error:
@@ -84,30 +74,3 @@ def _steps(key: str, text: str, units: lib.Units) -> tuple[Any, ...]:
     if not count.isdecimal() or ":" not in rest:
         raise read.InputError(f"--grid {key} = {text}: must be LOW:HIGH:COUNT")
     return (*read.input_values("--grid", key, rest, units), int(count))
-
-
-@contextmanager
-def _executor(workers: int | None, cluster: str | None) -> Iterator[Executor | None]:
-    """Yield what plays the parts: processes, a Dask cluster, or None for this process's threads."""
-    quiet: dict[str, Any]
-    if workers is not None:
-        if cluster is not None:
-            raise read.InputError("--workers: a --cluster has workers of its own")
-        if workers < 1:
-            raise read.InputError(f"--workers = {workers}: must be 1 or more")
-        quiet = {"initializer": warnings.simplefilter, "initargs": ("ignore",)}
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, context, **quiet) as pool:  # This process warns for all.
-            yield pool
-    elif cluster is None:
-        yield None
-    elif find_spec("distributed") is None:
-        raise read.InputError("--cluster: needs Dask: pip install 'pool-pymunk[cluster]'")
-    else:
-        try:
-            client: Any = import_module("distributed").Client(cluster, timeout=10)
-        except (OSError, ValueError) as error:
-            said = str(error).splitlines()[0]
-            raise read.InputError(f"--cluster = {cluster}: no scheduler answers ({said})") from None
-        with client:
-            yield client.get_executor(retries=3)

@@ -62,6 +62,18 @@ class Ball:
         self.high_x = -INF
         self.high_y = -INF
 
+    def begin(self, path: Path) -> None:
+        """Let the ball begin another run on its first path, as if it were new."""
+        self.path = path
+        self.rested = INF if path.moves else -INF
+        self.end = self.horizon = INF
+        self.is_off = False
+        self.patch = OPEN
+        self.crossed = self.hit = -INF
+        self.crossings = self.hits = self.seen = 0
+        self.noise = self.speed = self.creep = 0.0
+        self.group = None
+
     def lead(self, path: Path, noise: float) -> None:
         """Put the ball on a path; ``noise`` (m/s) of its velocity may be rounding."""
         self.path, fastest = path, path.fastest

@@ -17,8 +17,9 @@ from pool_pymunk.core.ball import NEARLY_NOW, Ball
 from pool_pymunk.core.contact.instant import Instant
 from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.pairs import pair_time
-from pool_pymunk.core.motion.times import INF
-from pool_pymunk.core.near import MANY, Grid, Near, overlap
+from pool_pymunk.core.motion.path import Motion
+from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.near import FEW, near_of, overlap
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_new
 from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
@@ -34,6 +35,11 @@ MOST_CROSSINGS: Final = 4
 # A run is given up after this many events, unless the user says otherwise, and after this many
 # instants without one. So a run takes some minutes at most.
 NEVER_SETTLES: Final = 1_000_000
+# How a run ends.
+SETTLED: Final = 0
+OUT_OF_TIME: Final = 1
+OUT_OF_EVENTS: Final = 2
+NON_FINITE: Final = 3
 PAUSE: Final = 0.01  # s; the recorder may do something else so often
 OFTEN: Final = 15  # The clock is looked at after so many instants, a power of two less one.
 
@@ -74,15 +80,29 @@ class Engine(Present):
         self.chooses = False  # Some balls go through others, by their bits.
         self.answered = 0  # so many things that were due
         self.heard = 0.0  # s, of the machine's clock; when the recorder has last paused the play
-        self.near = Near(balls) if len(balls) < MANY else Grid(balls)
+        self.near = near_of(balls)
         self.has_patches = len(table.patches.borders) > 0
-
-    def begin_run(self) -> None:
-        """Begin a run: predict what the balls meet that move."""
-        for place, wall in enumerate(self.table.walls):
+        for place, wall in enumerate(table.walls):
             wall.place = place
             if isinstance(wall, MovingWall):
                 self.movers.append(wall)
+
+    def start_anew(self, recorder: Recorder) -> None:
+        """Forget the run before; the balls are on the first paths of another one, which begins."""
+        self.recorder = recorder
+        self.now = 0.0
+        self.is_finite = True
+        self.events = self.idle = 0
+        self.pull = self.table.pull
+        self.queue.clear()
+        self.instant.begin_run()
+        self.persistence.begin_run()
+        self.squeezes.kicked.clear()
+        if len(self.balls) >= FEW:  # How far is looked ahead depends on where they lie.
+            self.near = near_of(self.balls)
+
+    def begin_run(self) -> None:
+        """Begin a run: predict what the balls meet that move."""
         for ball in self.balls:
             if not ball.is_off:
                 ball.set_off(ball.path)
@@ -102,6 +122,29 @@ class Engine(Present):
             if t > until or t == INF:
                 break
             self._next(queue.pop())
+
+    def ending(self, latest: float) -> int:
+        """Return why a run that was to end at the ``latest`` (s) has ended."""
+        if not self.is_finite:
+            return NON_FINITE
+        if self.queue.upcoming() < INF:
+            return OUT_OF_TIME if self.queue.upcoming() > latest else OUT_OF_EVENTS
+        for ball in self.balls:
+            if ball.path.end == INF:
+                return OUT_OF_TIME
+        return SETTLED
+
+    def motion_of(self, ball: Ball) -> tuple[Motion, Vector]:
+        """Return place and velocity of a ball now, and its roll, once ``persisted`` was asked.
+
+        In a persistent contact the state of its group is exact, and its path only has the place.
+        """
+        group = ball.group
+        if group is not None:
+            for member in group.members:
+                if member.ball is ball:
+                    return member.motion
+        return ball.path.at(self.now), self.roll_of(ball)
 
     def upcoming(self) -> float:
         """Return the time (s) at which something is due next; infinite if nothing is."""

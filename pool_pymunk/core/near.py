@@ -53,6 +53,11 @@ class Near:
         return [other for other in self.balls if other is not ball and overlap(ball, other)]
 
 
+def near_of(balls: list[Ball]) -> Near:
+    """Return what finds near balls among so many."""
+    return Near(balls) if len(balls) < MANY else Grid(balls)
+
+
 def overlap(one: Ball, other: Ball) -> bool:
     return (
         other.low_x <= one.high_x

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.env.game import Flags, Game, Info, On, Rehearsal, Tables, read_options
 from pool_pymunk.env.layouts import Floats, Generators
-from pool_pymunk.fast import Batch, simulate_many
+from pool_pymunk.many import Batch, simulate_many
 from pool_pymunk.model import Shot
 from pool_pymunk.model.plain import argument, choice, whole
 from pool_pymunk.model.problems import setting_error, shown

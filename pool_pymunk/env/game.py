@@ -14,9 +14,9 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from pool_pymunk.env.layouts import Floats, Generators, Layouts
-from pool_pymunk.fast import Batch, simulate_many
-from pool_pymunk.fast.batch import CANNOT_START
-from pool_pymunk.fast.places import may_lie
+from pool_pymunk.many import Batch, simulate_many
+from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.places import may_lie
 from pool_pymunk.model import Scene
 from pool_pymunk.model.places import SUNK
 from pool_pymunk.model.plain import argument, between, choice, size, whole

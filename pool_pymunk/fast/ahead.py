@@ -5,14 +5,15 @@ from __future__ import annotations
 import gc
 import sys
 import time
+from contextlib import nullcontext
+from typing import Any
+
+import numpy as np
 
 from pool_pymunk.fast import compiled, loop, single
-from pool_pymunk.fast.derivatives import Follower
-from pool_pymunk.fast.many import play_of
-from pool_pymunk.fast.records import CROWD, MOST_BALLS, empty, tracks
-from pool_pymunk.fast.shots import read_source
+from pool_pymunk.fast.records import CROWD, MOST_BALLS, nothing
 from pool_pymunk.fast.tables import Form, loop_form
-from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table, inputs
+from pool_pymunk.model import Ball, Friction, Restitution, Scene, Table
 from pool_pymunk.model.plain import argument, whole
 
 FORMS: dict[Form, str] = {
@@ -43,10 +44,9 @@ def compile(  # noqa: A001  It is called by its full name.
     loops. Tables with walls that move (``moving=True``) have two, for balls that slide and for
     balls that roll. To compile a loop takes a minute or two, once on each machine; to load it takes
     some 0.6 s in each process. Then ``Billiards`` plays its steps by it in this process, with the
-    same bits. With ``derivatives``, the pass for
-    :meth:`Run.derivatives`, ``run.rounding`` and fits is compiled, too, which takes half as long
-    again. Later garbage collections leave out the objects that exist by then (``gc.freeze``).
-    Raises ModuleNotFoundError if numba is not installed.
+    same bits. ``derivatives`` has no effect any more. Later garbage collections leave out the
+    objects that exist by then (``gc.freeze``). Raises ModuleNotFoundError if numba is not
+    installed.
 
     >>> from pool_pymunk import compile, load
     >>> compile(load("two-balls"))  # doctest: +SKIP
@@ -63,8 +63,6 @@ def compile(  # noqa: A001  It is called by its full name.
             single.remember(form, single.loaded[form])
         else:
             play_of(form)
-        if derivatives and not form.moves:
-            make_pass(form)
         took = time.perf_counter() - began
         print(f"{FORMS[form]}: ready after {took:.1f} s", file=sys.stderr)
     # numba leaves so many objects that to look through them takes 50 ms in the midst of a game.
@@ -72,22 +70,17 @@ def compile(  # noqa: A001  It is called by its full name.
     gc.freeze()
 
 
-def make_pass(form: Form) -> None:
-    """Compile the pass of derivatives for scenes of a form, or load it."""
-    source = read_source(plainest(form), None, None, None, None, None)
-    names = inputs.chosen("derivatives", "position", inputs.derivable(source.scene, False))
-    Follower(source, names, empty(0, 0)).watch(slice(0, 0), tracks(0, 0))
-
-
-def load(scene: Scene) -> bool:
-    """Load what this machine has compiled for scenes of this kind; tell whether that is there.
-
-    It compiles nothing.
-    """
-    form = loop_form(scene)
-    if form not in single.loaded and compiled.has_form(loop.play_shots, form):
-        play_of(form)
-    return form in single.loaded
+def play_of(form: Form) -> Any:
+    """Return the compiled loop of a form; compile it, or load it, if it is not there yet."""
+    play = compiled.play_shots(*form)
+    if not play.signatures:
+        # To load it, nobody is waited for. This is the thread that an interrupt reaches.
+        is_there = compiled.has_form(loop.play_shots, form)
+        with nullcontext() if is_there else compiled.turn(play):
+            play(np.zeros(1, dtype=form.work), *nothing(form.sides), 0, 0)
+    single.remember(form, play)
+    compiled.note_form(loop.play_shots, form)
+    return play
 
 
 def plainest(form: Form) -> Scene:

@@ -29,6 +29,8 @@ from pool_pymunk.fast.records import (
     IS_OVER,
     MOST_TOGETHER,
     NOTHING,
+    OUT,
+    ROLL,
     WHOLE,
     Sides,
     Work,
@@ -54,7 +56,6 @@ from pool_pymunk.physics.forces import is_own as asks_own
 from pool_pymunk.physics.forces import own_pull as asks_pull
 from pool_pymunk.physics.impulses import slowing
 from pool_pymunk.physics.laws import Slip, as_listed, respond
-from pool_pymunk.physics.motion_changes import OUT, ROLL
 from pool_pymunk.physics.patches import crossing
 from pool_pymunk.physics.path import NOISE, Path, fastest_of, motion_at, sets_off, standing
 from pool_pymunk.physics.pieces import Piece, part_of, piece_of

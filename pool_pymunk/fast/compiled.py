@@ -28,8 +28,6 @@ from typing import Any, cast
 from pool_pymunk.engine import groups, instants, persisting
 from pool_pymunk.fast import loop
 from pool_pymunk.fast.due import not_taken
-from pool_pymunk.physics import changes, contact_changes, motion_changes, touches
-from pool_pymunk.physics.dual import dual
 from pool_pymunk.physics.path import time_in, time_out
 from pool_pymunk.physics.sides import bent_to_arc, bent_to_arc_since
 
@@ -49,7 +47,6 @@ UNCOUNTED = {"_nrt": False}
 PLAIN = {"nogil": True, "error_model": "numpy"}
 QUICK = PLAIN | {"no_cfunc_wrapper": True, "no_rewrites": True}
 LINKED = "pool_pymunk.fast.linked"  # This module uses private parts of numba.
-DUALS = "pool_pymunk.fast.duals"  # Here numba learns dual numbers, for laws without slopes.
 # Inlined calls made shots 1.3 times as fast, and took no longer to compile. Calls for rare contacts
 # and for bent paths to arcs are not inlined: with them compilation took minutes.
 APART = (
@@ -75,9 +72,7 @@ OFTEN = (persisting.note_hit, groups.forget_all, groups.forget_ball, persisting.
 RARE = (
     instants.answer_round, instants.answer_several, instants.answer_cluster,
     instants.absorb, instants.take_apart, instants.take_all_in,
-    not_taken, bent_to_arc, bent_to_arc_since, time_in, time_out, changes.touch,
-    changes.lose_velocity, changes.fall, changes.begin_to_roll, contact_changes.is_bent,
-    motion_changes.lose, touches.touch_of_discs,
+    not_taken, bent_to_arc, bent_to_arc_since, time_in, time_out,
 )  # fmt: skip
 
 
@@ -104,13 +99,6 @@ def _say_that_it_compiles() -> None:
 @cache
 def _say_that_it_waits() -> None:
     print("Waiting for another process, which compiles the same shots.", file=sys.stderr)
-
-
-@cache
-def follow_shots(follow: Callable[..., int]) -> Callable[..., int]:
-    """Return the compiled pass of derivatives."""
-    import_module(DUALS)
-    return _compiled(follow, _say_that_it_compiles, **UNCOUNTED)
 
 
 def note_form(function: Callable[..., int], form: tuple[bool, ...]) -> None:
@@ -272,8 +260,7 @@ def is_inlined(function: FunctionType) -> bool:
 
 def sources(root: Callable[..., int] = loop.play_shots) -> list[str]:
     """Return the names of the modules from which a function is compiled."""
-    found = {function.__module__ for function in functions(root)}
-    return sorted(found | {DUALS} if dual.__module__ in found else found)
+    return sorted({function.__module__ for function in functions(root)})
 
 
 def cache_folder(root: Callable[..., int] = loop.play_shots) -> Path:

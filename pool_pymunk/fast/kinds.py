@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.dual import dual, slope, slopes_of
 from pool_pymunk.physics.laws import COMPILED
 from pool_pymunk.physics.moving import height_before
 from pool_pymunk.physics.sides import Arc, Face, Rim, RoundSide
@@ -71,53 +69,8 @@ def has_no_line(side: Any, x: float, y: float) -> float:
     return -math.inf
 
 
-def slopes(method: Any, by_duals: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function of a record that writes down the derivatives of a method of a law.
-
-    If they are not known, they are found ``by_duals``.
-    """
-    write = slopes_of(method) or by_duals(method)
-
-    def written(law: Any, *asked: Any) -> Any:
-        return write(*asked)
-
-    return written
-
-
-def hit_by_duals(method: Any) -> Callable[..., Any]:
-    """Return a function that differentiates ``ball_ball`` of a law, by one number at a time."""
-
-    def written(a: NT, b: NT, pair: Pair, rows: Any) -> None:
-        for k in range(8):
-            new_a, new_b = method(
-                None,
-                NT(dual(a.n, k == 0), dual(a.t, k == 1)),
-                NT(dual(b.n, k == 2), dual(b.t, k == 3)),
-                Pair(dual(pair.m_a, k == 4), dual(pair.m_b, k == 5),
-                     dual(pair.restitution, k == 6), dual(pair.friction, k == 7)),
-            )  # fmt: skip
-            rows[0, k], rows[1, k] = slope(new_a.n), slope(new_a.t)
-            rows[2, k], rows[3, k] = slope(new_b.n), slope(new_b.t)
-
-    return written
-
-
-def bounce_by_duals(method: Any) -> Callable[..., Any]:
-    """Return a function that differentiates ``cushion`` of a law, by one number at a time."""
-
-    def written(v: NT, restitution: float, friction: float, rows: Any) -> None:
-        for k in range(4):
-            before = NT(dual(v.n, k == 0), dual(v.t, k == 1))
-            after = method(None, before, dual(restitution, k == 2), dual(friction, k == 3))
-            rows[0, k], rows[1, k] = slope(after.n), slope(after.t)
-
-    return written
-
-
 ball_ball = by_kind([law.ball_ball for law in COMPILED])
 cushion = by_kind([law.cushion for law in COMPILED])
-hit_slopes = by_kind([slopes(law.ball_ball, hit_by_duals) for law in COMPILED])
-cushion_slopes = by_kind([slopes(law.cushion, bounce_by_duals) for law in COMPILED])
 jumps = by_kind([law.jumps for law in COMPILED])
 gap = by_kind([answer("gap", kind) for kind in KINDS])
 curvature = by_kind([answer("curvature", kind) for kind in KINDS])

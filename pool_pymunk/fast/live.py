@@ -29,6 +29,9 @@ from pool_pymunk.fast.records import (
     MOST_MOVERS,
     MOST_TOGETHER,
     NOTHING,
+    OUT,
+    ROLL,
+    STOP,
     STOPS,
     WHOLE,
     nothing,
@@ -50,7 +53,6 @@ from pool_pymunk.fast.tables import (
 from pool_pymunk.model import Scene
 from pool_pymunk.physics.contact import Vector
 from pool_pymunk.physics.impulses import Impulse
-from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
 from pool_pymunk.physics.moving import MovingWall
 from pool_pymunk.physics.path import Path, motion_at, standing
 from pool_pymunk.physics.pressed import lengths

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from pool_pymunk.core.floor import TOUCHING
 from pool_pymunk.engine import decisions, groups, modes
 from pool_pymunk.engine.borders import cross
 from pool_pymunk.engine.instants import answer, end_path
@@ -35,6 +36,7 @@ from pool_pymunk.fast.due import (
 from pool_pymunk.fast.instant import gather, latest_of
 from pool_pymunk.fast.kinds import gap
 from pool_pymunk.fast.moves import keep, keep_held, path_from, put_on
+from pool_pymunk.fast.places import contains, is_beside, overlap, sinks
 from pool_pymunk.fast.records import (
     CHANGES,
     COLUMNS,
@@ -43,6 +45,7 @@ from pool_pymunk.fast.records import (
     MOST_ROWS,
     MOST_TOGETHER,
     NOTHING,
+    STOP,
     STOPS,
     WHOLE,
     Out,
@@ -53,10 +56,7 @@ from pool_pymunk.fast.records import (
     Work,
 )
 from pool_pymunk.fast.walls import note_meeting
-from pool_pymunk.model.outline import contains
-from pool_pymunk.model.places import TOUCHING, is_beside, overlap, sinks
 from pool_pymunk.physics.complementarity import decide
-from pool_pymunk.physics.motion_changes import STOP
 from pool_pymunk.physics.patches import patch_at
 from pool_pymunk.physics.path import NOISE, fastest_of, motion_at, sets_off
 from pool_pymunk.physics.pieces import part_of, piece_of

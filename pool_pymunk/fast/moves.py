@@ -7,9 +7,17 @@ from typing import Any
 
 from pool_pymunk.engine.near import box
 from pool_pymunk.fast.due import may_roll, note_next, path_of, put_box
-from pool_pymunk.fast.records import COLUMNS, MOST_NOTES, MOST_ROWS, NOTHING, WHOLE, Moving, Work
+from pool_pymunk.fast.records import (
+    COLUMNS,
+    MOST_NOTES,
+    MOST_ROWS,
+    NOTHING,
+    STOP,
+    WHOLE,
+    Moving,
+    Work,
+)
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion_changes import STOP
 from pool_pymunk.physics.path import Path, bound_of, motion_at, set_off, standing
 from pool_pymunk.physics.surface import NO_ROLL, roll_at, slide_or_roll
 
@@ -84,7 +92,7 @@ def keep(w: Work, i: int, path: Path) -> None:
 
 
 def keep_event(w: Work, i: int, other: int, t: float) -> None:
-    """Keep what ball ``i`` met at ``t`` (s), as `Follow` in physics/changes.py has it."""
+    """Keep what ball ``i`` met at ``t`` (s), with its number."""
     if w.track.events == 2 * MOST_ROWS:
         w.is_hard = 1
     elif w.scene.keeps:

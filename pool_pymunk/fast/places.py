@@ -1,51 +1,67 @@
-"""This module checks the places of balls in many layouts, by the rules of model.places."""
+"""This module has the rules of places as numba compiles them: those of ``core/floor.py``."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pool_pymunk.fast import compiled
-from pool_pymunk.fast.loop import misplaced
-from pool_pymunk.fast.tables import plain, table_of
-from pool_pymunk.model import Scene
-from pool_pymunk.model.places import TOUCHING
-
-# Python looks at this many layouts in less time than numba takes to load, which is about a second.
-FEW = 500
+from pool_pymunk.model.places import room_beside_ball
+from pool_pymunk.model.problems import COORDINATE_ROUNDING
 
 
-def may_lie(scene: Scene, position: Any, share: float = TOUCHING) -> NDArray[np.bool_]:
-    """Tell which balls (S, N) of layouts (S, N, 2), in m, may lie where they are.
+def is_beside(gap: float, r: float, core: float) -> bool:
+    """Tell whether a ball lies beside a side or in it, and not behind it.
 
-    Such a ball is on the table, in no cushion and no pocket, and in no ball before it. An overlap
-    of up to a ``share`` of a radius counts as a touch. NaN stands for a ball off the table.
-
-    >>> from pool_pymunk import load
-    >>> may_lie(load("two-balls"), [[(0.5, 0.5), (0.5, 0.51)]]).tolist()
-    [[True, False]]
+    ``gap`` (m) is that of the side to a ball of radius ``r``, ``core`` (m) how far the side is
+    solid below its surface.
     """
-    places = np.array(position, dtype=float)
-    is_off = np.isnan(places).any(axis=-1).astype(np.int64)
-    radius = np.array([ball.radius for ball in scene.balls])
-    free = np.empty(is_off.shape, np.bool_)
-    table, mark = table_of(scene), mark_free
-    if len(places) < FEW or not compiled.is_there():
-        table = plain(table)
+    return gap >= -(r + core)
+
+
+def sinks(room: float, size: float, x: float, y: float, share: float) -> bool:
+    """Tell whether a ball at (x, y) overlaps something by more than if it touched.
+
+    A ball that touches may overlap by a ``share`` of ``size`` (m) and the rounding of coordinates.
+    """
+    return room < 0.0 and room < -(share * size + COORDINATE_ROUNDING * max(abs(x), abs(y)))
+
+
+def overlap(x: float, y: float, r: float, u: float, v: float, q: float, share: float) -> bool:
+    """Tell whether a ball of radius ``r`` at (x, y) lies in one of radius ``q`` at (u, v)."""
+    room = room_beside_ball(x, y, r, u, v, q)
+    return room < 0.0 and (sinks(room, min(r, q), max(abs(x), abs(u)), max(abs(y), abs(v)), share))
+
+
+def contains(xs: Any, ys: Any, arcs: Any, x: float, y: float) -> bool:
+    """Tell whether a point is within an outline, by its corners and arcs; numba can compile it.
+
+    The areas are the polygon of the corners, and that between each arc and its chord. A point is
+    within the outline if it is within an odd number of these areas.
+    """
+    inside = False
+    for k in range(len(xs)):
+        inside ^= crosses(xs[k - 1], ys[k - 1], xs[k], ys[k], x, y)
+    for k in range(len(arcs)):
+        inside ^= lies_between(arcs[k], x, y)
+    return inside
+
+
+def lies_between(arc: Any, x: float, y: float) -> bool:
+    """Tell whether a point lies between an arc and its chord.
+
+    Near the chord, rounding puts the point on the same side as it does in ``crosses``.
+    """
+    ax, ay, bx, by, dx, dy = arc[0], arc[1], arc[2], arc[3], x - arc[4], y - arc[5]
+    if dx * dx + dy * dy >= arc[6] * arc[6]:
+        return False
+    if (ay > y) != (by > y):
+        is_left = crosses(ax, ay, bx, by, x, y) == (by > ay)
+    elif ay == by:
+        is_left = (y >= ay) == (bx > ax)
     else:
-        mark = compiled.alone(mark_free)
-    mark(table, places, is_off, radius, share, free)
-    return free
+        is_left = (bx - ax) * (y - ay) > (by - ay) * (x - ax)
+    return bool(is_left != (arc[7] > 0.0))
 
 
-def mark_free(table: Any, position: Any, is_off: Any, radius: Any, share: float, free: Any) -> int:
-    """Mark the balls that may lie where they are, or are off the table; return how many do."""
-    count = 0
-    for s in range(len(position)):
-        for i in range(len(radius)):
-            found = misplaced(table, position[s], is_off[s], radius, share, i, i + 1)
-            free[s, i] = found > i
-            count += free[s, i]
-    return count
+def crosses(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> bool:
+    """Tell whether a ray from (x, y) along +x crosses the line from a to b."""
+    return (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)

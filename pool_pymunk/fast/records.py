@@ -89,10 +89,16 @@ DUE = {
 
 ERRORS = np.dtype([("share", F), ("state", I), ("of_places", I), ("opens", I)])
 
-# What a shot keeps: nothing, what derivatives need, or all that a run tells.
+# An event has what its ball meets: another ball, or a wall, which is -1 - its number; pockets come
+# after the walls. Or the ball comes to rest, begins to roll, or comes OUT of all patches; into
+# patch k it comes by OUT - 1 - k.
+STOP = -(1 << 30)
+ROLL = STOP - 1
+OUT = STOP - 3
+# What a shot keeps: nothing, its changes of motion, or all that a run tells.
 CHANGES, WHOLE = 1, 2
 # A breakpoint is where a ball's path begins anew: ball, t, x, y, vx, vy, ax, ay, wx, wy. An event
-# is as in `Follow` (physics/changes.py), with the impulses of a contact and the number of the
+# has its time, its ball and what that meets, with the impulses of a contact and the number of the
 # breakpoints before it; at one breakpoint a ball may be hit and come to rest. A note has its time
 # and two balls, or NOTHING twice where the order of contacts was unknown. A persistent contact that
 # is over is past: ball and other one, from when until when, its impulse, and where the two were; of

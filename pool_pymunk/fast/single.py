@@ -14,7 +14,6 @@ from pool_pymunk.engine import asked, contacts
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.policies import Errors, begin_errors
 from pool_pymunk.engine.recorder import Persisted, Recorder
-from pool_pymunk.fast.derivatives import follow_run
 from pool_pymunk.fast.live import Loop
 from pool_pymunk.fast.loop import OUT_OF_EVENTS, OUT_OF_TIME, PAUSED, SETTLED
 from pool_pymunk.fast.press import Presses
@@ -22,6 +21,9 @@ from pool_pymunk.fast.records import (
     IN_COLLAPSE,
     IS_OVER,
     NOTHING,
+    OUT,
+    ROLL,
+    STOP,
     WHOLE,
     Out,
     Shots,
@@ -41,12 +43,10 @@ from pool_pymunk.fast.tables import (
     together_number,
 )
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics import changes
 from pool_pymunk.physics.collapse import Collapse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair
 from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.physics.laws import NO_FRICTION, Law
-from pool_pymunk.physics.motion_changes import OUT, ROLL, STOP
 from pool_pymunk.physics.path import Path
 from pool_pymunk.solvers import grouped
 from pool_pymunk.solvers.exact import EngineTrace, pockets
@@ -63,12 +63,9 @@ own = local()  # Each thread has its records.
 def remember(form: Form, play: Any) -> None:
     """Let single runs of scenes of this form use a compiled loop from now on.
 
-    Tables play their steps by it, and engines persistent contacts in whatever they play. Small
-    changes go through runs by the compiled pass, where this machine has compiled that.
+    Tables play their steps by it, and engines persistent contacts in whatever they play.
     """
     loaded[form] = play
-    if not changes.FASTER:
-        changes.FASTER.append(follow_run)
     if not asked.PRESSES:
         asked.PRESSES.append(Presses(form, play))
     if not contacts.LOOPS:

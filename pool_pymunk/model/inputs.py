@@ -361,7 +361,8 @@ def starts_of(
         if row.start is None or i is None:
             continue
         for k, part in enumerate(row.start(*velocity[:, i].T)):
-            found[:, i, k, p] = part
+            if isinstance(part, np.ndarray) or part != 0.0:
+                found[:, i, k, p] = part
         if roll is not None:
             turns = velocity[:, i] if kind == "roll" else shares[:, i, None] * found[:, i, 2:4, p]
             found[:, i, 4:, p] = turns

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, NamedTuple
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
+from pool_pymunk.core.floor import Bow, Floor
 from pool_pymunk.model.plain import Bulges, Color, Corners, Part, problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
@@ -252,10 +253,10 @@ class Table(Part):
 
     def contains(self, x: float, y: float) -> bool:
         """Tell whether a point is on the table (even-odd rule)."""
-        return contains(*self.lines, x, y)
+        return _floor(*self.lines).holds(x, y, 0.0, 0.0)
 
     @cached_property
-    def lines(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[tuple[float, ...], ...]]:
+    def lines(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[Bow, ...]]:
         """The corners' x and y (m), and for each arc both ends, centre, radius (m) and bulge."""
         xs, ys = zip(*self.outline, strict=True)
         arcs = [(edge, edge.side) for edge in self.edges]
@@ -265,40 +266,10 @@ class Table(Part):
         )  # fmt: skip
 
 
-def contains(xs: Any, ys: Any, arcs: Any, x: float, y: float) -> bool:
-    """Tell whether a point is within an outline, by its corners and arcs; numba can compile it.
-
-    The areas are the polygon of the corners, and that between each arc and its chord. A point is
-    within the outline if it is within an odd number of these areas.
-    """
-    inside = False
-    for k in range(len(xs)):
-        inside ^= crosses(xs[k - 1], ys[k - 1], xs[k], ys[k], x, y)
-    for k in range(len(arcs)):
-        inside ^= lies_between(arcs[k], x, y)
-    return inside
-
-
-def lies_between(arc: Any, x: float, y: float) -> bool:
-    """Tell whether a point lies between an arc and its chord.
-
-    Near the chord, rounding puts the point on the same side as it does in ``crosses``.
-    """
-    ax, ay, bx, by, dx, dy = arc[0], arc[1], arc[2], arc[3], x - arc[4], y - arc[5]
-    if dx * dx + dy * dy >= arc[6] * arc[6]:
-        return False
-    if (ay > y) != (by > y):
-        is_left = crosses(ax, ay, bx, by, x, y) == (by > ay)
-    elif ay == by:
-        is_left = (y >= ay) == (bx > ax)
-    else:
-        is_left = (bx - ax) * (y - ay) > (by - ay) * (x - ax)
-    return bool(is_left != (arc[7] > 0.0))
-
-
-def crosses(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> bool:
-    """Tell whether a ray from (x, y) along +x crosses the line from a to b."""
-    return (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
+@lru_cache(maxsize=64)
+def _floor(xs: tuple[float, ...], ys: tuple[float, ...], bows: tuple[Bow, ...]) -> Floor:
+    """Return an outline as the core has it."""
+    return Floor([*xs], [*ys], [*bows], [])
 
 
 def _check_sizes(**sizes: object) -> None:

@@ -1,8 +1,8 @@
 """This module tells whether a ball may lie at a place, and says in words what is wrong there.
 
 The ``room`` (m) of a ball beside another ball, a wall or a pocket is negative where it overlaps
-that. A ball that overlaps by no more than rounding of coordinates touches. numba compiles the rules
-for many layouts at once (:mod:`pool_pymunk.fast.places`).
+that. A ball that overlaps by no more than rounding of coordinates touches. The rules are those of
+the core (:mod:`pool_pymunk.core.floor`).
 """
 
 from __future__ import annotations
@@ -12,16 +12,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import NamedTuple
 
+from pool_pymunk.core.floor import TOUCHING, overlap, sinks
 from pool_pymunk.model.outline import Table, sweep
 from pool_pymunk.model.parts import Ball, Pocket, Post
-from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, listed, shown
+from pool_pymunk.model.problems import Point, Problem, listed, shown
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import State
 from pool_pymunk.physics.sides import RoundSide, Side, Wall, core_of, pocket
 
-# A ball that overlaps by at most this share of its radius (of the smaller radius of two balls, of a
-# pocket's radius) touches: a user may have rounded the coordinates of a frozen rack.
-TOUCHING = 1e-6
 # At the start of a run the share is this: other runs end with overlaps of 1e-4 in persistent
 # contacts (DEEPEST), and of the distance of a step where contacts are found late.
 SUNK = 1e-2
@@ -49,35 +47,9 @@ def placed(balls: Sequence[Ball], state: State) -> dict[int, Placed]:
     return {i: ball for i, ball in there.items() if ball.id not in state.off}
 
 
-# -- the rules, which numba can compile ------------------------------------------------------------
-
-
-def is_beside(gap: float, r: float, core: float) -> bool:
-    """Tell whether a ball lies beside a side or in it, and not behind it.
-
-    ``gap`` (m) is that of the side to a ball of radius ``r``, ``core`` (m) how far the side is
-    solid below its surface.
-    """
-    return gap >= -(r + core)
-
-
-def sinks(room: float, size: float, x: float, y: float, share: float) -> bool:
-    """Tell whether a ball at (x, y) overlaps something by more than if it touched.
-
-    A ball that touches may overlap by a ``share`` of ``size`` (m) and the rounding of coordinates.
-    """
-    return room < 0.0 and room < -(share * size + COORDINATE_ROUNDING * max(abs(x), abs(y)))
-
-
 def room_beside_ball(x: float, y: float, r: float, u: float, v: float, q: float) -> float:
     """Return the room (m) between a ball of radius ``r`` at (x, y) and one of ``q`` at (u, v)."""
     return room_at_round(RoundSide((u, v), q), x, y, r)
-
-
-def overlap(x: float, y: float, r: float, u: float, v: float, q: float, share: float) -> bool:
-    """Tell whether a ball of radius ``r`` at (x, y) lies in one of radius ``q`` at (u, v)."""
-    room = room_beside_ball(x, y, r, u, v, q)
-    return room < 0.0 and (sinks(room, min(r, q), max(abs(x), abs(u)), max(abs(y), abs(v)), share))
 
 
 # -- walls and pockets -----------------------------------------------------------------------------
@@ -86,7 +58,7 @@ def overlap(x: float, y: float, r: float, u: float, v: float, q: float, share: f
 def room_beside(sides: Iterable[Side], x: float, y: float, r: float) -> float:
     """Return the room (m) that a ball has beside some sides; those behind it do not count."""
     gaps = [(side.gap(x, y, r), core_of(side)) for side in sides]
-    return min([gap for gap, core in gaps if is_beside(gap, r, core)], default=math.inf)
+    return min([gap for gap, core in gaps if gap >= -(r + core)], default=math.inf)
 
 
 def lies_in(wall: Wall, room: float, x: float, y: float, r: float, share: float = TOUCHING) -> bool:
@@ -207,5 +179,5 @@ def _overlaps(balls: Lying, share: float) -> Iterator[tuple[int, int]]:
     for i, j in sweep({k: (middle - r, middle + r) for k, (middle, r) in sides.items()}):
         (p, r), (q, other) = ((balls[k].position, balls[k].radius) for k in (i, j))
         is_near = abs(p[1 - axis] - q[1 - axis]) < r + other
-        if is_near and overlap(*p, r, *q, other, share):
+        if is_near and overlap(p, r, q, other, share):
             yield i, j

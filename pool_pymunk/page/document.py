@@ -19,7 +19,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from pool_pymunk.fast import Batch
+from pool_pymunk.many import Batch
 from pool_pymunk.model import Scene
 from pool_pymunk.page.content import content
 from pool_pymunk.render import Figure, figure_of

@@ -162,13 +162,3 @@ def _keep_apart(a: Path, b: Path, touching: float, since: float, until: float) -
     size = abs(x) + abs(y) + abs(dx) + abs(dy) + time * (abs(vx) + abs(vy)) + touching
     within = touching + bow + HAIR * size
     return bool(nx * nx + ny * ny > within * within)
-
-
-def is_far(a: Path, b: Path, until: float, apart: float) -> bool:
-    """Tell by bounds whether discs stay farther apart than ``apart`` (m) until a time (s)."""
-    own, its = until - a.t, until - b.t
-    far = apart + HAIR * (abs(a.x) + abs(b.x) + abs(a.y) + abs(b.y) + apart)
-    reach_x = own * (abs(a.vx) + own * abs(a.ax)) + its * (abs(b.vx) + its * abs(b.ax))
-    reach_y = own * (abs(a.vy) + own * abs(a.ay)) + its * (abs(b.vy) + its * abs(b.ay))
-    # One branch for both is faster, because nobody can predict it.
-    return (abs(a.x - b.x) > far + reach_x) | (abs(a.y - b.y) > far + reach_y)

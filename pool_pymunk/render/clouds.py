@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
-from pool_pymunk.fast import Batch
+from pool_pymunk.many import Batch
 from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import DrawnBall, circle, discs, draw_balls, draw_rings
 from pool_pymunk.render.canvas import Figure, save_figure

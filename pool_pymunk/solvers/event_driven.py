@@ -8,17 +8,11 @@ It has no time step, and it errs by rounding alone. The core plays the run
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
-from pool_pymunk.core.motion.path import Motion, Path
-from pool_pymunk.core.motion.times import Vector
-from pool_pymunk.core.persistent.groups import Groups
-from pool_pymunk.core.persistent.persistence import Persistence
-from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Record
-from pool_pymunk.core.table import Table, may_press
 from pool_pymunk.core.variant import Errors
 from pool_pymunk.model import Scene, State
 from pool_pymunk.physics.laws import Law
@@ -28,7 +22,7 @@ from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
 from pool_pymunk.solvers.record import OnTime, Settings
 
-MOST = 1e-3  # radii; a tolerance of contacts that persist is no wider
+ENDINGS = ("settled", "max_time", "max_events", "non_finite")  # as the engine counts them
 LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
 
 
@@ -52,14 +46,6 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     keep(trace, engine, record, latest)
     tell(trace, record, scene, law)
     return trace
-
-
-def persistence_of(table: Table, balls: Sequence[Ball], tolerance: float) -> Persistence:
-    """Return what plays contacts that persist to a tolerance (m), if there may be any."""
-    if not may_press(table):
-        return Persistence()
-    least = min(ball.radius for ball in balls)
-    return Groups(Scale(min(tolerance, MOST * least), least, table.pull))
 
 
 class Listener(Record):
@@ -98,7 +84,7 @@ def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
     trace.instants = record.instants
     trace.duration = record.duration
     trace.steps = engine.answered
-    trace.status = status_of(engine, latest)
+    trace.status = ENDINGS[engine.ending(latest)]
     if trace.status == "settled":
         trace.persisted = engine.persistence.persisted(engine)
         return
@@ -115,31 +101,9 @@ def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
     for ball, rows in zip(engine.balls, trace.knots, strict=True):
         path = ball.path
         if path.end > t or rows[-1][3:5] != NONE:
-            (x, y, vx, vy), roll = motion_of(ball, engine)
+            (x, y, vx, vy), roll = engine.motion_of(ball)
             pull = pull_of(path) if path.end > t else NONE
             trace.breakpoint(ball.number, t, (x, y), (vx, vy), pull, roll)
-
-
-def motion_of(ball: Ball, engine: Engine) -> tuple[Motion, Vector]:
-    """Return place and velocity of a ball now, and its roll, once :func:`keep` knows its contacts.
-
-    In a persistent contact the state of its group is exact, and its path only has the place.
-    """
-    for member in () if ball.group is None else ball.group.members:
-        if member.ball is ball:
-            x, y, vx, vy, wx, wy = member.state
-            return (x, y, vx, vy), (wx, wy)
-    return ball.path.at(engine.now), engine.roll_of(ball)
-
-
-def status_of(engine: Engine, latest: float) -> str:
-    """Tell why the run ended."""
-    if not engine.is_finite:
-        return "non_finite"
-    if engine.upcoming() < math.inf:
-        return "max_time" if engine.upcoming() > latest else "max_events"
-    drifts = any(ball.path.end == math.inf for ball in engine.balls)
-    return "max_time" if drifts else "settled"
 
 
 def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:

@@ -6,17 +6,22 @@ are adapted (:mod:`pool_pymunk.solvers.own`).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact import laws as core_laws
+from pool_pymunk.core.floor import Floor
 from pool_pymunk.core.motion.patches import Border, Circle, Line, Patches
+from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
-from pool_pymunk.core.table import Table
+from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket, Wall
-from pool_pymunk.model import Scene, State
+from pool_pymunk.model import Post, Scene, State, Table
+from pool_pymunk.model.places import post_wall
 from pool_pymunk.physics import laws, patches, sides, surface
 from pool_pymunk.solvers.own import OwnLaw, OwnSide, OwnSurface, ScenePairs
 
@@ -32,24 +37,29 @@ def law_in_core(law: laws.Law) -> core_laws.Law:
     return BUILT_IN.get(type(law)) or OwnLaw(law)
 
 
-def table_of(scene: Scene) -> Table:
+def table_of(scene: Scene) -> CoreTable:
     """Return the table of a scene; the scene keeps it."""
     known = scene.found.get(table_of)
     if known is None:
-        known = scene.found[table_of] = _table_of(scene)
-    assert isinstance(known, Table)
+        known = scene.found[table_of] = new_table_of(scene)
+    assert isinstance(known, CoreTable)
     if isinstance(known, ScenePairs):
         known.begin(scene)
     return known
 
 
-def _table_of(scene: Scene) -> Table:
-    walls = [wall_in_core(wall) for wall in scene.cushions]
-    walls += [Pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
+def new_table_of(scene: Scene) -> CoreTable:
+    """Return a table of a scene that nobody else has."""
+    walls = [*map(wall_in_core, scene.cushions), *pockets_of(scene)]
     e, cue = scene.restitution.ball_ball, scene.restitution.cue_ball
     coefficients = e or 0.0, (e if cue is None else cue) or 0.0, scene.friction.ball_ball
-    kind = Table if type(scene).pair is Scene.pair else ScenePairs
+    kind = CoreTable if type(scene).pair is Scene.pair else ScenePairs
     return kind(walls, surface_in_core(scene.surface), patches_in_core(scene.ground), *coefficients)
+
+
+def pockets_of(scene: Scene) -> list[Wall]:
+    """Return the pockets of a scene."""
+    return [Pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
 
 
 def wall_in_core(wall: sides.Wall) -> Wall:
@@ -90,7 +100,32 @@ def patches_in_core(ground: patches.Patches) -> Patches:
     return Patches(borders, [surface_in_core(each) for each in ground.surfaces])
 
 
-def balls_of(scene: Scene, start: State, table: Table) -> list[Ball]:
+def floor_of(scene: Scene) -> Floor:
+    """Return where balls may lie at the start; the scene keeps it."""
+    known = scene.found.get(floor_of)
+    if known is None:
+        known = floor_between(scene.table, scene.posts)
+        known.walls += pockets_of(scene)
+        scene.found[floor_of] = known
+    assert isinstance(known, Floor)
+    return known
+
+
+def floor_between(outline: Table | None, posts: Iterable[Post]) -> Floor:
+    """Return where balls may lie between cushions and posts."""
+    cushions = () if outline is None else outline.walls
+    walls = [*cushions, *(post_wall(post, k) for k, post in enumerate(posts))]
+    xs, ys, bows = ((), (), ()) if outline is None else outline.lines
+    return Floor([*xs], [*ys], [*bows], [*map(wall_in_core, walls)])
+
+
+def new_balls(scene: Scene) -> list[Ball]:
+    """Return the balls of a scene, which are to begin shots."""
+    nowhere = standing(0.0, 0.0, 0.0)
+    return [Ball(k, b.radius, b.mass, nowhere, b.cue) for k, b in enumerate(scene.balls)]
+
+
+def balls_of(scene: Scene, start: State, table: CoreTable) -> list[Ball]:
     """Return the balls of a scene, which set off from a start."""
     found, patches = list[Ball](), table.patches
     rolls = start.roll or ((0.0, 0.0),) * len(scene.balls)

@@ -316,7 +316,7 @@ def warn_of_gained_energy(trace: Trace, scene: Scene, law: str) -> None:
             change = half * (ux * ux + uy * uy - vx * vx - vy * vy)
             changes[t] = changes.get(t, 0.0) + change
     gains = {t: gain for t, gain in changes.items() if gain > GAINED * initial}
-    if gains:
+    if gains and initial > 0.0:  # What only rolls has none yet.
         first = min(gains)
         each = zip(scene.balls, trace.knots, strict=True)
         who = [b.id for b, rows in each if any(row[0] == first for row in rows[1:])]

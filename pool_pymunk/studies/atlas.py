@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.batch import CANNOT_START
+from pool_pymunk.many.batch import CANNOT_START, Batch
+from pool_pymunk.many.source import NOTHING
+from pool_pymunk.many.workers import Workers, workers_of
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST
@@ -24,7 +28,7 @@ from pool_pymunk.studies.sweep.plan import Plan, make_plan
 Ints = NDArray[np.int32]
 Range = tuple[float, float]
 
-AT_ONCE = 20_000  # shots; their inputs take some 30 MB with 16 balls
+AT_ONCE = 60_000  # shots; their inputs take some 90 MB with 16 balls
 # Default pixels, angles (degrees) and speeds (times the shot's); the shot itself lies well within.
 SIZE, ANGLES, SPEEDS = (1200, 800), (-30.0, 30.0), (0.25, 1.5)
 # These are the maps, and what each of them shows.
@@ -63,6 +67,14 @@ class Atlas:
         return self.plan.scene
 
 
+class CutShort(KeyboardInterrupt):
+    """An interrupt comes while an atlas is played; ``found`` is the atlas so far."""
+
+    def __init__(self, found: Atlas) -> None:
+        super().__init__()
+        self.found = found
+
+
 def atlas(
     scene: Scene,
     shot: Shot | str | int | None = None,
@@ -76,6 +88,7 @@ def atlas(
     max_time: float | None = None,
     aims_anew: bool = False,
     show: str | None = None,
+    workers: int | Executor | Workers | None = None,
     on_done: Callable[[int], object] | None = None,
 ) -> Atlas:
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
@@ -85,8 +98,10 @@ def atlas(
     (:class:`~pool_pymunk.studies.sweep.plan.Plan`). ``ball`` is the id of the ball whose end is
     kept, by default the one aimed at or the nearest. A shot that aims at a ball is aimed once, in
     the scene as it is; with ``aims_anew`` it is aimed in each pixel. ``show``, one of ``MAPS``,
-    keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``on_done(n)`` is called
-    whenever ``n`` more shots are done. Raises SettingError, which names the argument.
+    keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``workers`` share the work,
+    as in :func:`~pool_pymunk.simulate_many`. ``on_done(n)`` is called whenever ``n`` more shots are
+    done. An interrupt raises :class:`CutShort`, which has the atlas so far. Raises SettingError,
+    which names the argument.
 
     >>> from pool_pymunk import load
     >>> found = atlas(load("report"), 1, size=(9, 5))
@@ -116,32 +131,53 @@ def atlas(
         watched = ball_number(scene, str(chosen.aim) if ball is None else ball)
     elif len(scene.balls) > 1:
         watched = scene.nearest(struck)
-    kept, by_reference = _play(plan, watched, show, on_done)
-    shaped = {
+    map_of = partial(_shaped, plan, watched, ranges)
+    kept, by_reference, played = _nothing(plan, show), 0, 0
+    try:
+        with workers_of(workers) as several:
+            for shots in map(plan.shots_of, range(plan.parts)):
+                batch = plan.play(plan.draw(shots), workers=several, on_done=on_done)
+                _keep(kept, shots, batch, watched)
+                by_reference, played = by_reference + batch.by_reference, played + len(batch)
+    except KeyboardInterrupt:
+        if played == 0:
+            raise
+        raise CutShort(map_of(kept, by_reference)) from None
+    return map_of(kept, by_reference)
+
+
+def _shaped(
+    plan: Plan, ball: int, ranges: Mapping[str, Range], kept: Mapping[str, NDArray[Any]],
+    by_reference: int,
+) -> Atlas:  # fmt: skip
+    """Return an atlas of what is kept of the shots."""
+    (across, columns), (up, rows) = ranges.items()
+    width, height = plan.grid[across].count, plan.grid[up].count
+    shaped: dict[str, Any] = {
         key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
         for key, each in kept.items()
     }
     x, y = np.linspace(*columns, width), np.linspace(*rows, height)
-    return Atlas(plan, watched, x, y, **shaped, by_reference=by_reference, axes=(across, up))
+    return Atlas(plan, ball, x, y, **shaped, by_reference=by_reference, axes=(across, up))
 
 
-def _play(
-    plan: Plan, ball: int, show: str | None, on_done: Callable[[int], object] | None
-) -> tuple[dict[str, NDArray[Any]], int]:
-    """Return what all maps, or one of them, show of the shots, and the number played in Python."""
+def _nothing(plan: Plan, show: str | None) -> dict[str, NDArray[Any]]:
+    """Return what all maps, or one of them, show of shots that were not played."""
     if show is not None and show not in MAPS:
         raise setting_error("show", show, f"must be one of {', '.join(MAPS)}")
-    real, kept, by_reference = float if show is None else np.float32, dict[str, NDArray[Any]](), 0
+    real, kept = float if show is None else np.float32, dict[str, NDArray[Any]]()
     for name, key in MAPS.items():
         count = plan.samples if show in (None, name) else 0
-        kind = real if key in ("end", "duration") else np.int32
-        kept[key] = np.empty((count, 2) if key == "end" else count, kind)
-    for shots in map(plan.shots_of, range(plan.parts)):
-        batch = plan.play(plan.draw(shots), on_done=on_done)
-        found = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
-        unplayed = batch.status == CANNOT_START
-        found["end"][unplayed] = batch.duration[unplayed] = np.nan
-        for key in [key for key in kept if len(kept[key])]:
-            kept[key][shots.start : shots.stop] = found[key]
-        by_reference += batch.by_reference
-    return kept, by_reference
+        is_real = key in ("end", "duration")
+        shape: Any = (count, 2) if key == "end" else count
+        kept[key] = np.full(shape, np.nan if is_real else NOTHING, real if is_real else np.int32)
+    return kept
+
+
+def _keep(kept: dict[str, NDArray[Any]], shots: range, batch: Batch, ball: int) -> None:
+    """Keep what the maps show of some shots."""
+    found = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
+    unplayed = batch.status == CANNOT_START
+    found["end"][unplayed] = batch.duration[unplayed] = np.nan
+    for key in [key for key in kept if len(kept[key])]:
+        kept[key][shots.start : shots.stop] = found[key]

@@ -7,17 +7,17 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import zip_longest
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pool_pymunk.fast import compiled
-from pool_pymunk.fast.records import Out, Tracks
+from pool_pymunk.core.beside import Beside, Companion
+from pool_pymunk.many.play import Done, Results, play_all
+from pool_pymunk.many.source import Source
+from pool_pymunk.many.workers import Workers
 from pool_pymunk.model import Point
 from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.motion_changes import STOP
-from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.run import Run
 
@@ -190,110 +190,42 @@ def contact_order(run: Run) -> tuple[tuple[int, ...], ...]:
 
 
 class Reference(NamedTuple):
-    """A reference is the run with which others are compared, as numba takes it.
+    """A reference is the run with which others are compared.
 
     Its balls are at ``path`` (T, N, 2) at the ``times`` (T,). A ball leaves the reference where
-    it is more than ``agree`` (m) off. Ball i has ``contacts[i]`` contacts; contact c is with
-    ``other[i, c]``: the number of a ball, or -1 - the number of a wall.
+    it is more than ``agree`` (m) off. ``order`` has what each ball meets, as
+    :func:`contact_order` returns it.
     """
 
-    times: Any
-    path: Any
+    times: Array
+    path: Array
     agree: float
-    other: Any
-    contacts: Any
+    order: tuple[tuple[int, ...], ...]
+
+    def in_core(self) -> Beside:
+        """Return what compares shots with it."""
+        places = [list(map(tuple, each)) for each in self.path.swapaxes(0, 1).tolist()]
+        both = zip(places, map(list, self.order), strict=True)
+        return Beside(self.times.tolist(), self.agree, [Companion(*each) for each in both])
+
+    def first_off(self, off: Array) -> Array:
+        """Return when (s; inf: never) balls (N,) first leave, by their offsets (T, N, 2) in m."""
+        apart = np.hypot(off[..., 0], off[..., 1]) > self.agree
+        return np.where(apart.any(axis=0), self.times[apart.argmax(axis=0)], math.inf)
 
 
 def reference_of(run: Run, agree: float) -> Reference:
     """Return a run as the reference that others are compared with, to ``agree`` (m)."""
-    times, met = np.linspace(0.0, run.duration, INSTANTS + 1), contact_order(run)
-    counts = np.array([len(each) for each in met])
-    rows = np.array(list(zip_longest(*met, fillvalue=0)), np.int64)
-    others = rows.reshape(-1, len(met)).T.copy()
-    return Reference(times, np.array(run.at(times)[0]), agree, others, counts)
+    times = np.linspace(0.0, run.duration, INSTANTS + 1)
+    return Reference(times, np.array(run.at(times)[0]), agree, contact_order(run))
 
 
-class Beside:
-    """This watches shots, and compares each with the reference, which is made of ``run``.
+def play_beside(
+    source: Source, done: Done, reference: Reference, workers: Workers | None = None
+) -> tuple[Results, NDArray[np.bool_], Array]:
+    """Play shots; return also which (S,) have the reference's contacts, and when balls leave it.
 
-    ``departure`` (S, N) is when (s; inf: never) a ball leaves it; ``same`` (S,) if contacts agree.
+    These times (S, N) are in s, and infinite for balls that never do.
     """
-
-    replays = False
-    compiles = ()  # `compare` takes a second.
-
-    def __init__(self, run: Run, reference: Reference, out: Out) -> None:
-        self.reference, self.duration = reference, out.duration
-        self.order = contact_order(run)
-        self.departure = np.empty(out.final.shape[:2])
-        self.same = np.empty(len(out.duration), np.bool_)
-
-    def watch(self, part: slice, tracks: Tracks) -> None:
-        """Compare these shots."""
-        count = np.zeros(self.departure.shape[1], np.int64)
-        parts = self.duration[part], self.reference, self.departure[part], self.same[part]
-        compiled.alone(compare)(tracks, *parts, count)
-
-    def see(self, k: int, run: Run) -> None:
-        """Compare the run of shot ``k``, which was not compiled."""
-        self.departure[k] = self.first_off(run.at(self.reference.times)[0] - self.reference.path)
-        self.same[k] = contact_order(run) == self.order
-
-    def first_off(self, off: Array) -> Array:
-        """Return when (s; inf: never) balls (N,) first leave, by their offsets (T, N, 2) in m."""
-        apart = np.hypot(off[..., 0], off[..., 1]) > self.reference.agree
-        return np.where(apart.any(axis=0), self.reference.times[apart.argmax(axis=0)], math.inf)
-
-
-# -- what numba compiles ---------------------------------------------------------------------------
-
-
-def compare(
-    tracks: Tracks, duration: Any, reference: Reference, departure: Any, same: Any, count: Any
-) -> int:
-    """Compare some shots with the reference, and return how many; ``count`` (N,) is overwritten."""
-    first = begun = 0
-    for s in range(len(departure)):
-        last, ended = tracks.ends[s, 0], tracks.ends[s, 1]
-        if last > first:
-            for i in range(departure.shape[1]):
-                departure[s, i] = leaves(tracks.rows, first, last, duration[s], reference, i)
-            same[s] = has_same_contacts(tracks.events[begun:ended], reference, count)
-        first, begun = last, ended
-    return len(departure)
-
-
-def leaves(
-    rows: Any, first: int, last: int, duration: float, reference: Reference, i: int
-) -> float:
-    """Return when (s; inf: never) ball ``i`` leaves the reference in ``rows[first:last]``."""
-    k = first + i  # The first breakpoints are those of the start, one a ball.
-    coming = k + 1
-    for n in range(len(reference.times)):
-        t = min(reference.times[n], duration)
-        while coming < last and (rows[coming, 0] != i or rows[coming, 1] <= t):
-            if rows[coming, 0] == i:
-                k = coming
-            coming += 1
-        path = from_breakpoint(
-            rows[k, 1], rows[k, 2], rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6],
-            rows[k, 7],
-        )  # fmt: skip
-        x, y, _, _ = motion_at(path, t)
-        dx, dy = x - reference.path[n, i, 0], y - reference.path[n, i, 1]
-        if math.sqrt(dx * dx + dy * dy) > reference.agree:
-            return float(reference.times[n])
-    return math.inf
-
-
-def has_same_contacts(events: Any, reference: Reference, count: Any) -> bool:
-    """Tell whether every ball met the same others in the same order as in the reference."""
-    count[:] = 0
-    for k in range(len(events)):
-        for side in (1, 2):
-            i, j = int(events[k, side]), int(events[k, 3 - side])
-            if i >= 0 and j > STOP:  # Negative numbers are walls.
-                if count[i] >= reference.contacts[i] or reference.other[i, count[i]] != j:
-                    return False
-                count[i] += 1
-    return bool((count == reference.contacts).all())
+    found = play_all(source, done, workers, reference.in_core)
+    return found, found.beside[:, 0] == 1.0, found.beside[:, 1:].copy()

@@ -1,10 +1,10 @@
 """This module works out how the ends of an exact run depend on its inputs, to first order.
 
-Between contacts and through them everything is differentiable in closed form, so nothing is played
-again: the changes of the balls' states follow the run from event to event
-(:mod:`pool_pymunk.physics.changes`), and contact times move with them. Shots that go on from the
-one before are followed through the whole chain: the changes of one shot's ends are changes of the
-next start, and they turn a shot that aims at a ball anew.
+Between contacts and through them everything is differentiable in closed form: the run is played
+once more, the changes of the balls' states follow it from event to event
+(:mod:`pool_pymunk.core.tangent.tangent`), and contact times move with them. Shots that go on from
+the one before are followed through the whole chain: the changes of one shot's ends are changes of
+the next start, and they turn a shot that aims at a ball anew.
 """
 
 from __future__ import annotations

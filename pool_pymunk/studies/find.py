@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast import Batch, simulate_many
-from pool_pymunk.fast.places import may_lie
-from pool_pymunk.fast.shots import opening
+from pool_pymunk.many import Batch, simulate_many
+from pool_pymunk.many.places import may_lie
+from pool_pymunk.many.source import opening
+from pool_pymunk.many.workers import Workers, workers_of
 from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.inputs import SHOT, erring, row_of
 from pool_pymunk.model.plain import argument, read_pair, size, whole
@@ -86,6 +88,7 @@ def find(
     seed: int = 0,
     ends: Mapping[str, Point] | None = None,
     law: str | Law | None = None,
+    workers: int | Executor | Workers | None = None,
     on_done: Callable[[int, int], object] | None = None,
 ) -> list[Found]:
     """Return the shots that do what is asked for, those that forgive the largest errors first.
@@ -104,8 +107,9 @@ def find(
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
     the sum of the squared distances is least (Gauss-Newton), as long as it does what is asked for,
     and the nearest shots come first; ``warnings`` of a shot say where its ends have no derivatives.
-    ``law`` is that of every contact (default: the scene's). ``on_done(done, planned)`` counts the
-    shots played, and those that will be at most. Raises SettingError, which names the argument.
+    ``law`` is that of every contact (default: the scene's). ``workers`` share the work, as in
+    :func:`~pool_pymunk.simulate_many`. ``on_done(done, planned)`` counts the shots played, and
+    those that will be at most. Raises SettingError, which names the argument.
 
     >>> from pool_pymunk import load
     >>> scene = load("report")
@@ -125,7 +129,8 @@ def find(
     argument("best", best, whole(1))
     argument("seed", seed, whole(0))
     search.on_done = on_done or search.on_done
-    return search.best(tries, samples, best)
+    with workers_of(workers) as search.workers:
+        return search.best(tries, samples, best)
 
 
 class _ShotSearch:
@@ -144,6 +149,7 @@ class _ShotSearch:
         self.own = self.position[self.ball]
         self.on_done: Callable[[int, int], object] = lambda *_: None
         self.done = self.planned = 0
+        self.workers = Workers(None)
 
     def tell(self, count: int) -> None:
         """Count this many shots as played, and say how far the search has come."""
@@ -215,8 +221,9 @@ class _ShotSearch:
         velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
         *begun, vary, rolls = opening(self.scene, starts, velocity, values, self.ball)
         batch = simulate_many(
-            self.scene, *begun, vary=vary, roll=rolls, law=self.law, on_done=self.tell
-        )
+            self.scene, *begun, vary=vary, roll=rolls, law=self.law, workers=self.workers,
+            on_done=self.tell,
+        )  # fmt: skip
         return batch, has_room
 
     def does(self, tries: Array) -> Mask:

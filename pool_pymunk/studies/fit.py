@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast.ahead import load
 from pool_pymunk.model import Scene, inputs
 from pool_pymunk.model.plain import argument, flag, size, whole
 from pool_pymunk.model.problems import listed, setting_error
@@ -171,8 +170,7 @@ def fit(
     scene's). A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it
     goes to where each try of the search has the ball. All runs are exact. ``on_done(done,
     planned)`` is called as a look begins, after each of its tries, and after each search, which
-    counts as 60 tries; more is planned where the residuals are implausible. Runs are played by the
-    compiled loop where this machine has compiled it (:func:`pool_pymunk.compile`). Raises
+    counts as 60 tries; more is planned where the residuals are implausible. Raises
     SceneError or SettingError, one line a problem, and ImportError without SciPy.
 
     >>> from pool_pymunk import load, simulate
@@ -190,7 +188,6 @@ def fit(
         error = argument("error", error, size)
     count, first = argument("starts", starts, whole(1)), argument("seed", seed, whole(0))
     anew = argument("aims_anew", aims_anew, flag)
-    load(scene)
     with on_one_thread():
         return _Minimizer(Forecast(scene, names, rows, law, anew), error, first, on_done).fit(count)
 

@@ -228,6 +228,11 @@ class Forecast:
         self.shots = np.array([one.shot for one in measured])
         self.balls = np.array([scene.index[one.ball] for one in measured])
         self.times = np.array([math.inf if one.t is None else one.t for one in measured])
+        # the rows of each ball that was measured in a shot, by their numbers
+        self.seen: dict[int, dict[int, Any]] = {}
+        for k, i in sorted(set(zip(self.shots.tolist(), self.balls.tolist(), strict=True))):
+            its = np.flatnonzero((self.shots == k) & (self.balls == i))
+            self.seen.setdefault(k, {})[i] = its
         chain = set(self.shots.tolist())
         for k in range(len(scene.shots), 1, -1):
             if k in chain and scene.shots[k - 1].from_previous:
@@ -261,10 +266,9 @@ class Forecast:
         if runs is None:
             return np.full_like(self.places, math.inf)
         found = self.places.copy()
-        for k in np.unique(self.shots).tolist():
-            rows = np.flatnonzero(self.shots == k)
-            places = runs[k].at(np.minimum(self.times[rows], runs[k].duration))[0]
-            found[rows] -= places[np.arange(len(rows)), self.balls[rows]]
+        for k, of_balls in self.seen.items():
+            for i, rows in of_balls.items():
+                found[rows] -= places_of(runs[k], i, self.times[rows])
         return found
 
     def derivatives(self, values: Array) -> tuple[Array, tuple[str, ...]]:
@@ -279,16 +283,23 @@ class Forecast:
         for k, known in follow(runs, self.names, self.aims_anew):
             run = known.run
             warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
-            for i in np.unique(self.balls[self.shots == k]):
-                its = (self.shots == k) & (self.balls == i)
-                times = np.minimum(self.times[its], run.duration)
-                found[its] = known.at(times, self.scene.balls[i].id)
+            for i, rows in self.seen.get(k, {}).items():
+                times = np.minimum(self.times[rows], run.duration)
+                found[rows] = known.changes.at(times, i)
         return found, tuple(warnings)
 
     def jacobian(self, values: Array, used: Mask) -> Array:
         """Return the derivatives (2 U, P) of the ``used`` places; 0 where there is none."""
         found = self.derivatives(values)[0][used]
         return np.nan_to_num(found).reshape(2 * len(found), len(self.names))
+
+
+def places_of(run: Run, ball: int, times: Array) -> Array:
+    """Return the places (T, 2) of one ball in m, at times (s); one after the end counts as that."""
+    rows, t = run.knots[ball], np.minimum(times, run.duration)
+    last = rows.take(np.searchsorted(rows[:, 0], t, side="right") - 1, axis=0)
+    time = (t - last[:, 0])[:, np.newaxis]
+    return np.asarray(last[:, 1:3] + time * (last[:, 3:5] + time * last[:, 5:7] / 2.0))
 
 
 def _size(scene: Scene, name: str) -> float:

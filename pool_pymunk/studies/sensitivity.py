@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.fast.batch import STATUSES
-from pool_pymunk.fast.many import play_all
-from pool_pymunk.fast.records import empty
-from pool_pymunk.fast.shots import opening, read_source
+from pool_pymunk.many.batch import STATUSES
+from pool_pymunk.many.play import play_all
+from pool_pymunk.many.source import opening, read_source
+from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Point, Scene, Shot, inputs
 from pool_pymunk.model.plain import argument, flag, whole
 from pool_pymunk.physics.laws import Law, find_law
@@ -37,7 +37,7 @@ from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simul
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.changes import law_of
-from pool_pymunk.studies.compare import Beside, Reference, reference_of
+from pool_pymunk.studies.compare import Reference, play_beside, reference_of
 from pool_pymunk.studies.derivatives import follow
 from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of, launched
 from pool_pymunk.studies.variation import Uniform, numbers, offsets
@@ -255,7 +255,7 @@ class Study:
         return errors, sampler.overlapping
 
     def play(
-        self, errors: Mapping[str, Array], threads: int | None, done: Any = None
+        self, errors: Mapping[str, Array], workers: Workers, done: Any = None
     ) -> tuple[dict[str, NDArray[Any]], Mask]:
         """Play samples through all shots of the chain; return arrays, and which are finished."""
         scene, samples = self.reference.scene, len(next(iter(errors.values())))
@@ -284,23 +284,25 @@ class Study:
                 scene, there, velocity, values | its, ball, carried
             )
             source = read_source(scene, there, velocity, vary, self.law, None, rolls)
-            out = empty(*there.shape[:2])
-            found = Beside(self.reference, self.beside, out)
-            tell = done if is_last and done else lambda _: None
-            play_all(source, out, threads, tell, found if is_last else None)
+            if is_last:
+                tell = done or (lambda _: None)
+                out, same, departure = play_beside(source, tell, self.beside, workers)
+            else:
+                out = play_all(source, lambda _: None, workers)
             # Balls still move where time was up.
             velocity, carried = np.zeros(off.shape), np.zeros(off.shape)
             for s in () if is_last else np.flatnonzero(out.status == MAX_TIME).tolist():
                 end = source.run(s, measures_policies=False).end
                 velocity[s], carried[s] = end.velocity, end.roll or 0.0
-            for s, i in np.argwhere(pocketed >= 0).tolist():  # They lie in their pockets.
+            lie = np.argwhere(pocketed >= 0).tolist() if is_last else ()  # in their pockets
+            for s, i in lie:
                 gap = self.beside.path[:, i : i + 1] - position[s, i]
-                found.departure[s, i] = found.first_off(gap)[0]
+                departure[s, i] = self.beside.first_off(gap)[0]
             finished &= out.status <= MAX_TIME
             pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
             position = np.where(np.isnan(out.final), position, out.final)
-        arrays = {"starts": starts, "ends": position, "left": found.departure}
-        return arrays | {"same_contacts": found.same, "pocketed": pocketed}, finished
+        arrays = {"starts": starts, "ends": position, "left": departure}
+        return arrays | {"same_contacts": same, "pocketed": pocketed}, finished
 
     def _struck(
         self, k: int, shot: Shot, there: Array, errors: Mapping[str, Array]
@@ -360,11 +362,12 @@ def sensitivity(
     uncertainty: Uncertainty,
     samples: int = 1000,
     seed: int = 0,
-    threads: int | None = None,
+    workers: int | Executor | Workers | None = None,
     *,
     law: str | Law | None = None,
     aims_anew: bool = False,
     on_done: Callable[[int], object] | None = None,
+    threads: int | None = None,
     processes: int | None = None,
 ) -> Sensitivity:
     """Play ``samples`` starts drawn within ``uncertainty``, with the exact solver.
@@ -372,26 +375,24 @@ def sensitivity(
     ``shot`` is chosen as in :func:`~pool_pymunk.simulate`, and so is the ``law`` of every contact.
     A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it is aimed
     in each sample, at where the ball lies there.
-    ``threads`` (None: one for each core; ``processes`` is its old name) share the work, and the
-    numbers depend only on ``seed``. With numba installed (``pip install 'pool-pymunk[fast]'``)
-    samples are compiled, and give the same numbers. ``on_done(n)`` is called whenever ``n`` more
-    samples are done. Raises SettingError for settings that make no sense, for a ball that leaves no
-    room for another, and if the reference run, or every other one, cannot be finished.
+    ``workers`` share the work, as in :func:`~pool_pymunk.simulate_many` (``threads`` and
+    ``processes`` are old names), and the numbers depend only on ``seed``. ``on_done(n)`` is called
+    whenever ``n`` more samples are done. Raises SettingError for settings that make no sense, for a
+    ball that leaves no room for another, and if the reference run, or every other one, cannot be
+    finished.
 
     >>> from pool_pymunk import load
     >>> found = sensitivity(load("report"), "Simulation 1", Uncertainty(0.005 * 0.0254), 200)
     >>> found.worst.ball, round(found.worst.deviation / 0.0254), found.worst.amplification > 400
     ('8', 2, True)
     """
-    if processes is not None:
-        message = "sensitivity(processes=...) is now sensitivity(threads=...)"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
-        threads = processes
+    workers = renamed(workers, threads=threads, processes=processes)
     began = time.perf_counter()
     samples, seed = argument("samples", samples, whole(2)), argument("seed", seed, whole(0))
     study = read_study(scene, find_shot(scene, shot), uncertainty, law, aims_anew)
     errors, rejected = study.draw(samples, seed)
-    arrays, finished = study.play(errors, threads, on_done)
+    with workers_of(workers) as several:
+        arrays, finished = study.play(errors, several, on_done)
     if not finished.any():
         raise SettingError(f"shot = {study.reference.name}: none of the samples could be finished")
     arrays = {key: each[finished] for key, each in arrays.items()}
@@ -404,7 +405,7 @@ def sensitivity(
 
 def by_causes(
     found: Sensitivity,
-    threads: int | None = None,
+    workers: int | Executor | Workers | None = None,
     on_done: Callable[[int], object] | None = None,
 ) -> dict[str, Sensitivity]:
     """Play the samples of a sensitivity again with each cause alone, by the names of the causes.
@@ -423,10 +424,11 @@ def by_causes(
     if len(causes) < 2:
         return dict.fromkeys(causes, found)
     how = partial(sensitivity, law=law_of(run), aims_anew=found.aims_anew, on_done=on_done)
-    return {
-        name: how(run.scene, run.shot, one, samples, found.seed, threads)
-        for name, one in causes.items()
-    }
+    with workers_of(workers) as several:
+        return {
+            name: how(run.scene, run.shot, one, samples, found.seed, several)
+            for name, one in causes.items()
+        }
 
 
 # -- by derivatives --------------------------------------------------------------------------------
@@ -524,7 +526,7 @@ def linear(
 def _holds(study: Study, scale: float, by_errors: Array, seed: int) -> bool:
     """Tell whether most samples end within a tenth of what the derivatives say."""
     errors, _ = study.draw(TRIED, seed, scale)
-    played, finished = study.play(errors, 1)
+    played, finished = study.play(errors, Workers(None))
     shares = np.array([errors[name] / width for name, width in study.widths.items()])
     said = np.einsum("nck,ks->snc", by_errors, shares)[finished]
     came = (played["ends"] - study.reference.end.position)[finished]

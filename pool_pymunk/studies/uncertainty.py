@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk.fast.places import may_lie
+from pool_pymunk.many.places import may_lie
 from pool_pymunk.model import NEAREST, Point, Scene, Shot, Units
 from pool_pymunk.model import inputs as table
 from pool_pymunk.model.inputs import TABLE, names_in, parts

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import pymunk
 
+from pool_pymunk.core.floor import TOUCHING, overlap
 from pool_pymunk.model import places
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.plain import read_law as read_law
@@ -268,7 +269,7 @@ def check_place(
             message = places.said("the ball", f"{what} {wall.number}", room, radius, None, how)
             raise setting_error("position", list(center), message)
     for ball, (place, other) in discs.items():
-        if places.overlap(*center, radius, *place, other, places.TOUCHING):
+        if overlap(center, radius, place, other, TOUCHING):
             name = ball.number if ball.id is None else f'{ball.number} (id "{ball.id}")'
             room = places.room_beside_ball(*center, radius, *place, other)
             message = places.said("the ball", f"ball {name}", room, min(radius, other), None)

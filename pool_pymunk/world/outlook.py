@@ -8,10 +8,10 @@ from collections.abc import Collection, Iterable, Mapping
 from itertools import combinations
 from typing import NamedTuple
 
+from pool_pymunk.core.floor import TOUCHING, overlap
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import boxes_around
 from pool_pymunk.engine.recorder import Motion, Recorder
-from pool_pymunk.model.places import TOUCHING, overlap
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Contact, Pair, Vector
 from pool_pymunk.physics.impulses import Impulse
@@ -221,7 +221,7 @@ def is_free(
     spot: Vector, radius: float, discs: Iterable[Disc], obstacles: Iterable[Obstacle]
 ) -> bool:
     """Tell whether a disc at a place (m) overlaps nothing."""
-    if any(overlap(*spot, radius, *place, other, TOUCHING) for place, other in discs):
+    if any(overlap(spot, radius, place, other, TOUCHING) for place, other in discs):
         return False
     return not any(each.holds(spot, radius) for each in obstacles)
 

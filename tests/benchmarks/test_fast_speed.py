@@ -117,15 +117,15 @@ def measure(kind: Kind, seconds: float = 1.0) -> Speed:
     position, velocity = kind.draw(200)
     play(kind.scene, position, velocity)
     began = time.perf_counter()
-    play(kind.scene, position, velocity, threads=1)
+    play(kind.scene, position, velocity)
     count = int(max(2_000, 200 * seconds / (time.perf_counter() - began)))
     position, velocity = kind.draw(count)
-    one = min(play(kind.scene, position, velocity, threads=1).wall_time for _ in range(REPEATS))
-    two = min(play(kind.scene, position, velocity, threads=2).wall_time for _ in range(REPEATS))
+    one = min(play(kind.scene, position, velocity).wall_time for _ in range(REPEATS))
+    two = min(play(kind.scene, position, velocity, workers=2).wall_time for _ in range(REPEATS))
     # Other programs do not count: shots a second are those of a core that is free.
     began = time.process_time()
     for _ in range(REPEATS):
-        batch = play(kind.scene, position, velocity, threads=1)
+        batch = play(kind.scene, position, velocity)
     compiled = REPEATS * count / (time.process_time() - began)
     began = time.process_time()
     for k in range(SLOW):
@@ -141,7 +141,7 @@ def test_many_shots(benchmark: Any, name: str) -> None:
     kind = KINDS[name]()
     position, velocity = kind.draw(10_000)
     benchmark.pedantic(
-        lambda: simulate_many(kind.scene, position, velocity, threads=1), rounds=3, warmup_rounds=1
+        lambda: simulate_many(kind.scene, position, velocity), rounds=3, warmup_rounds=1
     )
     found = measure(kind, seconds=0.3)
     benchmark.extra_info["shots_a_second"] = round(found.compiled)
@@ -153,7 +153,7 @@ def events_cost(kind: Kind, count: int) -> tuple[float, float]:
     """Return what an event costs (s), compiled and in Python."""
     simulate_many(kind.scene, *kind.draw(1))
     began = time.process_time()
-    batch = simulate_many(kind.scene, *kind.draw(count), threads=1)
+    batch = simulate_many(kind.scene, *kind.draw(count))
     compiled = (time.process_time() - began) / batch.events.sum()
     began = time.process_time()
     events = sum(len(batch.source.run(k, False).events) for k in range(SLOW))
@@ -185,7 +185,7 @@ def contacts_cost(kind: Kind, count: int = 20_000) -> tuple[float, float]:
     times, shots = [], kind.draw(count)
     for _ in range(REPEATS):
         began = time.process_time()
-        batch = simulate_many(kind.scene, *shots, threads=1)
+        batch = simulate_many(kind.scene, *shots)
         times.append((time.process_time() - began) / (batch.hits.sum() + batch.cushions.sum()))
     return min(times), batch.by_reference / count
 

@@ -21,7 +21,7 @@ import pytest
 
 from pool_pymunk import Ball, Billiards, Friction, Restitution, Scene, Table, load
 from pool_pymunk.engine import contacts
-from pool_pymunk.fast import ahead, many
+from pool_pymunk.fast import ahead
 from pool_pymunk.fast.tables import loop_form
 from pool_pymunk.solvers.pymunk_space import set_up
 from pool_pymunk.solvers.record import Settings
@@ -127,7 +127,7 @@ def main() -> None:
     print("| what is played | on_contact | in Python, ms | compiled, ms |\n|---|---|---:|---:|")
     for name, scene in cases().items():
         turns = "spinners" in name
-        many.play_of(loop_form(scene)._replace(moves=turns, differ=turns))
+        ahead.play_of(loop_form(scene)._replace(moves=turns, differ=turns))
         gc.collect()
         gc.freeze()  # as `pool_pymunk.compile` does
         longest(scene, turns, None)  # The record is made once.

@@ -59,6 +59,12 @@ class Instant:
         self.changed: list[Ball] = []
         self.missed: list[Contact] = []
 
+    def begin_run(self) -> None:
+        """Forget all that has met, for another run."""
+        self._begin()
+        self.began = -INF
+        self.collapses = 0
+
     def _begin(self) -> None:
         """Forget what has met, as another instant begins or all is over in this one."""
         self.rounds = 0

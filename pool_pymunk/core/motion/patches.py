@@ -13,7 +13,7 @@ from typing import Final, final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import Surface
-from pool_pymunk.core.motion.times import EPSILON, INF, Vector
+from pool_pymunk.core.motion.times import EPSILON, INF, Vector, length_of, unit
 
 OPEN: Final = -1  # stands for no patch
 # of the coordinates; a stretch that is shorter is none. Rounding of a place and of a root is 1e-15,
@@ -39,6 +39,14 @@ class Border:
 
     def time_after(self, path: Path, since: float) -> float:
         """Return when (s) after another time a path meets the border, or infinity."""
+        raise NotImplementedError
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far (m) a place is from the border, on either side of it."""
+        raise NotImplementedError
+
+    def normal(self, x: float, y: float) -> Vector:
+        """Return the normal of the border at the point that is nearest to a place (m)."""
         raise NotImplementedError
 
 
@@ -72,6 +80,14 @@ class Line(Border):
                     soonest = t
         return soonest
 
+    def distance(self, x: float, y: float) -> float:
+        dx, dy, ex, ey = x - self.px, y - self.py, self.qx - self.px, self.qy - self.py
+        share = max(0.0, min(1.0, (dx * ex + dy * ey) / (ex * ex + ey * ey)))
+        return length_of(dx - share * ex, dy - share * ey)
+
+    def normal(self, x: float, y: float) -> Vector:
+        return unit(self.qy - self.py, self.px - self.qx)
+
 
 @final
 class Circle(Border):
@@ -85,6 +101,12 @@ class Circle(Border):
     def encloses(self, x: float, y: float) -> bool:
         dx, dy = x - self.cx, y - self.cy
         return dx * dx + dy * dy < self.radius * self.radius
+
+    def distance(self, x: float, y: float) -> float:
+        return abs(length_of(x - self.cx, y - self.cy) - self.radius)
+
+    def normal(self, x: float, y: float) -> Vector:
+        return unit(x - self.cx, y - self.cy)
 
     def time_after(self, path: Path, since: float) -> float:
         x, y, r = path.x - self.cx, path.y - self.cy, self.radius
@@ -162,6 +184,15 @@ class Patches:
                 return since, found
             since = t
         return INF, patch
+
+    def normal(self, x: float, y: float) -> Vector:
+        """Return the normal of the border that is nearest to a place (m)."""
+        nearest, found = INF, (1.0, 0.0)
+        for border in self.borders:
+            away = border.distance(x, y)
+            if away < nearest:
+                nearest, found = away, border.normal(x, y)
+        return found
 
     def _patch_between(self, path: Path, since: float, until: float) -> int:
         """Return the patch of a stretch of a path between two times (s); the last may be inf."""

@@ -18,15 +18,25 @@ from pool_pymunk.core.persistent.forming import Cluster, Forming, parts_of
 from pool_pymunk.core.persistent.gatherings import put
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
-from pool_pymunk.core.persistent.persistence import sides_of
+from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
+from pool_pymunk.core.table import Table, may_press
 from pool_pymunk.core.walls.wall import Wall
 
 SMOOTH: Final = 1e-6  # radii, and rad; sides whose ends differ by less are one smooth line
 FAINT: Final = 1e-4  # of the surface's pull; what presses less may be rounding of a short piece
+WIDEST: Final = 1e-3  # radii; a tolerance is no wider
+
+
+def persistence_of(table: Table, balls: list[Ball], tolerance: float) -> Persistence:
+    """Return what plays contacts that persist to a tolerance (m), if there may be any."""
+    if not may_press(table):
+        return Persistence()
+    least = min([ball.radius for ball in balls])
+    return Groups(Scale(min(tolerance, WIDEST * least), least, table.pull))
 
 
 @final
@@ -43,6 +53,17 @@ class Groups(Forming):
         self.tried = self.formed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
         self.pieces = self.begun = self.absorbed = 0
+
+    def begin_run(self) -> None:
+        super().begin_run()
+        self.quiet.clear()
+        self.opened.clear()
+        self.braked.clear()
+        self.spells.clear()
+        self.is_hushed = False
+        self.tried = self.formed = self.freed = -INF
+        self.pace = self.scale.first
+        self.pieces = self.misfits = self.begun = self.absorbed = self.crowds = 0
 
     # -- what is asked by the engine -----------------------------------------------------------
 

@@ -72,6 +72,11 @@ class Member:
         self.third: Rates = self.first
 
     @property
+    def motion(self) -> tuple[Motion, Vector]:
+        """Place (m), velocity and roll (m/s) now."""
+        return (self.x, self.y, self.vx, self.vy), (self.wx, self.wy)
+
+    @property
     def state(self) -> State:
         """The place (m), the velocity and the roll (m/s)."""
         return self.x, self.y, self.vx, self.vy, self.wx, self.wy

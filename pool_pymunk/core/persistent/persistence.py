@@ -27,6 +27,10 @@ class Persistence:
         self.seeds: list[Ball] = []
         self.declines = False
 
+    def begin_run(self) -> None:
+        """Forget all contacts that have persisted, for another run."""
+        self.loose, self.seeds = [], []
+
     def take_loose(self) -> list[Ball]:
         """Return the balls on new paths, which are to be predicted, and forget them."""
         balls, self.loose = self.loose, []

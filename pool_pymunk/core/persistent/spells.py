@@ -43,6 +43,11 @@ class Spells:
         self.last: dict[tuple[int, int, int], Spell] = {}
         self.over: list[Spell] = []
 
+    def clear(self) -> None:
+        """Forget all spells, for another run."""
+        self.last.clear()
+        self.over.clear()
+
     def add(self, one: Touch, since: float, until: float, impulse: Vector) -> None:
         """Add what a contact has given to its last ball in some time (s)."""
         x, y = impulse

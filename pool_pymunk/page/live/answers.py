@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
@@ -17,8 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pool_pymunk.fast import compiled, simulate_many
-from pool_pymunk.fast.shots import opening
+from pool_pymunk.core import compiled
+from pool_pymunk.many import simulate_many
+from pool_pymunk.many.source import opening
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
 from pool_pymunk.model.places import Surroundings, placed
 from pool_pymunk.model.problems import Point, listed, setting_error, shown
@@ -189,18 +189,16 @@ class Answers:
             shape = (len(some["speed"]), 1, 1)
             starts = np.tile(places, shape), np.tile(speeds, shape)
             *begun, _, rolls = opening(self.scene, *starts, some, struck, state.roll)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # The page itself says that numba is missing.
-                batch = simulate_many(
-                    self.scene, *begun, roll=rolls, law=asked.law, max_time=self.latest
-                )
+            batch = simulate_many(
+                self.scene, *begun, roll=rolls, law=asked.law, max_time=self.latest
+            )
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])
         spread = []
         for each in ends.swapaxes(0, 1):  # to a hundredth of a millimetre
             there = each[np.isfinite(each).all(axis=1)]
             spread.append(there.round(5).tolist() if (there != there[:1]).any() else [])
-        return _json({"ends": spread, "samples": len(ends), "compiled": compiled.is_there()})
+        return _json({"ends": spread, "samples": len(ends), "compiled": compiled})
 
     def _beside(self, asked: Ask) -> list[Run]:
         """Return the run, and the reference run where that is another one."""

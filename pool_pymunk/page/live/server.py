@@ -86,7 +86,7 @@ class LiveServer:
     def run(self) -> None:
         """Serve until somebody stops it; Ctrl-C raises KeyboardInterrupt."""
         self.shots = Worker(self.scene, ANSWER_TIMEOUT)
-        self.clouds = Worker(self.scene, ANSWER_TIMEOUT, compiles=True)
+        self.clouds = Worker(self.scene, ANSWER_TIMEOUT)
         try:
             self.page = document(live_content(self.scene), live=True)
             self.server.run([self.socket])

@@ -9,10 +9,8 @@ import threading
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 
-from pool_pymunk.fast.many import prepare
 from pool_pymunk.model import Scene
 from pool_pymunk.page.live.answers import Answers, Reply, refusal
-from pool_pymunk.physics.laws import Law
 from pool_pymunk.safety.interrupts import block_sigint
 
 READY = "ready"
@@ -28,15 +26,15 @@ DIED = refusal(500, "the process that plays the shots ended, and was started aga
 class Worker:
     """A worker is a process that answers one question after another, each in ``timeout`` (s)."""
 
-    def __init__(self, scene: Scene, timeout: float, compiles: bool = False) -> None:
-        self.scene, self.timeout, self.compiles = scene, timeout, compiles
+    def __init__(self, scene: Scene, timeout: float) -> None:
+        self.scene, self.timeout = scene, timeout
         self.turn, self.is_over = threading.Lock(), False
         self._begin()
 
     def _begin(self) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, its = context.Pipe()
-        given = (its, self.scene, self.compiles)
+        given = (its, self.scene)
         self.process = context.Process(target=work, args=given, daemon=True)
         if hasattr(signal, "pthread_sigmask"):
             resource_tracker.ensure_running()  # Its start below would let Ctrl-C through.
@@ -81,13 +79,11 @@ class Worker:
         self.process.join()
 
 
-def work(pipe: Connection, scene: Scene, compiles: bool) -> None:
+def work(pipe: Connection, scene: Scene) -> None:
     """Answer questions until nobody asks any more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     answers = Answers(scene)
-    if compiles:
-        prepare(scene, Law())
     pipe.send(READY)
     while True:
         try:

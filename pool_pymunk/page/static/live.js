@@ -342,7 +342,7 @@ class LiveTable {
     const shown = [this.cloud, this.errs ? cloud : null];
     [this.cloud, this.cloudGround] = [shown[1], null];
     const few = this.cloud?.samples < this.choices.samples;
-    const why = cloud?.compiled ? " (these shots are hard)" : " (numba is not installed)";
+    const why = cloud?.compiled ? " (these shots are hard)" : " (the core is plain Python)";
     const ends = `${cloud?.samples} ends${few ? why : ""}; the errors are standard deviations`;
     if (this.cloud || !this.errs) say(this.cloud ? ends : "", "cloud-text");
     if (shown.some(Boolean)) this.player.draw();

@@ -22,8 +22,8 @@ from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 
+from pool_pymunk.core.floor import lies_between
 from pool_pymunk.model import Point, Scene, SceneError, State, Table
-from pool_pymunk.model.outline import lies_between
 from pool_pymunk.physics.motion import EPSILON, Array
 from pool_pymunk.physics.pieces import DEVIATION, ERROR
 from pool_pymunk.studies.compare import Comparison, end_distances, longest

@@ -12,15 +12,15 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.fast import Batch, compiled
-from pool_pymunk.fast.many import EARLY, prepare, results
+from pool_pymunk.core import compiled
+from pool_pymunk.many import Batch
+from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.laws import Law
@@ -36,7 +36,7 @@ PLAN = b"pool_pymunk.sweep"  # and the manifest's the whole plan under this, as 
 ANEW = "begin anew with resume=False"
 FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
-WINDOW = 1_000  # This many parts wait for an executor at most.
+PARTS = 2  # Where there are fewer parts for each worker, the shots of a part are shared out.
 TRIED, TRIED_SLOWLY = 1_000, 20  # shots that tell how long the others take
 
 
@@ -78,10 +78,11 @@ def sweep(
     law: str | Law | None = None,
     max_time: float | None = None,
     aims_anew: bool = False,
-    executor: Executor | None = None,
+    workers: int | Executor | Workers | None = None,
     resume: bool = True,
     on_done: Callable[[Done], object] | None = None,
     on_shots: Callable[[int], object] | None = None,
+    executor: Executor | None = None,
 ) -> Sweep:
     """Play many shots into a folder of Parquet files, and go on where an earlier call ended.
 
@@ -90,12 +91,14 @@ def sweep(
     A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it is aimed
     at where the ball lies in each of the shots.
     Each shot has the same input and the same bits, whatever ``chunk`` (shots a file), worker or
-    machine plays it. ``executor`` is any ``concurrent.futures.Executor``, such as a process pool or
+    machine plays it. ``workers`` are so many processes of this machine, or any
+    ``concurrent.futures.Executor``, such as a process pool or
     ``dask.distributed.Client(...).get_executor()``; its workers must see the folder and be able to
-    import a law of your own, which is known by its name. Without one, all cores of this machine
-    play. With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
-    after each part, and first with what was there already; without an executor ``on_shots(n)`` is
-    called whenever ``n`` more shots of a part are played. Raises SettingError for what makes no
+    import a law of your own, which is known by its name. By default this process plays.
+    With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
+    after each part, and first with what was there already; where whole parts are not sent to
+    workers, ``on_shots(n)`` is called whenever ``n`` more shots of a part are played. An interrupt
+    leaves the parts that are done. Raises SettingError for what makes no
     sense, and for a folder that has another sweep. It needs ``pip install
     'pool-pymunk[fast,sweep]'``.
 
@@ -114,16 +117,20 @@ def sweep(
     folder, tell = Path(out), on_done or (lambda done: None)
     todo = begin(folder, plan, resume)
     missing = sum(len(plan.shots_of(part)) for part in todo)
-    each = 0.0 if executor is None or not todo else _trial(plan, todo[0])
-    tell(Done(plan.samples - missing, 0, plan.samples, missing * each))
-    played = by_reference = 0
-    if executor is None:
-        finished = _play_here(plan, folder, todo, on_shots)
-    else:
-        finished = results(executor, partial(play_part, plan, folder.resolve()), todo, WINDOW)
-    for done in finished:
-        played, by_reference = played + done.shots, by_reference + done.by_reference
-        tell(done)
+    workers = renamed(workers, executor=executor)
+    with workers_of(workers) as several:
+        is_far = bool(todo) and (several.executor is not None or several.count > 1)
+        each = _trial(plan, todo[0]) if is_far else 0.0
+        tell(Done(plan.samples - missing, 0, plan.samples, missing * each))
+        sends = len(todo) >= PARTS * (several.count or 1) and several.are_worth(missing * each)
+        if sends:
+            finished = several.share(_play_part, (plan, folder.resolve()), todo)
+        else:
+            finished = _play_here(plan, folder, todo, {"workers": several, "on_done": on_shots})
+        played = by_reference = 0
+        for done in finished:
+            played, by_reference = played + done.shots, by_reference + done.by_reference
+            tell(done)
     return Sweep(folder, plan.samples, played, by_reference, time.perf_counter() - began)
 
 
@@ -132,27 +139,26 @@ def play_part(plan: Plan, folder: Path, part: int) -> Done:
     if read_manifest(folder).get("hash") != plan.manifest["hash"]:
         raise setting_error("out", str(folder), "is not the folder that the sweep began in")
     drawn = plan.draw(plan.shots_of(part))
-    return _write(plan, folder, part, drawn, plan.play(drawn, threads=1))
+    return _write(plan, folder, part, drawn, plan.play(drawn))
+
+
+def _play_part(common: tuple[Plan, Path], part: int) -> Done:
+    return play_part(*common, part)
 
 
 def _trial(plan: Plan, part: int) -> float:
     """Return about how long (s) a shot takes: the mean of the first ones of a part."""
-    shots = plan.shots_of(part)[: TRIED if compiled.is_there() else TRIED_SLOWLY]
-    alone = plan.play(plan.draw(shots[:1])).wall_time
-    if alone * plan.samples > EARLY:
-        prepare(plan.scene, plan.law)
-    return plan.play(plan.draw(shots), threads=1).wall_time / len(shots)
+    shots = plan.shots_of(part)[: TRIED if compiled else TRIED_SLOWLY]
+    return plan.play(plan.draw(shots)).wall_time / len(shots)
 
 
-def _play_here(
-    plan: Plan, folder: Path, todo: list[int], on_shots: Callable[[int], object] | None
-) -> Iterator[Done]:
-    """Play parts on all cores; while one is played, the one before is written."""
+def _play_here(plan: Plan, folder: Path, todo: list[int], how: Mapping[str, Any]) -> Iterator[Done]:
+    """Play parts one after the other as ``how`` says; the one before is written meanwhile."""
     with ThreadPoolExecutor(1) as writer:
         before: list[Future[Done]] = []
         for part in todo:
             drawn = plan.draw(plan.shots_of(part))
-            batch = plan.play(drawn, on_done=on_shots)
+            batch = plan.play(drawn, **how)
             yield from (each.result() for each in before)
             before = [writer.submit(_write, plan, folder, part, drawn, batch)]
         yield from (each.result() for each in before)

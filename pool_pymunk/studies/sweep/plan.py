@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.fast import Batch, simulate_many
-from pool_pymunk.fast.shots import opening
+from pool_pymunk.many import Batch, simulate_many
+from pool_pymunk.many.source import opening
 from pool_pymunk.model import Scene, Shot, inputs
 from pool_pymunk.model.plain import argument, between, flag, whole
 from pool_pymunk.model.problems import setting_error

@@ -10,16 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.engine.decisions import NEVER_SETTLES
-from pool_pymunk.fast.records import NOTHING, Shots
-from pool_pymunk.fast.tables import (
-    coefficients_of,
-    cue_of,
-    law_number,
-    loop_form,
-    put_patches,
-    together_number,
-)
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -29,10 +19,10 @@ from pool_pymunk.solvers import find_shot, reference_solver, request
 from pool_pymunk.solvers.request import Request
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
 
 SIZES = ("mass", "radius")  # what balls have besides their states
-OF_SURFACE = ("friction.surface", "friction.rolling")
-COLUMNS = inputs.column_of("coefficients")  # of the coefficients of the compiled shots
+NOTHING = -1  # stands for no ball
 
 
 class Source(NamedTuple):
@@ -41,6 +31,7 @@ class Source(NamedTuple):
     ``position`` and ``velocity`` may be views that repeat one start for all shots (S, N, 2).
     ``vary`` has what differs from shot to shot besides: coefficients (S,), and masses and radii
     (S, N). ``roll`` (S, N, 2) is there where balls roll. ``struck`` is the number of a shot's ball.
+    The ends are derived ``by`` inputs of these names.
     """
 
     scene: Scene
@@ -50,6 +41,7 @@ class Source(NamedTuple):
     vary: Mapping[str, Floats]
     roll: Floats | None = None
     struck: int | None = None
+    by: inputs.Names = ()
 
     @property
     def watched(self) -> int:
@@ -90,39 +82,9 @@ class Source(NamedTuple):
 
     def places(self, part: int | slice, is_off: Any) -> Floats:
         """Return positions (..., N, 2) of shots; those of balls off the table are the scene's."""
-        places, own = _own(self.position[part]), [ball.position for ball in self.scene.balls]
+        places, own = np.array(self.position[part]), [ball.position for ball in self.scene.balls]
         places[is_off] = np.array(own)[np.nonzero(is_off)[-1]]
         return places
-
-    def work(self, keeps: bool) -> Any:
-        """Return an array (1,) of a record to play shots in, which may keep their tracks."""
-        work = np.zeros(1, loop_form(self.scene).work)
-        put_patches(work, self.scene.ground)
-        own, latest = work[0].scene, self.asked.settings.max_time
-        own.kind, own.together = law_number(self.law), together_number(self.law)
-        own.watched, own.keeps, own.coarser, own.most = self.watched, keeps, 1.0, NEVER_SETTLES
-        own.balls, own.walls = len(self.scene.balls), len(self.scene.cushions)
-        own.cue, own.latest = cue_of(self.scene), np.inf if latest is None else latest
-        return work
-
-    def shots(self, part: slice) -> Shots:
-        """Return some of the shots as the compiled loop takes them, in arrays of their own."""
-        is_off, balls = is_gone(self.position[part]), self.scene.balls
-        mass = _own(np.broadcast_to([ball.mass for ball in balls], is_off.shape))
-        own = coefficients_of(self.scene)
-        coefficients = _own(np.broadcast_to(own, (len(mass), len(own))))
-        for key, values in self.vary.items():
-            if key == "mass":
-                mass[:] = values[part]
-            else:
-                unit = self.scene.physics.gravity if key in OF_SURFACE else 1.0
-                coefficients[:, COLUMNS[key]] = values[part] * unit
-        if "restitution.cue_ball" not in self.vary and self.scene.restitution.cue_ball is None:
-            coefficients[:, 1] = coefficients[:, 0]  # The cue ball is as any other.
-        radius = np.array([ball.radius for ball in balls])
-        places, velocity = self.places(part, is_off), _own(self.velocity[part])
-        roll = _own(self.velocity[:0] if self.roll is None else self.roll[part])
-        return Shots(places, velocity, roll, is_off.astype(np.int64), mass, radius, coefficients)
 
 
 def is_gone(position: Floats) -> NDArray[np.bool_]:
@@ -130,14 +92,9 @@ def is_gone(position: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.isnan(position[..., 0]) | np.isnan(position[..., 1]))
 
 
-def _own(array: NDArray[Any]) -> Floats:
-    """Return a copy in C order, because numba compiles anew for another order in memory."""
-    return np.array(array, order="C")
-
-
 def _watched(scene: Scene, velocity: Floats) -> int:
     """Return the number of the cue ball, or of the first ball that moves in the first shot."""
-    found = cue_of(scene)
+    found = next((i for i, ball in enumerate(scene.balls) if ball.cue), NOTHING)
     if found != NOTHING or not len(velocity):
         return found
     moves = np.flatnonzero(np.nan_to_num(velocity[0]).any(axis=-1))
@@ -211,13 +168,17 @@ def read_source(
     law: str | Law | None,
     max_time: float | None,
     roll: Any = None,
+    contact_tolerance: float | None = None,
 ) -> Source:
     """Check the arguments of many shots, and bring them all to one number of shots.
 
     ``position`` may be a shot, its name or its number, from which all of them begin. Raises
     SettingError, in one line that names the argument.
     """
-    asked = request(scene, reference_solver().name, law=law, max_time=max_time)
+    asked = request(
+        scene, reference_solver().name, law=law, max_time=max_time,
+        contact_tolerance=contact_tolerance,
+    )  # fmt: skip
     first, struck = scene.shots[0] if scene.shots else None, None
     if isinstance(position, Shot | str | Integral):
         refuse_given("the shot has its own", velocity=velocity, roll=roll)

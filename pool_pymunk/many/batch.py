@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.many.source import Floats, Ints
 from pool_pymunk.model.problems import setting_error
 
 if TYPE_CHECKING:
-    from pool_pymunk.fast.shots import Source
+    from pool_pymunk.many.source import Source
     from pool_pymunk.model import Scene
     from pool_pymunk.results.run import Run
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 STATUSES = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
 NON_FINITE, CANNOT_START = STATUSES.index("non_finite"), STATUSES.index("cannot_start")
@@ -39,16 +38,13 @@ class Batch:
       overlap, or one is off the table or within a pocket. ``statuses`` has the names. In
       a shot with one of the last two, the numbers in the other arrays mean nothing.
 
-    ``handed_back`` (S,) marks the shots that the exact solver played in Python, because they are
-    hard or the law is not compiled; ``by_reference`` is their number. A shot is hard if more than
-    64 contacts come at one instant, or if a law answers contacts of balls that roll in all orders.
-    ``in_doubt`` (S,) marks shots in which contacts of one instant have no known order, and those
-    handed back. ``wall_time`` is in s.
+    ``in_doubt`` (S,) marks shots in which contacts of one instant have no known order.
+    ``wall_time`` is in s. No shot is ``handed_back`` (S,) to another solver any more, so that
+    ``by_reference`` is 0.
 
     ``derivatives`` (S, N, 2, P) are those of ``final`` by the inputs ``by`` (P), in SI, as
     ``run(k).derivatives`` has them: NaN where none exists, or where a shot cannot start. It is None
-    if none were asked for. ``derived_in_python`` (S,) marks the shots whose derivatives come from
-    Python: those handed back, and those in which contacts come together.
+    if none were asked for. ``derived_in_python`` (S,) marks no shot any more.
 
     ``rounding``, ``policy_shift`` and ``persistent_shift`` (S,) tell how far (m) rounding, what has
     no exact answer, and contacts that persist may have moved the ends, as ``run(k)`` says. They

@@ -1,0 +1,357 @@
+"""A batch plays many shots, one after the other: numbers come in as bytes, and go out as bytes.
+
+Balls, engine and queue are made once. Each shot has the bits of a run of its own.
+"""
+
+from __future__ import annotations
+
+import gc
+from struct import Struct
+from typing import Final, final
+
+from mypy_extensions import i64
+
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.beside import Beside
+from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.contact.laws import Law
+from pool_pymunk.core.engine import OUT_OF_TIME, SETTLED, Engine
+from pool_pymunk.core.floor import Floor, overlap
+from pool_pymunk.core.motion.path import Motion, Path
+from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
+from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.persistent.groups import persistence_of
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.table import Table
+from pool_pymunk.core.tangent.course import Course
+from pool_pymunk.core.tangent.follower import Follower
+from pool_pymunk.core.walls.wall import Pocket, Wall
+
+CANNOT_START: Final = 4  # The other endings are those of the engine.
+SUNK: Final = 1e-2  # of a radius; balls that overlap by less may start
+NOBODY: Final = -1  # stands for no ball, and for no pocket
+
+# A start has x, y (m), vx, vy, wx, wy (m/s) of a ball; NaN as vx: it is off the table.
+START: Final = Struct("6d")
+# A shot has its ending, its duration (s), the numbers of events, hits and cushions, the first ball
+# that was hit, and whether contacts had no known order. Then come each ball's x, y (m), its pocket,
+# and whether the watched ball has met it.
+SHOT: Final = Struct("7d")
+BALL: Final = Struct("4d")
+NUMBER: Final = Struct("d")
+COEFFICIENTS: Final = Struct("7d")
+
+Seven = tuple[float, float, float, float, float, float, float]
+
+
+@final
+class Start:
+    """A start is how a ball begins a shot, and what becomes of it there.
+
+    ``is_new`` tells whether it lies elsewhere than in the shot before.
+    """
+
+    def __init__(self, ball: Ball) -> None:
+        self.ball = ball
+        self.path: Path = ball.path
+        self.x = self.y = INF
+        self.patch = NOBODY
+        self.is_off = False
+        self.is_new = True
+        self.is_met = False
+        self.pocket = NOBODY
+
+    def read(self, record: bytes, table: Table) -> None:
+        """Read place, velocity and roll."""
+        numbers: tuple[float, float, float, float, float, float] = START.unpack(record)
+        x, y, vx, vy, wx, wy = numbers
+        is_off = vx != vx
+        if is_off:
+            vx = vy = wx = wy = 0.0
+        self.is_new = x != self.x or y != self.y or is_off != self.is_off
+        self.x, self.y, self.is_off = x, y, is_off
+        self.patch = table.patches.at(x, y)
+        self.path = table.surface_of(self.patch).path(0.0, (x, y), (vx, vy), (wx, wy))
+
+    def begin(self) -> None:
+        """Let the ball begin a shot."""
+        self.ball.begin(self.path)
+        self.ball.patch = self.patch
+        self.pocket = NOBODY
+        self.is_met = False
+
+
+@final
+class Tally(Recorder):
+    """A tally counts what happens in a shot; ``listener`` may do something else now and then.
+
+    It lets a comparison with a reference hear what it hears, if there is one.
+    """
+
+    def __init__(
+        self, starts: list[Start], watched: int, listener: Recorder, beside: Beside | None
+    ) -> None:
+        self.beside = beside
+        self.starts = starts
+        self.watched = watched
+        self.listener = listener
+        self.hits = self.cushions = 0
+        self.first_hit = NOBODY
+        self.duration = 0.0
+        self.is_in_doubt = False
+
+    def begin(self) -> None:
+        """Forget the shot before."""
+        self.hits = self.cushions = 0
+        self.first_hit = NOBODY
+        self.duration = 0.0
+        self.is_in_doubt = False
+
+    def contact(self, one: Contact, t: float) -> None:
+        if self.beside is not None:
+            self.beside.contact(one, t)
+        a, b = one.a.ball.number, one.b
+        if b is None:
+            self.cushions += 1
+            return
+        self.hits += 1
+        if a == self.watched:
+            self._meet(b.ball.number)
+        elif b.ball.number == self.watched:
+            self._meet(a)
+
+    def _meet(self, number: int) -> None:
+        """Note that the watched ball hits another one."""
+        self.starts[number].is_met = True
+        if self.first_hit == NOBODY:
+            self.first_hit = number
+
+    def path(self, ball: Ball, path: Path) -> None:
+        if self.beside is not None:
+            self.beside.path(ball, path)
+
+    def stop(self, ball: Ball, t: float, place: Vector) -> None:
+        if self.beside is not None:
+            self.beside.stop(ball, t, place)
+        self.duration = max(self.duration, t)
+
+    def pocketed(self, ball: Ball, pocket: Pocket, t: float, motion: Motion) -> None:
+        if self.beside is not None:
+            self.beside.pocketed(ball, pocket, t, motion)
+        self.duration = max(self.duration, t)
+        self.starts[ball.number].pocket = pocket.number
+
+    def order_unknown(self, t: float) -> None:
+        self.is_in_doubt = True
+
+    def pause(self, t: float) -> None:
+        self.listener.pause(t)
+
+
+@final
+class Coefficients:
+    """Coefficients that differ from shot to shot are put on a table, which is the batch's own.
+
+    Walls that ``bounce`` or ``rub`` have the restitution or the friction of each shot. A patch has
+    its ``own`` decelerations (m/s^2) of sliding and rolling, or negative ones: the table's.
+    """
+
+    def __init__(
+        self, table: Table, bounce: list[Wall], rub: list[Wall], own: list[tuple[float, float]]
+    ) -> None:
+        self.table = table
+        self.bounce = bounce
+        self.rub = rub
+        self.own = own
+
+    def put(self, rows: bytes, k: int) -> bool:
+        """Put the coefficients of shot ``k`` on the table; tell whether its surface is another one.
+
+        They are the restitutions of two balls, with the cue ball, and of cushions, the deceleration
+        (m/s^2) of sliding, the frictions of cushions and of two balls, and that of rolling.
+        """
+        numbers: Seven = COEFFICIENTS.unpack_from(rows, k * COEFFICIENTS.size)
+        e, cue, cushion, pull, rubbing, mu, drag = numbers
+        table = self.table
+        table.restitution, table.cue_restitution, table.friction = e, cue, mu
+        for wall in self.bounce:
+            wall.restitution = cushion
+        for wall in self.rub:
+            wall.friction = rubbing
+        if table.surface.pull == pull and table.surface.drag == drag:
+            return False
+        rolls = table.surface.rolls
+        table.surface = surface_of(rolls, pull, drag)
+        for n in range(len(self.own)):
+            own_pull, own_drag = self.own[n]
+            table.patches.surfaces[n] = surface_of(
+                rolls, own_pull if own_pull >= 0.0 else pull, own_drag if own_drag >= 0.0 else drag
+            )
+        return True
+
+
+def surface_of(rolls: bool, pull: float, drag: float) -> Surface:
+    """Return a surface with these decelerations (m/s^2) of sliding and of rolling."""
+    return Rolling(pull, drag) if rolls else Sliding(pull)
+
+
+@final
+class Shots:
+    """Shots of some balls on a table are played here up to the ``latest`` (s).
+
+    ``watched`` is the number of the ball whose hits count. Contacts persist to a ``tolerance`` (m).
+    A shot whose balls may not lie where they are on the ``floor`` is not played.
+    """
+
+    def __init__(self, table: Table, balls: list[Ball], law: Law, floor: Floor) -> None:
+        self.table = table
+        self.balls = balls
+        self.floor = floor
+        self.starts = [Start(ball) for ball in balls]
+        self.engine = Engine(table, balls, law, Recorder(), persistence_of(table, balls, 1e-7))
+        self.coefficients: Coefficients | None = None
+        self.beside: Beside | None = None
+        self.follower: Follower | None = None
+        self.watched = NOBODY
+        self.latest = INF
+        self.tolerance = 1e-7
+        self.is_free = False  # All lie where they may.
+
+    def play(self, given: list[bytes], out: bytearray, listener: Recorder) -> None:
+        """Play shots, and write down what comes of them.
+
+        ``given`` are the starts, one byte each that is 0 for one as in the shot before, and where
+        they differ coefficients and masses, or no bytes.
+        """
+        is_collecting = gc.isenabled()
+        gc.disable()  # A shot leaves no circles of references.
+        try:
+            self._play_all(given, out, Tally(self.starts, self.watched, listener, self.beside))
+        finally:
+            for ball in self.balls:
+                ball.group = None
+            if is_collecting:
+                gc.enable()
+
+    def _play_all(self, given: list[bytes], out: bytearray, tally: Tally) -> None:
+        engine, size = self.engine, SHOT.size + BALL.size * len(self.balls)
+        engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
+        for k in range(len(out) // size):
+            if not self._set_up(given, k):
+                NUMBER.pack_into(out, k * size, CANNOT_START)
+                self._skip()
+                continue
+            tally.begin()
+            engine.start_anew(tally)
+            for start in self.starts:
+                if start.is_off:
+                    engine.remove(start.ball, (start.x, start.y))
+            if self.beside is not None:
+                self.beside.begin(self.balls)
+            course = self._followed(tally)
+            engine.begin_run()
+            engine.advance(self.latest)
+            self._write(out, k * size, tally)
+            if course is not None and self.follower is not None:
+                self.follower.end(engine, course, self.latest)
+
+    def _followed(self, tally: Tally) -> Course | None:
+        """Let the course of a shot be noted if small changes are to follow it."""
+        if self.follower is None:
+            return None
+        course = self.follower.begin(self.engine, tally)
+        self.engine.recorder = course
+        return course
+
+    def _skip(self) -> None:
+        """Leave out a shot that cannot start."""
+        if self.beside is not None:
+            self.beside.begin(self.balls)
+            self.beside.end(0.0)
+        if self.follower is not None:
+            self.follower.skip(len(self.balls))
+
+    # -- before a shot -----------------------------------------------------------------------------
+
+    def _set_up(self, given: list[bytes], k: int) -> bool:
+        """Let all balls begin shot ``k``; tell whether they may lie where they are."""
+        is_other, is_moved = self._put_numbers(given, k), False
+        starts, others, table = given[0], given[1], self.table
+        size: i64 = START.size
+        at: i64 = k * len(self.balls)
+        for start in self.starts:
+            start.is_new = False
+            if is_other or others[at] != 0:
+                start.read(starts[at * size : (at + 1) * size], table)
+                is_moved = is_moved or start.is_new
+            at += 1
+            start.begin()
+        if is_moved or not self.is_free:
+            self._find_room()
+        return self.is_free
+
+    def _put_numbers(self, given: list[bytes], k: int) -> bool:
+        """Put the coefficients and masses of shot ``k``; tell whether all paths are others."""
+        if len(given[3]) > 0:
+            at = k * len(self.balls) * NUMBER.size
+            for ball in self.balls:
+                (ball.mass,) = NUMBER.unpack_from(given[3], at)
+                at += NUMBER.size
+        if self.coefficients is None or not self.coefficients.put(given[2], k):
+            return False
+        self.engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
+        return True
+
+    def _find_room(self) -> None:
+        """Find out whether all balls lie where they may: those that lie where they lay do."""
+        floor, looks_again = self.floor, not self.is_free
+        self.is_free = True
+        for n in range(len(self.starts)):
+            one = self.starts[n]
+            if one.is_off:
+                continue
+            is_new, place, r = one.is_new or looks_again, (one.x, one.y), one.ball.radius
+            if is_new and not floor.holds(one.x, one.y, r, SUNK):
+                self.is_free = False
+                return
+            for k in range(n):
+                other = self.starts[k]
+                if other.is_off or not (is_new or other.is_new):
+                    continue
+                if overlap(place, r, (other.x, other.y), other.ball.radius, SUNK):
+                    self.is_free = False
+                    return
+
+    # -- after it ----------------------------------------------------------------------------------
+
+    def _write(self, out: bytearray, at: int, tally: Tally) -> None:
+        """Write down a shot, and the balls that it has moved."""
+        engine, end = self.engine, tally.duration
+        ending = engine.ending(self.latest)
+        if ending != SETTLED:
+            end = self.latest if ending == OUT_OF_TIME and self.latest < INF else engine.now
+            engine.now = end
+            engine.persistence.persisted(engine)
+        events = min(engine.events, engine.most_events)
+        SHOT.pack_into(
+            out, at, ending, end, events, tally.hits, tally.cushions, tally.first_hit,
+            tally.is_in_doubt,
+        )  # fmt: skip
+        if self.beside is not None:
+            self.beside.end(end)
+        at += SHOT.size
+        for start in self.starts:
+            ball = start.ball
+            has_moved = ball.path is not start.path or ball.path.moves or start.is_met
+            if has_moved and not start.is_off:
+                x, y = self._place_of(ball, end)
+                BALL.pack_into(out, at, x, y, start.pocket, start.is_met)
+            at += BALL.size
+
+    def _place_of(self, ball: Ball, end: float) -> Vector:
+        """Return where (m) a ball is at the end (s)."""
+        if ball.path.end > end and ball.group is not None:
+            motion, _roll = self.engine.motion_of(ball)
+            x, y, _vx, _vy = motion
+            return x, y
+        return ball.path.place(end)

@@ -1,0 +1,247 @@
+"""Touches are where a path touches something, to rounding, and does not hit it.
+
+A path may be tangent to a ball, a corner, an arc or the rim of a pocket. It may run along a cushion
+or end just where it touches. A small change makes a contact there or leaves a gap, so the ends have
+a kink.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+from pool_pymunk.core.motion.pairs import HAIR
+from pool_pymunk.core.motion.path import Path, standing
+from pool_pymunk.core.motion.times import EPSILON, Vector
+from pool_pymunk.core.table import Table
+from pool_pymunk.core.walls.arc import Arc
+from pool_pymunk.core.walls.face import Face
+from pool_pymunk.core.walls.round import Rim, RoundSide
+from pool_pymunk.core.walls.side import Side, within_sector
+
+# Rounding moves a place by less than this share of its coordinates.
+BLUR: Final = 256.0 * EPSILON
+# A contact that closes more slowly than this share of the speeds is a graze. It sinks in by half
+# the square of it, 5e-13 radii, so rounding may decide whether it comes at all.
+GRAZE: Final = 1e-6
+# Halvings find the time of the least distance to 2**-40 of an interval, and this distance, which is
+# flat there, to its square. After 20 that is 1e-12, near rounding; after 52 nothing changes.
+HALVINGS: Final = 40
+# The last velocity is that at this share of an interval before its end, where it may be zero.
+LAST: Final = 1e-9
+# of a radius; a ball that meets a side this near to its end may meet a corner
+EDGE: Final = 1e-9
+NEVER: Final = -1.0  # s; no touch has this time
+
+# whether a ball goes along something at first, and when (s) it turns back or ends there
+Touch = tuple[bool, float]
+NO_TOUCH: Final = (False, NEVER)
+
+
+@final
+class Corner:
+    """A corner of the table is at (x, y), in m, where a side with this tangent begins or ends."""
+
+    def __init__(self, x: float, y: float, tangent: Vector) -> None:
+        self.x = x
+        self.y = y
+        self.tx, self.ty = tangent
+
+    def is_met(self, x: float, y: float, r: float) -> bool:
+        """Tell whether a ball of a radius (m) touches the table just where the side ends."""
+        dx, dy = x - self.x, y - self.y
+        along, height = dx * self.tx + dy * self.ty, dy * self.tx - dx * self.ty
+        return abs(along) <= EDGE * r and abs(height - r) <= EDGE * r
+
+
+@final
+class Obstacle:
+    """An obstacle is a side of a wall; ``met`` is what a ball that hits it has met."""
+
+    def __init__(self, side: Side, met: int) -> None:
+        self.side = side
+        self.met = met
+
+    def touch(self, path: Path, until: float, r: float, free: tuple[bool, bool]) -> Touch:
+        """Tell how the path of a ball touches the side, up to a time (s)."""
+        side = self.side
+        if isinstance(side, Face):
+            return touch_of_face(path, side, until, r, free)
+        if isinstance(side, RoundSide):
+            return touch_of_circle(path, side.center, until, (side.radius + r, 1.0), free)
+        if isinstance(side, Rim):
+            return touch_of_circle(path, side.center, until, (side.radius, 1.0), free)
+        if not isinstance(side, Arc):
+            return NO_TOUCH
+        apart = side.radius + side.facing * r
+        along, turns = touch_of_circle(path, side.center, until, (apart, side.facing), free)
+        along = along and is_beside(side, path.x, path.y)
+        if turns != NEVER:
+            x, y = path.place(turns)
+            turns = turns if is_beside(side, x, y) else NEVER
+        return along, turns
+
+    @property
+    def across(self) -> Vector:
+        """The normal of a face; (0, 0) for what is round."""
+        side = self.side
+        return side.outward if isinstance(side, Face) else (0.0, 0.0)
+
+
+def obstacles_of(table: Table) -> list[Obstacle]:
+    """Return all sides of a table, of its posts and of its pockets."""
+    return [
+        Obstacle(side, -1 - place) for place, wall in enumerate(table.walls) for side in wall.sides
+    ]
+
+
+def is_beside(arc: Arc, x: float, y: float) -> bool:
+    """Tell whether a place lies in the sector of an arc."""
+    cx, cy = arc.center
+    return within_sector(x - cx, y - cy, arc.first, arc.last)
+
+
+def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bool, bool]) -> Touch:
+    """Tell whether a ball goes along a face at first, and when (s) it turns back or ends there.
+
+    The beginning counts if it is ``free`` of a contact, and so does the end.
+    """
+    if path.t >= until:
+        return NO_TOUCH
+    begins, ends = free
+    x, y = path.place(until)
+    nx, ny = face.outward
+    blur = BLUR * (abs(path.x) + abs(path.y) + abs(x) + abs(y) + r)
+    rate, pull = path.vx * nx + path.vy * ny, path.ax * nx + path.ay * ny
+    along = begins and abs(rate) <= GRAZE * max(abs(path.vx), abs(path.vy))
+    along = along and abs(face.gap(path.x, path.y, r)) <= blur
+    if rate < 0.0 and pull > 0.0 and path.t - rate / pull < until and bends(path):
+        turns = path.t - rate / pull
+        turn_x, turn_y = path.place(turns)
+        if abs(face.gap(turn_x, turn_y, r)) <= blur:
+            return along, turns
+    return along, until if ends and abs(face.gap(x, y, r)) <= blur else NEVER
+
+
+def bends(path: Path) -> bool:
+    """Tell whether a path is curved, as that of a ball which slides before it rolls may be."""
+    left, right = path.vx * path.ay, path.vy * path.ax
+    return abs(left - right) > BLUR * (abs(left) + abs(right))
+
+
+def touch_of_circle(
+    path: Path, center: Vector, until: float, circle: Vector, free: tuple[bool, bool]
+) -> Touch:
+    """Tell how a path touches a circle; this is its radius (m) and its facing."""
+    cx, cy = center
+    apart, facing = circle
+    return touch_of_discs(path, standing(0.0, cx, cy), until, (apart, facing), free)
+
+
+def are_far(a: Path, b: Path, until: float, apart: float) -> bool:
+    """Tell by bounds whether discs stay farther apart than ``apart`` (m) until a time (s)."""
+    own, its = until - a.t, until - b.t
+    far = apart + HAIR * (abs(a.x) + abs(b.x) + abs(a.y) + abs(b.y) + apart)
+    x = own * (abs(a.vx) + own * abs(a.ax)) + its * (abs(b.vx) + its * abs(b.ax))
+    if abs(a.x - b.x) > far + x:
+        return True
+    y = own * (abs(a.vy) + own * abs(a.ay)) + its * (abs(b.vy) + its * abs(b.ay))
+    return abs(a.y - b.y) > far + y
+
+
+def touch_of_discs(
+    a: Path, b: Path, until: float, circle: Vector, free: tuple[bool, bool]
+) -> Touch:
+    """Tell how discs touch at a distance (m), as :func:`touch_of_face` does.
+
+    ``circle`` is the distance and the facing: if it is negative, one disc is within the other.
+    """
+    since = max(a.t, b.t)
+    if since >= until:
+        return NO_TOUCH
+    return Approach(a, b, since, until, circle).touch(free)
+
+
+@final
+class Approach:
+    """This is how a disc moves as another one sees it, from a time (s) until another one.
+
+    Between its ends, the relative path deviates from its chord by |a| T^2 / 8 at most.
+    """
+
+    def __init__(self, a: Path, b: Path, since: float, until: float, circle: Vector) -> None:
+        apart, facing = circle
+        own_x, own_y, own_u, own_v = a.at(since)
+        its_x, its_y, its_u, its_v = b.at(since)
+        self.since, self.until = since, until
+        self.apart = apart
+        self.sign = -1.0 if facing < 0.0 else 1.0
+        self.time = until - since
+        self.dx, self.dy, self.vx, self.vy = (
+            its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v
+        )  # fmt: skip
+        self.ax, self.ay = b.ax - a.ax, b.ay - a.ay
+        self.fastest = max(max(abs(own_u), abs(own_v)), max(abs(its_u), abs(its_v)))
+        size = abs(own_x) + abs(own_y) + abs(its_x) + abs(its_y) + 4.0 * self.time * self.fastest
+        self.blur = BLUR * (size + apart)
+        self.bow = self.time * self.time / 8.0
+        self.x = self.dx + self.time * (self.vx + self.time * self.ax / 2.0)
+        self.y = self.dy + self.time * (self.vy + self.time * self.ay / 2.0)
+
+    def touch(self, free: tuple[bool, bool]) -> Touch:
+        """Tell whether the discs go along each other at first, and when (s) they touch later."""
+        begins, ends = free
+        if self.sign > 0.0 and self._stay_apart():
+            return NO_TOUCH
+        dx, dy, x, y, sign, blur = self.dx, self.dy, self.x, self.y, self.sign, self.blur
+        first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
+        late = (1.0 - LAST) * self.time
+        rate = dx * self.vx + dy * self.vy
+        at_last = x * (self.vx + late * self.ax) + y * (self.vy + late * self.ay)
+        is_still = abs(rate) <= GRAZE * self.fastest * first
+        along = is_still and begins and abs(first - self.apart) <= blur
+        # Discs that have just met may seem to approach, by rounding.
+        turns_back = sign * rate < 0.0 and sign * at_last > 0.0 and (begins or not is_still)
+        if turns_back and (sign < 0.0 or self._may_come_near()):
+            turns, distance = self._turning()
+            if abs(distance - self.apart) <= blur:
+                return along, self.since + turns
+        # Discs that have just met may never be seen to part.
+        is_bent = self._bend() > blur * max(abs(x - dx), abs(y - dy))
+        stay = not begins and abs(first - self.apart) <= blur and not is_bent
+        return along, self.until if ends and not stay and abs(last - self.apart) <= blur else NEVER
+
+    def _stay_apart(self) -> bool:
+        """Tell by a box around the relative path whether it stays away."""
+        far = self.apart + self.blur
+        x, y = far + self.bow * abs(self.ax), far + self.bow * abs(self.ay)
+        if min(self.dx, self.x) > x or max(self.dx, self.x) < -x:
+            return True
+        return min(self.dy, self.y) > y or max(self.dy, self.y) < -y
+
+    def _bend(self) -> float:
+        """Return how far the path lies off its chord, times the chord's length."""
+        cx, cy = self.x - self.dx, self.y - self.dy
+        return self.bow * abs(self.ax * cy - self.ay * cx)
+
+    def _may_come_near(self) -> bool:
+        """Tell whether the chord comes so near that the path may touch."""
+        cx, cy = self.x - self.dx, self.y - self.dy
+        near = (self.apart + self.blur) * math.sqrt(cx * cx + cy * cy) + self._bend()
+        return abs(self.dx * cy - self.dy * cx) <= near
+
+    def _turning(self) -> Vector:
+        """Return when (s) discs cease to approach, or within another to part, and how far apart."""
+        near, part = 0.0, self.time
+        for _ in range(HALVINGS):
+            middle = 0.5 * (near + part)
+            ux, uy = self.vx + middle * self.ax, self.vy + middle * self.ay
+            x = self.dx + middle * (self.vx + middle * self.ax / 2.0)
+            y = self.dy + middle * (self.vy + middle * self.ay / 2.0)
+            if self.sign * (x * ux + y * uy) > 0.0:
+                part = middle
+            else:
+                near = middle
+        x = self.dx + part * (self.vx + part * self.ax / 2.0)
+        y = self.dy + part * (self.vy + part * self.ay / 2.0)
+        return part, math.sqrt(x * x + y * y)

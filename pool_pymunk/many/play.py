@@ -1,0 +1,334 @@
+"""Many shots are given to the core here, as bytes of arrays, and what it gives is read."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pool_pymunk.core import batch
+from pool_pymunk.core.beside import Beside
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.table import Table
+from pool_pymunk.core.tangent.follower import Follower
+from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
+from pool_pymunk.many.workers import EACH as PIECES
+from pool_pymunk.many.workers import Workers, check_halt
+from pool_pymunk.model import Scene, SceneError, inputs
+from pool_pymunk.solvers.in_core import (
+    floor_of,
+    law_in_core,
+    new_balls,
+    new_table_of,
+    table_of,
+)
+from pool_pymunk.solvers.small_changes import corners_of, inputs_of
+
+Done = Callable[[int], object]  # Its argument is how many more shots are done.
+Make = Callable[[], Beside]  # It returns a reference, with which shots are compared.
+
+HEAD, EACH = 7, 4  # numbers of a shot, and of each of its balls
+# The core plays so many shots at first, and then twice as many each time, while that takes less
+# than SHORT (s).
+FEWEST, MOST = 256, 1024
+SHORT = 0.1
+LARGEST = 8_192  # shots are sent to a worker at once, at most
+MANY = 16  # processes, where their number is not known
+COLUMNS = inputs.column_of("coefficients")
+OF_SURFACE = ("friction.surface", "friction.rolling")
+
+
+class Results(NamedTuple):
+    """These are the results of shots, in arrays as in a :class:`~pool_pymunk.Batch`."""
+
+    final: Floats
+    duration: Floats
+    events: Ints
+    hits: Ints
+    cushions: Ints
+    first_hit: Ints
+    pocketed: Ints
+    met: NDArray[np.bool_]
+    status: NDArray[np.int8]
+    in_doubt: NDArray[np.bool_]
+    derivatives: Floats  # (S, N, 2, P), by the inputs of the source
+    beside: Floats  # (S, 1 + N): what was found beside a reference, or (S, 0)
+
+    def put(self, part: slice, other: Results) -> None:
+        """Put the results of some shots in their place."""
+        arrays: Sequence[NDArray[Any]] = self
+        for own, each in zip(arrays, other, strict=True):
+            own[part] = each
+
+
+def no_results(source: Source, count: int, columns: int = 0) -> Results:
+    """Return the results of so many shots that were not played.
+
+    Those beside a reference have so many columns.
+    """
+    balls = source.position.shape[1]
+    whole = np.zeros((4, count), np.int32)
+    return Results(
+        final=np.full((count, balls, 2), np.nan), duration=np.zeros(count), events=whole[0],
+        hits=whole[1], cushions=whole[2], first_hit=whole[3] + NOTHING,
+        pocketed=np.full((count, balls), NOTHING, np.int32), met=np.zeros((count, balls), np.bool_),
+        status=np.full(count, CANNOT_START, np.int8), in_doubt=np.zeros(count, np.bool_),
+        derivatives=np.full((count, balls, 2, len(source.by)), np.nan),
+        beside=np.zeros((count, columns)),
+    )  # fmt: skip
+
+
+class Hearing(Recorder):
+    """While this listens, Python hears an interrupt: compiled code never looks for one."""
+
+    def pause(self, t: float) -> None:
+        """End the work of a worker for which nobody waits any more."""
+        check_halt()
+
+
+def play_all(
+    source: Source, done: Done, workers: Workers | None = None, make: Make | None = None
+) -> Results:
+    """Play all shots of a source, here or by workers; compare them with what ``make`` returns."""
+    count, balls = source.position.shape[:2]
+    found = no_results(source, count, 0 if make is None else 1 + balls)
+    began = time.perf_counter()
+    for part, each in play_parts(source, make):
+        found.put(part, each)
+        done(part.stop - part.start)
+        ahead = (count - part.stop) * (time.perf_counter() - began) / part.stop
+        if workers is not None and part.stop < count and workers.are_worth(ahead):
+            for its, there in share_out(source, workers, part.stop, make):
+                found.put(its, there)
+                done(its.stop - its.start)
+            break
+    return found
+
+
+def share_out(
+    source: Source, workers: Workers, first: int, make: Make | None
+) -> Iterator[tuple[slice, Results]]:
+    """Let workers play the shots from the ``first`` one on; yield what comes of some of them."""
+    count = len(source.position)
+    size = min(LARGEST, max(FEWEST, (count - first) // (PIECES * (workers.count or MANY))))
+    parts = (slice(k, min(k + size, count)) for k in range(first, count, size))
+    head = replaced(source, lambda each: each[:0])
+    return workers.share(play_some, (head, make), (some_of(source, part) for part in parts))
+
+
+class SomeShots(NamedTuple):
+    """Some shots of a source have their arrays; one row stands for many that are alike."""
+
+    part: slice
+    position: Floats
+    velocity: Floats
+    vary: Mapping[str, Floats]
+    roll: Floats | None
+
+
+def some_of(source: Source, part: slice) -> SomeShots:
+    """Return some shots of a source."""
+    its = replaced(source, lambda each: each[:1] if each.strides[0] == 0 else each[part])
+    return SomeShots(part, its.position, its.velocity, its.vary, its.roll)
+
+
+def replaced(source: Source, change: Callable[[Floats], Floats]) -> Source:
+    """Return a source with other arrays; it watches the same ball."""
+    return source._replace(
+        position=change(source.position), velocity=change(source.velocity),
+        vary={key: change(each) for key, each in source.vary.items()},
+        roll=None if source.roll is None else change(source.roll), struck=source.watched,
+    )  # fmt: skip
+
+
+def play_some(common: tuple[Source, Make | None], some: SomeShots) -> tuple[slice, Results]:
+    """Play some shots of a source, in any process."""
+    (source, make), count = common, some.part.stop - some.part.start
+    whole = replaced(
+        source._replace(**{key: each for key, each in some._asdict().items() if key != "part"}),
+        lambda each: np.broadcast_to(each, (count, *each.shape[1:])),
+    )
+    return some.part, play_all(whole, lambda _: None, None, make)
+
+
+def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice, Results]]:
+    """Play the shots of a source, and yield what comes of some of them after the other."""
+    count, size, first = len(source.position), FEWEST, 0
+    beside = None if make is None else make()
+    one_by_one = partial(play_singly, beside)
+    play = one_by_one if has_scenes_of_its_own(source) else Player(source, beside).play
+    while first < count:
+        began = time.perf_counter()
+        part = slice(first, min(first + size, count))
+        yield part, play(source, part)
+        first = part.stop
+        size = min(MOST, 2 * size) if time.perf_counter() - began < SHORT else size
+
+
+def has_scenes_of_its_own(source: Source) -> bool:
+    """Tell whether each shot has a scene of its own, which the core cannot set by numbers.
+
+    Larger balls may not fit, and a scene of a user's own class has what its numbers make of it.
+    """
+    return "radius" in source.vary or (bool(source.vary) and type(source.scene) is not Scene)
+
+
+def play_singly(beside: Beside | None, source: Source, part: slice) -> Results:
+    """Play each shot on a table of its own; a shot without a sound scene cannot start."""
+    columns = 0 if beside is None else 1 + source.position.shape[1]
+    found = no_results(source, part.stop - part.start, columns)
+    for k in range(part.start, part.stop):
+        with suppress(SceneError):
+            one = source._replace(scene=source.scene_of(k), vary={}, struck=source.watched)
+            own = Player(one, beside).play(one, slice(k, k + 1))
+            found.put(slice(k - part.start, k - part.start + 1), own)
+    return found
+
+
+class Player:
+    """A player has the table, the balls and the engine by which the core plays shots."""
+
+    def __init__(self, source: Source, beside: Beside | None = None) -> None:
+        scene, settings = source.scene, source.asked.settings
+        self.has_coefficients = not source.vary.keys() <= {"mass"}
+        table = new_table_of(scene) if self.has_coefficients else table_of(scene)
+        law = law_in_core(source.law)
+        self.shots = batch.Shots(table, new_balls(scene), law, floor_of(scene))
+        self.shots.watched = source.watched
+        self.beside = self.shots.beside = beside
+        self.shots.engine.most_events = settings.max_events
+        self.shots.tolerance = settings.contact_tolerance
+        if settings.max_time is not None:
+            self.shots.latest = settings.max_time
+        self.follower = follower_of(source) if source.by else None
+        self.shots.follower = self.follower
+        if self.has_coefficients:
+            self.shots.coefficients = coefficients_in_core(scene, table)
+
+    def play(self, source: Source, part: slice) -> Results:
+        """Play some shots, and return what comes of them."""
+        is_off, scene = is_gone(source.position[part]), source.scene
+        places = source.places(part, is_off)
+        coefficients, is_sound = np.empty(0), None
+        if self.has_coefficients:
+            coefficients, is_sound = coefficients_of(scene, source.vary, part)
+        masses = source.vary["mass"][part].tobytes() if "mass" in source.vary else b""
+        rows = np.zeros((len(places), HEAD + EACH * places.shape[1]))
+        each = rows[:, HEAD:].reshape(*places.shape[:2], EACH)
+        each[..., :2], each[..., 2] = np.where(is_off[..., np.newaxis], np.nan, places), NOTHING
+        starts, out = starts_of(source, part, places, is_off), bytearray(rows)
+        given = [starts.tobytes(), others_of(starts), coefficients.tobytes(), masses]
+        if self.follower is not None:
+            self.follower.give(*changes_of_starts(source, part, is_off))
+        self.shots.play(given, out, Hearing())
+        derived = np.empty((*places.shape[:2], 2, len(source.by)))
+        if self.follower is not None:
+            derived[:] = np.frombuffer(self.follower.take()).reshape(derived.shape)
+        compared = np.empty((len(places), 0))
+        if self.beside is not None:
+            compared = np.frombuffer(self.beside.take()).reshape(len(places), -1)
+        found = results_of(np.frombuffer(out).reshape(rows.shape), derived, compared)
+        if is_sound is not None:
+            found.status[~is_sound], derived[~is_sound] = CANNOT_START, np.nan
+        return found
+
+
+def others_of(starts: Floats) -> bytes:
+    """Return one byte for each start: 0 for one that is as in the shot before."""
+    bits = starts.view(np.int64)  # NaN is like NaN.
+    others = np.ones(starts.shape[:2], np.bool_)
+    others[1:] = (bits[1:] != bits[:-1]).any(axis=-1)
+    return others.tobytes()
+
+
+def starts_of(source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]) -> Floats:
+    """Return how the balls of some shots begin, as the core reads it."""
+    starts = np.zeros((*is_off.shape, 6))
+    starts[..., :2], starts[..., 2:4] = places, source.velocity[part]
+    if source.roll is not None:
+        starts[..., 4:] = source.roll[part]
+    starts[is_off, 2] = np.nan
+    return starts
+
+
+def results_of(rows: Floats, derivatives: Floats, beside: Floats) -> Results:
+    """Return what the core has written as results."""
+    head, each = rows[:, :HEAD], rows[:, HEAD:].reshape(*derivatives.shape[:2], EACH)
+    status, duration, *counts, doubts = head.T
+    events, hits, cushions, first = (count.astype(np.int32) for count in counts)
+    return Results(
+        each[..., :2], duration, events, hits, cushions, first, each[..., 2].astype(np.int32),
+        each[..., 3] != 0.0, status.astype(np.int8), doubts != 0.0, derivatives, beside,
+    )  # fmt: skip
+
+
+# -- small changes ---------------------------------------------------------------------------------
+
+
+def follower_of(source: Source) -> Follower:
+    """Return what follows small changes of the inputs ``by`` which a source is to be derived."""
+    numbers = inputs.changed_numbers(source.scene, source.by, "restitution.cue_ball" in source.vary)
+    none = np.empty((0, 0, len(source.by)))
+    return Follower(corners_of(source.scene), inputs_of(source.scene, none, numbers))
+
+
+def changes_of_starts(
+    source: Source, part: slice, is_off: NDArray[np.bool_]
+) -> tuple[bytes, bytes]:
+    """Return how many numbers of each shot's start change, and which ones by how much."""
+    struck = source.watched if source.watched >= 0 else None
+    velocity = np.where(is_off[..., np.newaxis], 0.0, source.velocity[part])
+    roll = None
+    if source.roll is not None:
+        roll = np.where(is_off[..., np.newaxis], 0.0, source.roll[part])
+    changes = inputs.starts_of(source.scene, source.by, struck, velocity, roll)
+    shots, *which = np.nonzero(changes)
+    entries = np.column_stack([*which, changes[changes != 0.0]])
+    return np.bincount(shots, minlength=len(is_off)).astype(np.int64).tobytes(), entries.tobytes()
+
+
+# -- coefficients ----------------------------------------------------------------------------------
+
+
+def coefficients_in_core(scene: Scene, table: Table) -> batch.Coefficients:
+    """Return what puts coefficients on a table of a scene: walls without their own have them."""
+    count, posts = scene.first_post, [*enumerate(scene.posts, start=scene.first_post)]
+    bounce = table.walls[:count] + [table.walls[k] for k, p in posts if p.restitution is None]
+    rub = table.walls[:count] + [table.walls[k] for k, p in posts if p.friction is None]
+    return batch.Coefficients(table, bounce, rub, list(scene.ground.own))
+
+
+def coefficients_of(
+    scene: Scene, vary: Mapping[str, Floats], part: slice
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the coefficients of some shots (S, 7), and which of these shots have sound ones.
+
+    The others have the scene's.
+    """
+    r, f, surface = scene.restitution, scene.friction, scene.surface
+    cue = r.ball_ball if r.cue_ball is None else r.cue_ball
+    own = [r.ball_ball, cue, r.cushion, surface.pull, f.cushion, f.ball_ball, surface.drag]
+    count = len(next(iter(vary.values()))[part])
+    rows = np.tile(np.nan_to_num(np.array(own, float)), (count, 1))
+    for key, values in vary.items():
+        if key in COLUMNS:
+            unit = scene.physics.gravity if key in OF_SURFACE else 1.0
+            rows[:, COLUMNS[key]] = values[part] * unit
+    if "restitution.cue_ball" not in vary and r.cue_ball is None:
+        rows[:, 1] = rows[:, 0]  # The cue ball is as any other.
+    is_sound = np.ones(count, np.bool_)
+    if surface.rolls:
+        sliding, rolling = (
+            vary[key][part] if key in vary else getattr(f, key.split(".")[1]) for key in OF_SURFACE
+        )
+        for patch in (None, *scene.patches):
+            pull, drag = (None, None) if patch is None else (patch.surface, patch.rolling)
+            is_sound &= (rolling if drag is None else drag) <= (sliding if pull is None else pull)
+    rows[~is_sound] = np.nan_to_num(np.array(own, float))
+    return rows, is_sound

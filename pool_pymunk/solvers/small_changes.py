@@ -1,0 +1,71 @@
+"""This module puts a scene into the core for small changes of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.persistent.groups import persistence_of
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.tangent.inputs import Inputs
+from pool_pymunk.core.tangent.touches import Corner
+from pool_pymunk.model import Scene, State
+from pool_pymunk.model.problems import setting_error
+from pool_pymunk.physics.laws import Law
+from pool_pymunk.physics.motion import Array
+from pool_pymunk.physics.surface import Rolling, Sliding
+from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE
+
+
+class Pausing(Recorder):
+    """This recorder lets Python hear an interrupt now and then."""
+
+    def pause(self, t: float) -> None:
+        pass
+
+
+def check_surface(scene: Scene) -> None:
+    """Raise SettingError for a scene with a surface of somebody's own."""
+    if type(scene.surface) not in (Sliding, Rolling):
+        message = "is a surface of your own, and has no derivatives"
+        raise setting_error("surface", type(scene.surface).__name__, message)
+
+
+def engine_of(scene: Scene, start: State, law: Law, tolerance: float | None) -> Engine:
+    """Return an engine that has a scene's balls on their first paths."""
+    table = table_of(scene)
+    balls = balls_of(scene, start, table)
+    persistence = persistence_of(table, balls, tolerance or CONTACT_TOLERANCE)
+    engine = Engine(table, balls, law_in_core(law), Recorder(), persistence)
+    for id_ in start.off:
+        i = scene.index[id_]
+        engine.remove(balls[i], start.position[i])
+    return engine
+
+
+def inputs_of(scene: Scene, starts: Array, numbers: Sequence[Array]) -> Inputs:
+    """Return what inputs change: the ``starts`` (N, K, P), and the numbers of a scene."""
+    of_numbers, mass, radius = (each.tolist() for each in numbers)
+    of_edges, posts = scene.first_post, scene.posts
+    no_edge, no_pocket = [False] * of_edges, [False] * len(scene.pockets)
+    own_e = [*no_edge, *(post.restitution is not None for post in posts), *no_pocket]
+    own_mu = [*no_edge, *(post.friction is not None for post in posts), *no_pocket]
+    patches = [pull >= 0.0 for pull, _ in scene.ground.own], [d >= 0.0 for _, d in scene.ground.own]
+    where = np.nonzero(starts)
+    entries = zip(*(each.tolist() for each in where), starts[where].tolist(), strict=True)
+    return Inputs(list(entries), of_numbers, mass, radius, (own_e, own_mu), patches)
+
+
+def corners_of(scene: Scene) -> list[Corner]:
+    """Return the corners of a table at which a ball that meets a side may meet another one."""
+    found, table = list[Corner](), scene.table
+    for k, edge in enumerate(() if table is None else table.edges):
+        assert table is not None
+        last = table.edges[k - 1]
+        if k in table.reflex_corners or last.bulge or edge.bulge:
+            for heading in (last.heading(True), edge.heading(False)):
+                found.append(Corner(*edge.start, heading))
+    return found
