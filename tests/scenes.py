@@ -163,6 +163,16 @@ def gas(count: int, share: float, max_time: float) -> Scene:
     )
 
 
+def pile(count: int, e: float, rolling: float | None) -> Scene:
+    """Return a gas so dense that its balls soon lie against each other."""
+    return replace(
+        gas(count, 0.7, 1e9),
+        restitution=Restitution(e, e, e),
+        friction=Friction(0.2, 0.1, 0.1, rolling=rolling),
+        physics=Physics(),
+    )
+
+
 def asymmetry(run: Run) -> float:
     """Return how far (m) a ball of the frozen rack ends from its mirror image's end, at most."""
     ends = {(row, k): run.final[f"{row}.{k}"] for row in range(5) for k in range(row + 1)}

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import gas
+from scenes import pile
 
-from pool_pymunk import Friction, Physics, Restitution, Run, Scene, load, simulate
+from pool_pymunk import Run, load, simulate
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.path import standing
@@ -83,16 +82,6 @@ def test_a_crowd_never_gains_energy() -> None:
         before = sum(each.energy for each in crowd.members)
         crowd.play(0.0)
         assert sum(each.energy for each in crowd.members) <= before
-
-
-def pile(count: int, e: float, rolling: float | None) -> Scene:
-    """Return a gas so dense that its balls soon lie against each other."""
-    return replace(
-        gas(count, 0.7, 1e9),
-        restitution=Restitution(e, e, e),
-        friction=Friction(0.2, 0.1, 0.1, rolling=rolling),
-        physics=Physics(),
-    )
 
 
 def energy(run: Run, t: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import pytest
-from test_crowds import pile
+from scenes import pile
 
 from pool_pymunk import simulate
 
