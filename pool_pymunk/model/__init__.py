@@ -3,7 +3,6 @@
 Scenario files are read by :mod:`pool_pymunk.model.scenario`.
 """
 
-from pool_pymunk.core.floor import TOUCHING as TOUCHING
 from pool_pymunk.model.outline import Table as Table
 from pool_pymunk.model.parts import NEAREST as NEAREST
 from pool_pymunk.model.parts import STANDARD_GRAVITY as STANDARD_GRAVITY
@@ -15,6 +14,7 @@ from pool_pymunk.model.parts import Pocket as Pocket
 from pool_pymunk.model.parts import Post as Post
 from pool_pymunk.model.parts import Restitution as Restitution
 from pool_pymunk.model.parts import Shot as Shot
+from pool_pymunk.model.places import TOUCHING as TOUCHING
 from pool_pymunk.model.problems import Point as Point
 from pool_pymunk.model.problems import Problem as Problem
 from pool_pymunk.model.problems import SceneError as SceneError

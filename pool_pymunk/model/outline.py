@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from pool_pymunk.core.floor import Bow, Floor
 from pool_pymunk.model.plain import Bulges, Color, Corners, Part, problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
+
+if TYPE_CHECKING:
+    from pool_pymunk.core.floor import Bow, Floor
 
 PIECES = 360  # chords of a whole circle in the polyline; they lie up to 4e-5 radii inside the arc
 # The radius of a flatter or rounder arc is so large that its rounding moves the cushion by more
@@ -268,7 +270,9 @@ class Table(Part):
 
 @lru_cache(maxsize=64)
 def _floor(xs: tuple[float, ...], ys: tuple[float, ...], bows: tuple[Bow, ...]) -> Floor:
-    """Return an outline as the core has it."""
+    """Return an outline as the core has it, which is slow to import."""
+    from pool_pymunk.core.floor import Floor
+
     return Floor([*xs], [*ys], [*bows], [])
 
 

@@ -12,7 +12,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import NamedTuple
 
-from pool_pymunk.core.floor import TOUCHING, overlap, sinks
 from pool_pymunk.model.outline import Table, sweep
 from pool_pymunk.model.parts import Ball, Pocket, Post
 from pool_pymunk.model.problems import Point, Problem, listed, shown
@@ -20,6 +19,9 @@ from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import State
 from pool_pymunk.physics.sides import RoundSide, Side, Wall, core_of, pocket
 
+# A ball that overlaps by at most this share of its radius (of the smaller radius of two balls, of a
+# pocket's radius) touches: a user may have rounded the coordinates of a frozen rack.
+TOUCHING = 1e-6
 # At the start of a run the share is this: other runs end with overlaps of 1e-4 in persistent
 # contacts (DEEPEST), and of the distance of a step where contacts are found late.
 SUNK = 1e-2
@@ -50,6 +52,16 @@ def placed(balls: Sequence[Ball], state: State) -> dict[int, Placed]:
 def room_beside_ball(x: float, y: float, r: float, u: float, v: float, q: float) -> float:
     """Return the room (m) between a ball of radius ``r`` at (x, y) and one of ``q`` at (u, v)."""
     return room_at_round(RoundSide((u, v), q), x, y, r)
+
+
+def sinks(room: float, size: float, x: float, y: float, share: float) -> bool:
+    """Tell whether a ball at (x, y) overlaps something by more than if it touched, as in the core.
+
+    The core is slow to import.
+    """
+    from pool_pymunk.core import floor
+
+    return floor.sinks(room, size, x, y, share)
 
 
 # -- walls and pockets -----------------------------------------------------------------------------
@@ -171,6 +183,8 @@ def said(
 
 def _overlaps(balls: Lying, share: float) -> Iterator[tuple[int, int]]:
     """Find overlapping balls by a sweep along the longer side of what the balls cover."""
+    from pool_pymunk.core.floor import overlap
+
     if not balls:
         return
     spread = [max(s) - min(s) for s in zip(*(b.position for b in balls.values()), strict=True)]
