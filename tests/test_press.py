@@ -34,6 +34,10 @@ from pool_pymunk.solvers.request import request
 FAR = 1e-7  # m, times the amplification
 NEAR = 1e-6  # m; times a tenth of the amplification, at least 1
 LEAST = 1e-10  # m; the reference's own accuracy
+# m; that after a cascade of hits, whose last ones it cannot resolve: in scene 17 it is 2.8e-7 off
+# what the core plays to any tolerance from 1e-6 to 1e-9 m.
+AFTER_CASCADES = 5e-7
+CASCADE = 40  # events
 SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
 # not grow at all.
