@@ -41,7 +41,6 @@ from pool_pymunk import (
     simulate_many,
     sweep,
 )
-from pool_pymunk.fast import compiled
 from pool_pymunk.page.content import content
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.physics.laws import COMPILED, LAWS, Coulomb, Published
@@ -126,11 +125,11 @@ def test_many_shots_of_a_scene_that_names_the_law(monkeypatch: pytest.MonkeyPatc
     np.testing.assert_array_equal(simulate_many(named, velocity=velocity).final[0], end)
 
 
-def test_single_hits_that_are_a_compiled_laws_are_compiled() -> None:
+def test_laws_with_the_single_hits_of_ours_are_played_by_the_core() -> None:
     velocity = np.array([[[2.0, 0.0], [0.0, 0.0]]])
     for law in (Law(), OneByOne(), Coulomb(), Published()):
         batch = simulate_many(laid_out(), velocity=velocity, law=law)
-        assert batch.by_reference == (0 if compiled.is_there() else 1)
+        assert batch.by_reference == 0
         run = simulate(laid_out(), 1, solver="event-driven", law=law)
         np.testing.assert_array_equal(batch.final[0], run.end.position)
 
