@@ -11,7 +11,7 @@ instant is answered by :mod:`pool_pymunk.core.contact.instant`.
 from __future__ import annotations
 
 import time
-from typing import Final, final
+from typing import Final
 
 from pool_pymunk.core.ball import NEARLY_NOW, Ball
 from pool_pymunk.core.contact.instant import Instant
@@ -44,7 +44,6 @@ PAUSE: Final = 0.01  # s; the recorder may do something else so often
 OFTEN: Final = 15  # The clock is looked at after so many instants, a power of two less one.
 
 
-@final
 class Engine(Present):
     """The engine has balls on a table, and plays what happens to them up to a time.
 

@@ -84,6 +84,11 @@ class Squeezes:
         self.jams.discard((ball.number, wall.place))
         self.is_idle = len(self.jams) == 0 and len(self.squeezed) == 0
 
+    def forget(self, wall: Wall) -> None:
+        """Forget a wall that is taken down."""
+        self.jams = {key for key in self.jams if key[1] != wall.place}
+        self.is_idle = len(self.jams) == 0 and len(self.squeezed) == 0
+
     def kicks(self, ball: Ball, wall: Wall, now: float, length: float) -> bool:
         """Tell whether a wall kicks a ball now (s), and not again in an instant of this length."""
         return is_first(self.kicked, (ball.number, wall.number), now, length)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, NamedTuple
 
+from pool_pymunk.core.persistent.scale import TOLERANCE
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import NEVER_SETTLES, Trace
@@ -16,7 +17,7 @@ from pool_pymunk.results.variants import AS_IT_IS, Variant
 
 # m; at it, the scenes with known ends (tests/data/press.json) are within 1e-6 m, and a soft break
 # has some 500 events. `pool-pymunk tradeoff SCENARIO --contact-tolerance ...` measures others.
-CONTACT_TOLERANCE = 1e-7
+CONTACT_TOLERANCE = TOLERANCE
 
 OnTime = Callable[[float], object]
 Steps = tuple[float, ...]  # s, from coarse to fine

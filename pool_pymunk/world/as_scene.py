@@ -8,7 +8,9 @@ from itertools import combinations
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.walls.face import face_between
+from pool_pymunk.core.walls.wall import Pocket as CorePocket
 from pool_pymunk.model import (
     Ball,
     Friction,
@@ -22,38 +24,34 @@ from pool_pymunk.model import (
 )
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.laws import LAWS
-from pool_pymunk.physics.sides import face_between
+from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.world.ball import TableBall
-from pool_pymunk.world.checks import Obstacle
-from pool_pymunk.world.state import LiveState
+from pool_pymunk.world.table import LiveTable
+from pool_pymunk.world.walls import Obstacle
 
 JOINED = 1e-9  # of the size of an outline; ends of walls that are nearer are one corner
 STEEP = 1e-9  # the sine of an angle; walls that meet at a smaller one go straight on
 Line = tuple[Vector, Vector]  # the ends of a wall (m), with the table on the left
 
 
-def scene_of(
-    state: LiveState, obstacles: Sequence[Obstacle], table: Table | None
-) -> tuple[Scene, State]:
+def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, State]:
     """Return the balls on a table and all around them, and how the balls move now.
 
     ``table`` is the outline; by default it is that of the walls.
     """
-    balls, engine, surface = state.on_table(), state.engine, state.surface
-    if engine.movers:
+    balls, surface, walls, obstacles = live.on_table(), live.surface, live.walls.solid, live.walls
+    if moving := obstacles.moving:
         message = "a scene has no walls that move: remove them first, and add them again later"
-        raise setting_error("walls", f"{len(engine.movers)} of kinematic bodies", message)
-    walls = [each for each in obstacles if each.is_solid]
+        raise setting_error("walls", f"{len(moving)} of kinematic bodies", message)
     for each in walls:
         if each.wall.kick:
             message = f"a scene has no walls that kick: remove wall {each.wall.number} first"
             raise setting_error("kick", each.wall.kick, message)
     posts = [each for each in walls if each.is_drawn and isinstance(each.shape, pymunk.Circle)]
     others = [each for each in walls if each not in posts]
-    hits, cue = _of_balls(engine, [ball.number for ball in balls])
+    hits, cue = _of_balls(live)
     at_cushions, rubs = _of_cushions(others)
-    moves = [state.state_of(ball.number) for ball in balls]
+    moves = [live.motion_of(ball) for ball in balls]
     places = tuple([(x, y) for (x, y, _, _), _ in moves])
     scene = Scene(
         tuple([
@@ -63,10 +61,10 @@ def scene_of(
         _outline(others) if table is None and others else table,
         Restitution(hits[0], cue_ball=hits[1], cushion=at_cushions),
         Friction(surface.pull, rubs, hits[2], surface.drag if surface.rolls else None),
-        Physics(_law_of(engine), gravity=1.0),
-        pockets=tuple([_pocket(each) for each in obstacles if not each.is_solid]),
+        Physics(_law_of(law), gravity=1.0),
+        pockets=tuple([_pocket(each) for each in obstacles.obstacles if each not in walls]),
         posts=tuple([_post(each) for each in posts]),
-        patches=tuple([patch.as_part() for patch in state.patches]),
+        patches=tuple([patch.as_part() for patch in live.patches]),
     )  # fmt: skip
     rolls = tuple([roll for _, roll in moves]) if surface.rolls else None
     return scene, State(places, tuple([(u, v) for (_, _, u, v), _ in moves]), roll=rolls)
@@ -77,8 +75,7 @@ def name_of(ball: TableBall) -> str:
     return f"{ball.number}" if ball.id is None else ball.id
 
 
-def _law_of(engine: ContactEngine) -> str:
-    law = engine.law
+def _law_of(law: Law) -> str:
     if LAWS.get(law.name) is not law:
         message = "a scene has a law by its name, so it cannot have one of your own"
         raise setting_error("law", law.name, message)
@@ -88,14 +85,16 @@ def _law_of(engine: ContactEngine) -> str:
 # -- coefficients ----------------------------------------------------------------------------------
 
 
-def _of_balls(
-    engine: ContactEngine, balls: Sequence[int]
-) -> tuple[tuple[float | None, float | None, float], int | None]:
+def _of_balls(live: LiveTable) -> tuple[tuple[float | None, float | None, float], int | None]:
     """Return what hits of balls have, and the ball whose hits have another restitution, if any.
 
     That is the restitution of all hits, that of this ball's, and the friction.
     """
-    pairs = {(i, j): engine.pair(i, j) for i, j in combinations(balls, 2)}
+    balls = [ball.number for ball in live.on_table()]
+    pairs: dict[tuple[int, int], Pair] = {
+        (i, j): live.engine.table.pair(live.balls[i].core, live.balls[j].core)
+        for i, j in combinations(balls, 2)
+    }
     if not pairs:
         return (None, None, 0.0), None
     frictions = {pair.friction for pair in pairs.values()}
@@ -129,8 +128,8 @@ def _post(each: Obstacle) -> Post:
 
 def _pocket(each: Obstacle) -> Pocket:
     wall = each.wall
-    assert wall.center is not None
-    return Pocket(f"{wall.number}", wall.center, wall.sides[0].radius)  # type: ignore[attr-defined]
+    assert isinstance(wall, CorePocket)
+    return Pocket(f"{wall.number}", wall.center, wall.radius)
 
 
 def _outline(walls: Sequence[Obstacle]) -> Table:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Callable
 from functools import partial
 from itertools import chain
@@ -11,94 +12,81 @@ from typing import Any, NamedTuple
 
 import pymunk
 
-from pool_pymunk.engine.recorder import Motion
+from pool_pymunk.core import ball as core
+from pool_pymunk.core.motion.path import Motion
 from pool_pymunk.model.plain import argument, between, size
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.path import Path
+from pool_pymunk.solvers.own import path_of
 
 SHARE, FROM_ZERO = between(0.0, 1.0), between(0.0)
-# This share of lengths and times is wider than rounding in a step, some EPSILON. With half or twice
-# of it, no end of 35 runs of random scenes in pymunk spaces moves by a bit.
-HAIR = 1e-9
+HAIR = 1e-9  # This share of lengths and times is wider than rounding in a step.
 Disc = tuple[Vector, float]  # a place and a radius (m)
 TYPES = {
     pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"
 }  # fmt: skip
-FEATURES = (
-    "body_type", "mass", "radius", "filter", "collision_type", "offset", "center_of_gravity",
-    "sensor.collision_type", "sensor.filter", "sensor.sensor",
-)  # fmt: skip
+FEATURES = ("body_type", "mass", "radius", "filter", "offset", "center_of_gravity")
 
 
 class TableBall:
-    """A ball has a number, its circle and body, and a sensor that finds what is near.
+    """A ball has a number, its circle and its body.
 
     ``id`` is the name that you gave it, or None. ``is_on_table`` is False once the ball is pocketed
     or removed. ``data`` is for what you want to keep with it; the table never reads it.
     """
 
-    __slots__ = ("_path_of", "as_it_came", "before", "body", "body_id", "circle", "data", "id",
-                 "is_on_table", "joint", "number", "radius", "sensor", "shapes", "velocity_func",
-                 "wide")  # fmt: skip
+    __slots__ = ("as_it_came", "body", "body_id", "circle", "core", "data", "follow", "id",
+                 "is_on_table", "own_filter", "radius", "shapes")  # fmt: skip
 
     def __init__(
-        self,
-        number: int,
-        circle: pymunk.Circle,
-        sensor: pymunk.Circle,
-        path_of: Callable[[int], Path],
+        self, circle: pymunk.Circle, core: core.Ball, follow: Callable[[], object]
     ) -> None:
         assert circle.body is not None
-        self.number, self.radius = number, circle.radius
-        self.circle, self.sensor = circle, sensor
-        self.body, self.body_id = circle.body, circle.body.id
+        self.circle, self.core, self.follow = circle, core, follow
+        self.body, self.body_id, self.radius = circle.body, circle.body.id, circle.radius
         self.id: str | None = None
         self.data: Any = None
-        self.joint: pymunk.PivotJoint | None = None  # This is the friction while the ball moves.
         self.is_on_table = True
+        self.own_filter = circle.filter  # as the user gave it
         self.shapes: tuple[pymunk.Shape, ...] = ()  # what leaves the space with it, and comes back
-        self.before: Path | None = None  # its path before the contact of which on_contact tells
-        self._path_of = path_of
-        self.wide = circle.radius  # that the table has given the sensor
-        self.velocity_func: Any = None  # of the user's own, while the table has its in the body
         self.as_it_came: tuple[object, ...] = ()
+
+    @property
+    def number(self) -> int:
+        """The number of the ball: that of balls which were added before it."""
+        return self.core.number
+
+    @property
+    def path(self) -> Path:
+        """The ball's exact path; for ``on_contact`` it is the path after the contact."""
+        self.follow()
+        return path_of(self.core.path)
+
+    @property
+    def sensor(self) -> pymunk.Circle:
+        """The ball's circle: a ball has no other shape any more."""
+        text = "a ball has no sensor any more: ball.circle is its only shape"
+        warnings.warn(text, DeprecationWarning, stacklevel=2)
+        return self.circle
 
     def features(self) -> tuple[object, ...]:
         """Return the :data:`FEATURES` of the ball, which stay while it is on the table."""
-        circle, body, sensor = self.circle, self.body, self.sensor
-        # A circle that is its own sensor has the sensor's radius.
-        radius = circle.radius
-        if circle is sensor and radius == self.wide:
-            radius = self.radius
+        circle, body = self.circle, self.body
         return (
-            TYPES[body.body_type], body.mass, radius, circle.filter, circle.collision_type,
+            TYPES[body.body_type], body.mass, circle.radius, circle.filter,
             tuple(circle.offset), tuple(body.center_of_gravity),
-            sensor.collision_type, sensor.filter, sensor.sensor,
         )  # fmt: skip
 
     def is_as_it_came(self) -> bool:
         """Tell whether mass, radius and filter are what they were; this is quick."""
-        _, mass, radius, filter_, *_ = self.as_it_came
-        circle = self.circle
-        if self.body.mass != mass or circle.filter != filter_:
-            return False
-        return circle.radius == (self.wide if circle is self.sensor else radius)
-
-    def widen(self, radius: float) -> None:
-        """Give the sensor another radius (m)."""
-        self.wide = radius
-        self.sensor.unsafe_set_radius(radius)
+        own, circle = self.as_it_came, self.circle
+        return (self.body.mass, circle.radius, circle.filter) == own[1:4]
 
     def __repr__(self) -> str:
         where = "" if self.is_on_table else ", off the table"
         name = self.number if self.id is None else repr(self.id)
         return f"<Ball {name} at {tuple(self.body.position)}{where}>"
-
-    @property
-    def path(self) -> Path:
-        """The ball's exact path; for ``on_contact`` it is the path before the contact."""
-        return self.before or self._path_of(self.number)
 
 
 class ContactEvent(NamedTuple):
@@ -108,13 +96,11 @@ class ContactEvent(NamedTuple):
     ``point`` (m). ``normal`` is the unit vector from the first ball to the second, or from the wall
     to the ball, ``closing`` (m/s) is how fast they came together, and ``impulse`` (N s) how much
     momentum along the normal each gave to the other. ``tangential`` (N s) is what the second ball,
-    or the ball at a wall, got along (-n_y, n_x). ``ball.path.at(event.t)`` has a ball's place
-    and velocity before the contact; its body has those after it.
+    or the ball at a wall, got along (-n_y, n_x). Bodies and paths of its balls are those after it.
 
     A persistent contact lasts from ``since`` (s) to ``t``; for a hit ``since`` is None. Its
     ``point`` and ``normal`` are those at its end, its ``closing`` is 0, and its ``impulse`` and
     ``tangential`` are the parts along this normal and tangent of all momentum that was given.
-    ``ball.path`` is then the path on which a ball goes on.
     """
 
     t: float

@@ -1,45 +1,48 @@
 """This module applies the contact law and surface friction to shapes of any pymunk space.
 
-pymunk moves the balls and finds what is near; the contact engine
-(:mod:`pool_pymunk.engine.contacts`) keeps each ball's exact path, and answers contacts at the time
-inside the step at which the paths meet. For this, a ball's sensor is larger than the ball by the
-distance that it can travel in one step: what the ball touched during a step is near at its end.
-Friction is a per-step damping callback, or a joint inside the C step.
+The engine (:mod:`pool_pymunk.core.live`) keeps each ball's exact path, and answers contacts at the
+time inside the step at which they come. pymunk then moves the bodies there, and lets everything
+else in the space act. The contract stands at the top of :mod:`pool_pymunk.world`.
 """
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, Literal
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import pymunk
 
-from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.recorder import Recorder
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Pair as CorePair
+from pool_pymunk.core.live import SAME, LiveEngine
+from pool_pymunk.core.motion.patches import Patches
+from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.persistent.scale import TOLERANCE
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.table import Table as CoreTable
+from pool_pymunk.core.walls.wall import Pocket, Wall
 from pool_pymunk.model import Scene, State, Table
-from pool_pymunk.model.plain import argument, point, size
+from pool_pymunk.model.plain import argument, finite, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.moving import Moving, MovingWall
-from pool_pymunk.physics.sides import Side, Wall, pocket
+from pool_pymunk.physics.sides import Side
 from pool_pymunk.physics.surface import NO_ROLL
+from pool_pymunk.solvers.in_core import law_in_core, side_in_core
 from pool_pymunk.world import checks
 from pool_pymunk.world.as_scene import scene_of
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
-from pool_pymunk.world.broad_phase import BroadPhase
-from pool_pymunk.world.checks import BALL, SENSOR, WALL
 from pool_pymunk.world.ground import read_patch
-from pool_pymunk.world.others import SharedSteps
 from pool_pymunk.world.outlook import Prediction, free_spot, sketch
-from pool_pymunk.world.state import Phase
 from pool_pymunk.world.steps import Steps
-from pool_pymunk.world.walls import sides_of
+from pool_pymunk.world.table import LiveTable, Phase
+from pool_pymunk.world.walls import Drawn, Obstacle, pocket_of, wall_of
 
-FrictionBy = Literal["joint", "callback"]
+PairOf = Callable[[int, int], Pair]  # the coefficients of a hit of two balls, by their numbers
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
 SETTABLE = ("deceleration", "rolling", "least_closing")
 REVOKED = "on_stop_revoked"  # a callback that there was
@@ -55,10 +58,10 @@ class Billiards:
     two balls, given their numbers (:func:`same_balls`); masses are those of the bodies. ``law`` is
     the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
 
-    All other shapes keep pymunk's own response, to each other and to the balls. The table follows a
-    velocity that you, a spring or another body gives a ball. Gravity, damping and forces act once,
-    at the end of each step. If nothing else touches balls, say ``alone=True``: then the circles
-    themselves are the sensors, and :meth:`step` steps the space, which is faster.
+    All other shapes keep pymunk's own response, to each other and to the balls. The table follows
+    what you do to a ball's body between steps and in callbacks. What springs, other bodies,
+    gravity, damping and forces change of a velocity acts once, at the end of each step.
+    ``contact_tolerance`` (m) is how far it may move a ball that contacts persist.
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)``, ``on_pocket(ball, pocket, t)`` and
     ``on_jam(ball, wall, t)`` to hear what happens. They are called when the instant of which they
@@ -84,8 +87,7 @@ class Billiards:
     A ball that is struck at 0.7 m/s without rotation rolls at 0.5 m/s:
 
     >>> table = Billiards(
-    ...     pymunk.Space(), 1 / 60, deceleration=2.0, rolling=0.1, alone=True,
-    ...     pair=same_balls(0.9, 0.05),
+    ...     pymunk.Space(), 1 / 60, deceleration=2.0, rolling=0.1, pair=same_balls(0.9, 0.05)
     ... )
     >>> body = pymunk.Body(0.2, math.inf)
     >>> table.strike(table.add_ball(pymunk.Circle(body, 0.03)), (0.7, 0.0))
@@ -104,33 +106,26 @@ class Billiards:
         space: pymunk.Space,
         max_dt: float,
         *,
-        pair: Callable[[int, int], Pair],
+        pair: PairOf,
         law: str | Law = "coulomb",
         deceleration: float = 0.0,
         rolling: float | None = None,
+        contact_tolerance: float = TOLERANCE,
         contacts: str | None = None,
-        friction: FrictionBy = "joint",
-        alone: bool = False,
+        friction: str | None = None,
+        alone: bool | None = None,
     ) -> None:
-        checks.check_settings(space, pair, friction)
-        checks.refuse_contacts(contacts)
-        if "step" in vars(space):
-            raise setting_error("space", "taken", "this space has a Billiards already")
-        self.space = space
-        self.friction, self.alone, self._said_pair = friction, alone, pair
+        checks.check_settings(space, pair)
+        checks.warn_of_former(contacts=contacts, friction=friction, alone=alone)
         surface = checks.read_surface(deceleration, rolling)
-        self.engine = ContactEngine(checks.read_law(law), self._pair, surface, Recorder())
-        self.near = self.engine.near = BroadPhase(space, self.engine)
-        how = self.engine, self.near, argument("max_dt", max_dt, size), friction == "joint", self
-        self.state = Steps(*how) if alone else SharedSteps(*how)
-        self.balls = self.state.balls  # all that were ever added, by their numbers
-        self.moving = self.state.moving  # the balls that move, by their numbers
-        self._walls = self.state.walls
-        self._obstacles = self._walls.obstacles.values()
-        space.on_collision(SENSOR, SENSOR, begin=self.near.touched)
-        space.on_collision(SENSOR, WALL, begin=self.near.touched)
-        for other in () if alone else (BALL, WALL):
-            space.on_collision(BALL, other, pre_solve=_no_response)
+        self.space, self._law = space, checks.read_law(law)
+        tolerance = argument("contact_tolerance", contact_tolerance, size)
+        longest = argument("max_dt", max_dt, size)
+        table = OwnPairs(surface, Patches([], []), pair)
+        self.engine = LiveEngine(table, law_in_core(self._law), tolerance)
+        self.live = LiveTable(space, self.engine, longest)
+        table.balls = self.balls = self.live.balls  # all that were ever added, by their numbers
+        self._walls, self._steps = self.live.walls, Steps(self.live, self)
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -150,28 +145,19 @@ class Billiards:
         message = "a Billiards and its space cannot be copied or pickled: use save_state"
         raise TypeError(message + " and restore_state")
 
-    def _pair(self, i: int, j: int) -> Pair:
-        """Return the pair that the user gives, with the masses of the bodies."""
-        masses = self.engine.masses
-        for ball in (self.balls[i], self.balls[j]):
-            if not ball.is_as_it_came():
-                checks.check_unchanged(ball)
-        return checks.check_pair(self._said_pair(i, j), (masses[i], masses[j]), (i, j))
-
     def _catch_up(self, changes_space: bool = False, sees_walls: bool = False) -> None:
         """Follow what others have done before this call, or refuse the call."""
-        phase = self.state.phase
+        phase = self.live.phase
         if phase is Phase.STEPPING and changes_space:
             message = "pymunk is stepping the space: do this between steps, or from on_contact"
-            self.state.note(error := setting_error("space", "locked", message))
+            self._steps.note(error := setting_error("space", "locked", message))
             raise error
-        if phase is Phase.ANSWERING:
+        if phase is Phase.PLAYING:
             message = "wait for on_contact: the table cannot be used while a contact is answered"
             raise setting_error("pair", "a change", message)
-        if phase is Phase.TELLING:
-            self.state.callbacks.follow()
-        elif phase is Phase.BETWEEN:
-            self.state.catch_up()
+        if phase is Phase.BETWEEN:
+            self._walls.stand()
+        self.live.follow()
         if sees_walls:
             self._walls.refuse_changed()
 
@@ -179,29 +165,34 @@ class Billiards:
 
     @property
     def time(self) -> float:
-        """Return the time (s) at the end of the last step."""
-        return self.state.time
+        """Return the time (s) at the end of the last step; in a callback, that of its instant."""
+        return self.engine.now
 
     @time.setter
     def time(self, t: float) -> None:
-        self.state.set_clock(t, self.state.dt)
-        self.engine.kicked.clear()
-        self.engine.jammed.clear()
+        self._steps.refuse_in_step("time", t)
+        self.live.restore(self.live.save()._replace(time=argument("time", t, finite)))
 
     @property
     def max_dt(self) -> float:
         """Return how long (s) a step may be at most."""
-        return self.state.max_dt
+        return self.live.max_dt
 
     @property
     def steps(self) -> int:
         """Return the number of steps that were made."""
-        return self.state.steps
+        return self._steps.count
+
+    @property
+    def moving(self) -> dict[int, TableBall]:
+        """Return the balls that move or have a roll, by their numbers."""
+        self.live.follow()
+        return {ball.number: self.balls[ball.number] for ball in self.engine.moving()}
 
     @property
     def deceleration(self) -> float:
         """Return the deceleration (m/s^2) of a ball that slides, mu_s g; you may set it in play."""
-        return self.state.surface.pull
+        return self.live.surface.pull
 
     @deceleration.setter
     def deceleration(self, pull: float) -> None:
@@ -213,7 +204,7 @@ class Billiards:
 
         You may set it in play, as when ice is swept: all balls go on over the other surface.
         """
-        return self.state.surface.drag if self.state.surface.rolls else None
+        return self.live.surface.drag if self.live.surface.rolls else None
 
     @rolling.setter
     def rolling(self, drag: float | None) -> None:
@@ -223,7 +214,7 @@ class Billiards:
         """Let balls slide and roll at other decelerations (m/s^2) from now on."""
         surface = checks.read_surface(pull, drag)
         self._catch_up(changes_space=True)
-        self.state.change_surface(surface, self.state.patches)
+        self.live.change_surface(surface, self.live.patches)
 
     @property
     def least_closing(self) -> float:
@@ -231,11 +222,11 @@ class Billiards:
 
         With a speed above 0 it is not called for persistent contacts, either.
         """
-        return self.state.callbacks.least_closing
+        return self._steps.least_closing
 
     @least_closing.setter
     def least_closing(self, speed: float) -> None:
-        self.state.callbacks.least_closing = argument("least_closing", speed, FROM_ZERO)
+        self._steps.least_closing = argument("least_closing", speed, FROM_ZERO)
 
     @property
     def count(self) -> int:
@@ -243,29 +234,24 @@ class Billiards:
         return len(self.on_table())
 
     @property
-    def joints(self) -> int:
-        """Return the number of friction joints that are in the space now."""
-        return self.state.joints
-
-    @property
     def walls(self) -> dict[int, pymunk.Shape]:
         """Return the shape of each wall, by its number."""
-        return {each.wall.number: each.shape for each in self._obstacles if each.is_solid}
+        return {each.wall.number: each.shape for each in self._walls.solid}
 
     @property
     def pockets(self) -> dict[int, tuple[Vector, float]]:
         """Return the centre and the radius (m) of each pocket, by its number."""
-        walls = [wall for wall in self.engine.walls if wall.center is not None]
-        return {wall.number: wall.sides[0][:2] for wall in walls}  # type: ignore[index]
+        its = [each.wall for each in self._walls.obstacles]
+        return {hole.number: (hole.center, hole.radius) for hole in its if isinstance(hole, Pocket)}
 
     def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
-        return [ball for ball in self.state.on_table() if self.state.is_there(ball)]
+        return [ball for ball in self.live.on_table() if self.live.is_there(ball)]
 
     def ball_of(self, shape: pymunk.Shape) -> TableBall | None:
         """Return the ball on the table to which a shape belongs, or None."""
-        ball = None if shape.body is None else self.state.ball_of.get(shape.body.id)
-        return ball if ball is not None and self.state.is_there(ball) else None
+        ball = None if shape.body is None else self.live.ball_of.get(shape.body.id)
+        return ball if ball is not None and self.live.is_there(ball) else None
 
     # -- setting up ------------------------------------------------------------------------------
 
@@ -274,42 +260,46 @@ class Billiards:
 
         ``id`` is your own name of the ball, such as "8".
 
-        In a shared space the ball gets a second circle, its sensor, with the same filter. Raises
-        ValueError if ``circle`` is no circle in the middle of a dynamic body, is a ball already,
-        overlaps a ball or a wall, or lies within a pocket, and if another ball on the table has
-        this id.
+        Raises ValueError if ``circle`` is no circle in the middle of a dynamic body, is a ball
+        already, overlaps a ball or a wall, or lies within a pocket, if its filter has a group, and
+        if another ball on the table has this id.
         """
         self._catch_up(changes_space=True, sees_walls=True)
-        checks.check_circle(circle, self.state.end_of_step())
-        state, body = self.state, circle.body  # A circle does not keep its body alive.
+        live = self.live
+        checks.check_circle(circle, live.end_of_step)
+        body = circle.body  # A circle does not keep its body alive.
         assert body is not None
-        if body.id in state.ball_of:
+        if body.id in live.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
-        place, number = argument("position", body.position, point), len(state.balls)
-        near = state.discs_near(place, circle.radius)
-        checks.check_place(place, circle.radius, near, self._obstacles)
-        if (other := next(iter(state.ball_of.values()), None)) is not None:
-            masses = (other.body.mass, body.mass)
-            checks.check_pair(self._said_pair(other.number, number), masses, (other.number, number))
-        checks.check_id(id, state.ball_of.values())
-        ball = state.put_ball(circle, NO_ROLL)
+        place, number = argument("position", body.position, point), len(self.balls)
+        checks.check_place(place, circle.radius, live.discs(), self._walls.obstacles)
+        if (other := next(iter(live.ball_of.values()), None)) is not None:
+            masses, table = (other.body.mass, body.mass), self.engine.table
+            assert isinstance(table, OwnPairs)
+            two = other.number, number
+            checks.check_pair(table.said(*two), masses, two)
+        checks.check_id(id, live.ball_of.values())
+        ball = live.put_ball(circle, NO_ROLL)
         ball.id = id
         return ball
 
     def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> TableBall:
         """Do what :meth:`add_ball` does, with a roll (m/s), and check nothing."""
-        return self.state.put_ball(circle, roll)
+        return self.live.put_ball(circle, roll)
 
     def remove_ball(self, ball: TableBall) -> None:
         """Take a ball off the table, and its body and shapes out of the space."""
+        if self.live.phase is Phase.STEPPING:
+            self._steps.do_later(partial(self.remove_ball, ball))
+            return
         self._check_ball(ball)
-        self.state.drop(ball)
+        self.live.drop(ball)
 
     def clear(self) -> None:
         """Take all balls off the table."""
-        self._catch_up()
+        self._catch_up(changes_space=True)
         for ball in self.on_table():
-            self.state.drop(ball)
+            self.live.drop(ball)
 
     def _check_ball(
         self, ball: TableBall, changes_space: bool = False, may_be_off: bool = False
@@ -327,7 +317,7 @@ class Billiards:
 
     def add_wall(
         self,
-        shape: pymunk.Shape,
+        shape: Drawn,
         restitution: float,
         friction: float = 0.0,
         sides: tuple[Side, ...] | None = None,
@@ -358,21 +348,23 @@ class Billiards:
                 text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
                 warnings.warn(text, DeprecationWarning, stacklevel=2)
         assert shape.body is not None
-        number = self._walls.count
-        wall = Wall(sides or (), restitution, friction, number, kick)
-        if shape.body.body_type == pymunk.Body.KINEMATIC:
-            if sides is not None:
-                message = "a wall that moves has the sides of its shape: leave sides out"
-                raise setting_error("sides", len(sides), message)
-            moving = Moving(sides_of(shape), self.engine)
-            wall = MovingWall(moving, restitution, friction, number, kick)
-        elif not sides:
-            wall = Wall(sides_of(shape), restitution, friction, number, kick)
-        return self._walls.put_if_free(checks.Obstacle(shape, wall, is_drawn=not sides))
+        wall = wall_of(shape, restitution, friction, self._walls.count, kick)
+        if wall.moves and sides is not None:
+            message = "a wall that moves has the sides of its shape: leave sides out"
+            raise setting_error("sides", len(sides), message)
+        if sides:
+            wall.sides = [side_in_core(side) for side in sides]
+        return self._put_if_free(Obstacle(shape, wall, is_drawn=not sides))
 
-    def put_wall(self, shape: pymunk.Shape, wall: Wall) -> int:
+    def put_wall(self, shape: Drawn, wall: Wall) -> int:
         """Put up a wall with sides of its own, and check nothing."""
-        return self._walls.put(checks.Obstacle(shape, wall))
+        return self._walls.put(Obstacle(shape, wall))
+
+    def _put_if_free(self, obstacle: Obstacle) -> int:
+        """Put up a wall or a pocket if no ball lies in it now, and return its number."""
+        obstacle.shape.cache_bb()  # A shape outside of the space does not know where it is.
+        checks.check_free(obstacle, self.live.discs())
+        return self._walls.put(obstacle)
 
     def remove_wall(self, wall: int) -> None:
         """Take the wall of this number out of the space; the other walls keep their numbers."""
@@ -386,10 +378,7 @@ class Billiards:
         """
         center, radius = argument("position", position, point), argument("radius", radius, size)
         self._catch_up(changes_space=True)
-        hole = pocket(center, radius, self._walls.holes)
-        shape = pymunk.Circle(self.space.static_body, radius, center)
-        shape.sensor = True
-        return self._walls.put_if_free(checks.Obstacle(shape, hole))
+        return self._put_if_free(pocket_of(self.space, center, radius, self._walls.holes))
 
     def remove_pocket(self, pocket: int) -> None:
         """Take the pocket of this number away; the other pockets keep their numbers."""
@@ -403,11 +392,15 @@ class Billiards:
 
         With 1 the ball rolls at once, with 0 it slides without rotation, below 0 it has draw.
         """
+        if self.live.phase is Phase.STEPPING:
+            self._steps.do_later(partial(self.strike, ball, velocity, roll))
+            return
         self._check_ball(ball)
-        goes, turns = checks.read_strike(velocity, roll, self.state.surface)
-        checks.check_speed("velocity", goes, ball.radius, self.state.end_of_step())
+        goes, turns = checks.read_strike(velocity, roll, self.live.surface)
+        checks.check_speed("velocity", goes, ball.radius, self.live.end_of_step)
         checks.check_unchanged(ball)
-        self.state.send(ball, None, goes, turns)
+        self.live.mend(ball)
+        self.live.send(ball, SAME, goes, turns)
 
     def place(self, ball: TableBall, position: Vector) -> None:
         """Put a ball to rest at another place (m), such as one of :meth:`free_spot`.
@@ -419,15 +412,15 @@ class Billiards:
         self._check_ball(ball, changes_space=True, may_be_off=True)
         self._walls.refuse_changed()
         position = argument("position", position, point)
-        state = self.state
-        checks.check_place(position, ball.radius, state.discs(without=ball), self._obstacles)
+        live, obstacles = self.live, self._walls.obstacles
+        checks.check_place(position, ball.radius, live.discs(without=ball), obstacles)
         if ball.is_on_table:
-            self._walls.refuse_off_table(state.discs()[ball][0], position)
+            self._walls.refuse_off_table(live.place_of(ball), position)
         else:
-            checks.check_return(ball, state.ball_of, self.space)
-            state.bring_back(ball)
-        state.mend(ball)
-        state.send(ball, position, (0.0, 0.0), NO_ROLL)
+            checks.check_return(ball, live.ball_of, self.space)
+            live.bring_back(ball)
+        live.mend(ball)
+        live.send(ball, position, (0.0, 0.0), NO_ROLL)
 
     def add_patch(
         self, shape: pymunk.Shape, deceleration: float, rolling: float | None = None
@@ -440,18 +433,14 @@ class Billiards:
         forgotten. Returns the patch's number. Raises ValueError for what cannot be a patch.
         """
         self._catch_up(changes_space=True)
-        patches = (*self.state.patches, read_patch(shape, deceleration, rolling))
-        self.state.change_surface(self.state.surface, patches)
+        patches = (*self.live.patches, read_patch(shape, deceleration, rolling))
+        self.live.change_surface(self.live.surface, patches)
         return len(patches) - 1
 
     @property
     def patches(self) -> dict[int, tuple[tuple[Vector, ...], Vector | None, float | None]]:
         """Return the corners (m) of each patch, or its centre and its radius, by its number."""
-        return {k: each[:3] for k, each in enumerate(self.state.patches)}
-
-    def set_out(self, balls: Sequence[TableBall]) -> None:
-        """Predict what balls on new paths meet, and put their bodies on them."""
-        self.state.set_out(balls)
+        return {k: each[:3] for k, each in enumerate(self.live.patches)}
 
     def to_scene(self, table: Table | None = None) -> tuple[Scene, State]:
         """Return the table as a Scene and a State, as solvers and many shots take them.
@@ -472,7 +461,7 @@ class Billiards:
         [[0.5, 0.0], [2.0, 0.0]]
         """
         self._catch_up(sees_walls=True)
-        return scene_of(self.state, [*self._obstacles], table)
+        return scene_of(self.live, self._law, table)
 
     # -- undo, and looking ahead -----------------------------------------------------------------
 
@@ -482,11 +471,7 @@ class Billiards:
         Bodies of walls that move are yours: keep their places yourself.
         """
         self._catch_up()
-        state = self.state
-        states = {ball.number: state.state_of(ball.number) for ball in self.on_table()}
-        motions = {i: motion for i, (motion, _) in states.items()}
-        rolls = {i: roll for i, (_, roll) in states.items()} if state.surface.rolls else None
-        return TableState(state.now, motions, rolls)
+        return self.live.save()
 
     def restore_state(self, state: TableState) -> None:
         """Put the balls and the clock back to a saved state.
@@ -495,16 +480,16 @@ class Billiards:
         the table goes on as it did. Raises ValueError from within a callback, for a state of
         another table, and if a wall or a pocket is now where a ball was.
         """
-        self.state.refuse_in_step("restore_state")
-        self.state.follow_removals()
+        self._steps.refuse_in_step("restore_state")
+        self._catch_up()
         if not isinstance(state, TableState):
             raise setting_error("state", shown(state), "must be what save_state of a table gave")
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
         for i, (x, y, _, _) in state.motions.items():  # Walls and pockets may have come since.
-            checks.check_place((x, y), self.balls[i].radius, {}, self._obstacles)
-        self.state.restore(state)
+            checks.check_place((x, y), self.balls[i].radius, {}, self._walls.obstacles)
+        self.live.restore(state)
 
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
@@ -513,7 +498,11 @@ class Billiards:
         """
         self._check_ball(ball)
         self._walls.refuse_changed()
-        return sketch(self.state, ball, checks.read_strike(velocity, roll, self.state.surface))
+        going = checks.read_strike(velocity, roll, self.live.surface)
+        own = self.engine.table
+        assert isinstance(own, OwnPairs)
+        engine = self.engine.copy(own.copy(), Recorder())
+        return sketch(engine, self.balls, ball.number, going)
 
     def free_spot(
         self, near: Vector, radius: float | None = None, ball: TableBall | None = None
@@ -531,29 +520,46 @@ class Billiards:
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is missing where there is no ball")
         wide = self.balls[0].radius if radius is None else argument("radius", radius, size)
-        return free_spot(near, wide, self.state.discs(without=ball).values(), self._obstacles)
+        return free_spot(near, wide, self.live.discs(without=ball).values(), self._walls.obstacles)
 
-    # -- stepping a space that holds nothing else ------------------------------------------------
+    # -- steps -----------------------------------------------------------------------------------
 
     def step(self, dt: float | None = None) -> None:
-        """Make one step of ``dt`` (s) with ``alone=True``; otherwise call ``space.step``.
-
-        By default it is as long as the last one, and the first is ``max_dt``. Raises what callbacks
-        raise.
-        """
-        if not self.alone:
-            raise setting_error("alone", False, "the space is shared: call space.step(dt)")
-        self.state.step(dt)
+        """Make one step of the space, of ``dt`` (s) or by default of ``max_dt``."""
+        self.space.step(self.max_dt if dt is None else dt)
 
     def play(
         self, on_time: Callable[[float], object] | None = None, latest: float = math.inf
     ) -> None:
         """Step until everything rests, until ``latest`` (s), or until nothing more may happen.
 
-        ``on_time`` is called now and then with the time (s). A wall that moves counts if there is a
-        latest time: while it moves, not everything rests.
+        ``on_time`` is called after each step with the time (s). A wall that moves counts if there
+        is a latest time: while it moves, not everything rests.
         """
-        self.state.play(on_time, latest)
+        self._steps.play(on_time, latest)
+
+
+class OwnPairs(CoreTable):
+    """This is a table of the core whose pairs a user's function gives."""
+
+    def __init__(self, surface: Surface, patches: Patches, said: PairOf) -> None:
+        super().__init__([], surface, patches, 0.0, 0.0, 0.0)
+        self.said = said
+        self.balls: list[TableBall] = []
+
+    def copy(self) -> OwnPairs:
+        """Return the same table without walls."""
+        other = OwnPairs(self.surface, self.patches, self.said)
+        other.balls = self.balls
+        return other
+
+    def pair(self, a: Ball, b: Ball) -> CorePair:
+        two = a.number, b.number
+        for i in two:
+            if not self.balls[i].is_as_it_came():
+                checks.check_unchanged(self.balls[i])
+        _, _, e, mu = checks.check_pair(self.said(*two), (a.mass, b.mass), two)
+        return CorePair(a.mass, b.mass, e, mu)
 
 
 def _check_callback(name: str, is_own: bool) -> None:
@@ -568,7 +574,3 @@ def _check_callback(name: str, is_own: bool) -> None:
     is_misspelled = is_alike if is_own else is_alike or name.startswith("on_")
     if is_misspelled and name.lower().startswith("on") and name not in CALLBACKS:
         raise AttributeError(f"a Billiards has no {name}{suggestion(name.lower(), CALLBACKS)}")
-
-
-def _no_response(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
-    arbiter.process_collision = False

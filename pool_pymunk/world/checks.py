@@ -6,75 +6,53 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from inspect import signature
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import pymunk
 
 from pool_pymunk.core.floor import TOUCHING, overlap
+from pool_pymunk.core.motion.path import Motion
+from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
+from pool_pymunk.core.walls.wall import Pocket
 from pool_pymunk.model import places
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.plain import read_law as read_law
 from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown
 from pool_pymunk.physics.contact import Pair, Vector
-from pool_pymunk.physics.moving import MovingWall
-from pool_pymunk.physics.path import Path, is_too_fast
-from pool_pymunk.physics.sides import Side, Wall
-from pool_pymunk.physics.surface import Rolling, Sliding, Surface
+from pool_pymunk.physics.path import is_too_fast
 from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, Disc, TableBall
-from pool_pymunk.world.bodies import Moves
 
-# These are our own collision types.
-BALL, SENSOR, WALL = 0x42616C6C, 0x53656E73, 0x57616C6C
-OWN_TYPES = {BALL: "a ball", SENSOR: "a ball, or its sensor,", WALL: "a wall or a pocket"}
+if TYPE_CHECKING:
+    from pool_pymunk.world.walls import Obstacle
 
+# Balls and walls of a table are in this group of filters, so that pymunk leaves their pairs out.
+GROUP = 0x42616C6C
 
 Feature = tuple[str, object, object]  # its key, how it is, and how it was
 
 
-class Obstacle(NamedTuple):
-    """An obstacle has a wall or pocket, and its shape: if it ``is_drawn``, both are the same."""
-
-    shape: pymunk.Shape
-    wall: Wall
-    is_drawn: bool = False
-
-    @property
-    def is_solid(self) -> bool:
-        """Tell whether it is a wall, and no pocket."""
-        return not self.wall.is_pocket
-
-    def room(self, center: Vector, radius: float) -> float:
-        """Return the gap (m) of a ball, or of its centre to a pocket's rim; negative inside."""
-        if self.is_drawn:
-            return self.shape.point_query(center).distance - radius
-        return places.room_beside(self.wall.sides, *center, radius)
-
-    @property
-    def sides(self) -> tuple[Side, ...]:
-        """The sides of the wall or pocket, where they are now."""
-        wall = self.wall
-        return wall.moving.sides_now() if isinstance(wall, MovingWall) else wall.sides
-
-    def holds(self, center: Vector, radius: float) -> bool:
-        """Tell whether a ball lies in the obstacle."""
-        return places.lies_in(self.wall, self.room(center, radius), *center, radius)
-
-    def lies_across(self, path: Path) -> bool:
-        """Tell whether a wall lies between where a path begins and where it is after 1 s."""
-        if self.wall.is_pocket or self.room((path.x, path.y), 0.0) <= 0.0:
-            return False
-        return any(side.time_of_contact(path, 0.0, 0.0) <= 1.0 for side in self.sides)
-
-
-def check_settings(space: Any, pair: Any, friction: Any) -> None:
+def check_settings(space: Any, pair: Any) -> None:
     """Refuse impossible settings of a table."""
     if not isinstance(space, pymunk.Space):
         raise setting_error("space", shown(space), "must be a pymunk.Space")
     if space.threaded:
         raise setting_error("space", "threaded", "Billiards needs a space without threads")
-    check_choice("friction", friction, ("joint", "callback"))
+    if "step" in vars(space):
+        raise setting_error("space", "taken", "this space has a Billiards already")
     if not callable(pair) or not _takes_two(pair):
         raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
+
+
+def warn_of_former(contacts: Any, friction: Any, alone: Any) -> None:
+    """Warn of settings that do nothing any more, or refuse a value that they never had."""
+    refuse_contacts(contacts, stacklevel=4)
+    if friction is not None:
+        check_choice("friction", friction, ("joint", "callback"))
+        text = "friction= does nothing: the engine slows balls down, without joints and callbacks"
+        warnings.warn(text, DeprecationWarning, stacklevel=3)
+    if alone is not None:
+        text = "alone= does nothing: every table is as fast, and may share its space"
+        warnings.warn(text, DeprecationWarning, stacklevel=3)
 
 
 def refuse_contacts(contacts: Any, stacklevel: int = 3) -> None:
@@ -163,7 +141,7 @@ def check_circle(circle: Any, t: float) -> None:
         circle.radius,
         t,
     )
-    _check_type("circle", circle)
+    _check_filter("circle", circle)
 
 
 def check_unchanged(ball: TableBall) -> None:
@@ -177,9 +155,8 @@ def check_unchanged(ball: TableBall) -> None:
 def changed_error(what: str, number: int, features: Iterable[Feature]) -> SettingError:
     """Make the error of the first feature of a ball, wall or pocket that somebody has changed."""
     key, now, was = next((key, now, was) for key, now, was in features if now != was)
-    value = "the table's own" if key.endswith("collision_type") else shown(was)
     message = (
-        f"it was {value} when the {what} came to the table; to change it, remove the {what} "
+        f"it was {shown(was)} when the {what} came to the table; to change it, remove the {what} "
         f"and add {'its circle' if what == 'ball' else 'it'} again"
     )
     return setting_error(f"{what} {number}: {key}", now, message)
@@ -192,15 +169,13 @@ def check_speed(key: str, velocity: Vector, radius: float, t: float) -> None:
         raise setting_error(key, list(velocity), message)
 
 
-def check_sound(ball: TableBall, move: Moves, t: float) -> None:
-    """Refuse a place, velocity or force (N) of a body that is not finite, or too large.
-
-    A step ends at ``t`` (s).
-    """
-    x, y, vx, vy, turns, fx, fy, torque = move
+def check_sound(ball: TableBall, motion: Motion, t: float) -> None:
+    """Refuse numbers of a ball's body that are not finite, or too large; a step ends at ``t`` s."""
+    (x, y, vx, vy), body = motion, ball.body
+    fx, fy = body.force
     for key, value in (("position", (x, y)), ("velocity", (vx, vy)), ("force", (fx, fy))):
         argument(f"ball {ball.number}: {key}", value, point)
-    for key, number in (("angular_velocity", turns), ("torque", torque)):
+    for key, number in (("angular_velocity", body.angular_velocity), ("torque", body.torque)):
         argument(f"ball {ball.number}: {key}", number, finite)
     check_speed(f"ball {ball.number}: velocity", (vx, vy), ball.radius, t)
 
@@ -221,10 +196,10 @@ def check_motion(wall: int, body: pymunk.Body) -> None:
         argument(f"wall {wall}: {key}", number, finite)
 
 
-def is_sound(ball: TableBall, move: Moves, t: float) -> bool:
-    """Tell whether all numbers of a body are finite, and none is too large."""
-    is_small = sum(map(abs, move)) <= LARGEST
-    return is_small and not is_too_fast((move.vx, move.vy), ball.radius, t)
+def is_sound(ball: TableBall, motion: Motion, t: float) -> bool:
+    """Tell whether a place and a velocity are finite, and not too large at a time (s)."""
+    is_small = sum(map(abs, motion)) <= LARGEST
+    return is_small and not is_too_fast(motion[2:], ball.radius, t)
 
 
 def check_wall(shape: Any, space: pymunk.Space) -> None:
@@ -242,20 +217,38 @@ def check_wall(shape: Any, space: pymunk.Space) -> None:
         raise setting_error("shape", _kind(shape), "a segment must have two ends")
     if not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):
         raise setting_error("shape", _kind(shape), "its place and size must be finite numbers")
-    _check_type("shape", shape)
+    _check_filter("shape", shape)
     if shape.body.space not in (None, space):
         raise setting_error("shape", _kind(shape), "its body is in another space")
 
 
-def _check_type(key: str, shape: pymunk.Shape) -> None:
-    """Refuse a collision type of the user's, because Billiards needs its own."""
-    if shape.collision_type in OWN_TYPES:
-        what = OWN_TYPES[shape.collision_type]
-        message = f"this shape is {what} of a table already"
-        raise setting_error(f"{key}.collision_type", "taken", message)
-    if shape.collision_type != 0:
-        message = "Billiards needs a collision type of its own: use on_contact instead of handlers"
-        raise setting_error(f"{key}.collision_type", shape.collision_type, message)
+def _check_filter(key: str, shape: pymunk.Shape) -> None:
+    """Refuse a group of filters of the user's, because Billiards needs its own."""
+    if shape.filter.group == GROUP:
+        message = "this shape is a ball, a wall or a pocket of a table already"
+        raise setting_error(key, "taken", message)
+    if shape.filter.group != 0:
+        message = "Billiards needs a group of its own: use categories and masks"
+        raise setting_error(f"{key}.filter.group", shape.filter.group, message)
+
+
+def set_apart(shape: pymunk.Shape) -> None:
+    """Let pymunk leave out the pairs of a ball or wall with others of the table."""
+    own = shape.filter
+    shape.filter = pymunk.ShapeFilter(GROUP, own.categories, own.mask)
+
+
+def check_free(obstacle: Obstacle, discs: Mapping[TableBall, Disc]) -> None:
+    """Refuse a wall or a pocket in which a ball lies now."""
+    wall = obstacle.wall
+    for ball, (place, radius) in discs.items():
+        if obstacle.holds(place, radius):
+            if isinstance(wall, Pocket):
+                message = "a ball lies within this pocket"
+                raise setting_error("position", list(wall.center), message)
+            room = obstacle.room(place, radius)
+            message = places.said(f"ball {ball.number}", "this wall", room, radius, None)
+            raise setting_error("shape", type(obstacle.shape).__name__, message)
 
 
 def check_place(

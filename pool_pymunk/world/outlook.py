@@ -4,26 +4,60 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.floor import TOUCHING, overlap
-from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.near import boxes_around
-from pool_pymunk.engine.recorder import Motion, Recorder
+from pool_pymunk.core.live import SAME, LiveEngine
+from pool_pymunk.core.motion.path import Motion, Path, sliding
+from pool_pymunk.core.motion.times import Vector, unit
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.walls.arc import Arc
+from pool_pymunk.core.walls.face import Face
+from pool_pymunk.core.walls.round import Rim, RoundSide
+from pool_pymunk.core.walls.side import Side
+from pool_pymunk.core.walls.wall import Pocket
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.contact import Contact, Pair, Vector
-from pool_pymunk.physics.impulses import Impulse
-from pool_pymunk.physics.moving import MovingWall
-from pool_pymunk.physics.path import Path, motion_at, set_off
-from pool_pymunk.physics.sides import Round, Straight, Wall, unit
 from pool_pymunk.world.ball import HAIR, Disc, TableBall
-from pool_pymunk.world.checks import Obstacle
-from pool_pymunk.world.state import LiveState, Phase
+from pool_pymunk.world.walls import Obstacle
 
 VISIBLE = 1e-3  # of a speed; lines that turn by less are straight
 MOST = 2_000  # This many instants are played at most; those of nine balls take 0.2 s.
+
+
+class Round(NamedTuple):
+    """The centre of a ball that touches a corner, a post or a ball is on a circle (m)."""
+
+    center: Vector
+    radius: float
+
+    def nearest(self, place: Vector) -> Vector:
+        """Return the point that is nearest to a place."""
+        (x, y), (u, v) = self.center, place
+        nx, ny = unit(u - x, v - y) if (u, v) != (x, y) else (1.0, 0.0)
+        return x + self.radius * nx, y + self.radius * ny
+
+
+class Straight(NamedTuple):
+    """The centre of a ball that touches a face is on a line (m)."""
+
+    point: Vector
+    normal: Vector
+
+    def height(self, place: Vector) -> float:
+        """Return how far (m) a place is before the line."""
+        (x, y), (nx, ny) = self.point, self.normal
+        return (place[0] - x) * nx + (place[1] - y) * ny
+
+    def nearest(self, place: Vector) -> Vector:
+        """Return the point that is nearest to a place."""
+        nx, ny = self.normal
+        height = self.height(place)
+        return place[0] - height * nx, place[1] - height * ny
+
 
 Locus = Round | Straight  # on which the centre of a touching ball lies
 Going = tuple[Vector, Vector]  # a velocity and a roll (m/s)
@@ -63,16 +97,18 @@ class Witness(Recorder):
         self.turns: defaultdict[int, int] = defaultdict(int)
         self.paths: dict[int, Path] = {}  # the last one of each ball, unless it has hit since
 
-    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
-        if self.at == math.inf and self.ball in contact.balls:
-            self.wall, self.at = contact.cushion, t
-            self.met = next((i for i in contact.balls if i != self.ball), None)
+    def contact(self, one: Contact, t: float) -> None:
+        balls = [disc.ball.number for disc in (one.a, one.b) if disc is not None]
+        if self.at == math.inf and self.ball in balls:
+            self.wall, self.at = None if one.wall is None else one.wall.number, t
+            self.met = next((i for i in balls if i != self.ball), None)
             if self.met is not None:  # Its line begins here.
                 self.lines[self.met], self.turns[self.met] = [], 0
-        for i in contact.balls:
+        for i in balls:
             self.paths.pop(i, None)
 
-    def path(self, i: int, path: Path) -> None:
+    def path(self, ball: Ball, path: Path) -> None:
+        i = ball.number
         before, place = self.paths.get(i), (path.x, path.y)
         self.paths[i] = path
         if before is None or turns(before, path):
@@ -80,14 +116,14 @@ class Witness(Recorder):
         elif self.turns[i] < 2:
             self.lines[i].append(place)
 
-    def stop(self, i: int, t: float, position: Vector) -> None:
-        self._turn(i, position)
+    def stop(self, ball: Ball, t: float, place: Vector) -> None:
+        self._turn(ball.number, place)
 
-    def pocketed(self, i: int, pocket: int, t: float, motion: Motion, center: Vector) -> None:
-        if self.at == math.inf and i == self.ball:
-            self.pocket, self.at = pocket, t
-        self._turn(i, motion[:2])
-        self._turn(i, center)
+    def pocketed(self, ball: Ball, pocket: Pocket, t: float, motion: Motion) -> None:
+        if self.at == math.inf and ball.number == self.ball:
+            self.pocket, self.at = pocket.number, t
+        self._turn(ball.number, motion[:2])
+        self._turn(ball.number, pocket.center)
 
     def _turn(self, i: int, place: Vector) -> None:
         if self.turns[i] < 2:
@@ -105,80 +141,33 @@ class Witness(Recorder):
 
 def turns(before: Path, path: Path) -> bool:
     """Tell whether a ball turns visibly where it begins a new path."""
-    _, _, vx, vy = motion_at(before, path.t)
+    vx, vy = before.velocity(path.t)
     return abs(path.vx - vx) + abs(path.vy - vy) > VISIBLE * (abs(vx) + abs(vy))
 
 
-def sketch(state: LiveState, ball: TableBall, struck: Going) -> Prediction:
-    """Strike a ball in a copy of the table; play until it and what it met have turned."""
-    balls = state.on_table()
-    witness = Witness(balls.index(ball))
-    engine = copy_of(state, witness, {ball: struck})
-    witness.paths.update(enumerate(engine.paths))
-    start = engine.paths[witness.ball]
+def sketch(engine: LiveEngine, balls: Sequence[TableBall], i: int, going: Going) -> Prediction:
+    """Strike ball ``i`` in a copy of the table; play until it and what it met have turned."""
+    witness, now = Witness(i), engine.now
+    engine.recorder = witness
+    own = engine.balls[i]
+    witness.paths.update((each.number, each.path) for each in engine.balls if each is not own)
+    engine.send(own, SAME, *going)
+    start = own.path
+    witness.lines.clear()
+    witness.turns.clear()
     for _ in range(MOST):
-        if witness.has_seen_all or not engine.is_finite or engine.upcoming() == math.inf:
+        if witness.has_seen_all or not engine.go_on():
             break
-        engine.next()
     met = witness.met
     return Prediction(
         met=None if met is None else balls[met],
         wall=witness.wall,
         pocket=witness.pocket,
-        t=witness.at,
-        way=((start.x, start.y), *(witness.lines[witness.ball] or [start.rest])),
+        t=witness.at - now,
+        way=((start.x, start.y), *(witness.lines[i] or [start.place(start.end)])),
         other_way=() if met is None else tuple(witness.lines[met]),
         where=witness.where,
     )
-
-
-def copy_of(
-    state: LiveState, recorder: Recorder, going: Mapping[TableBall, Going] | None = None
-) -> ContactEngine:
-    """Return an engine with the balls on the table, in their order, whose time (s) begins now.
-
-    Some balls may be ``going`` otherwise than they do. What the engine plays changes no ball.
-    """
-    balls, table = state.on_table(), state.engine
-
-    def pair(i: int, j: int) -> Pair:
-        return table.pair(balls[i].number, balls[j].number)
-
-    engine = ContactEngine(table.law, pair, table.surface, recorder)
-    engine.lay(table.surface, table.patches)
-    for k, each in enumerate(balls):
-        (x, y, vx, vy), roll = state.state_of(each.number)
-        goes = (going or {}).get(each, ((vx, vy), roll))
-        path = engine.path_at(k, 0.0, (x, y), *goes)
-        engine.add_ball(path, each.radius, table.masses[each.number])
-    numbers = {each.number: k for k, each in enumerate(balls)}
-    engine.movers = table.movers
-    engine.jams = {(numbers[i], place) for i, place in table.jams if i in numbers}
-    engine.walls = [wall_in(state, engine, wall) for wall in table.walls]
-    engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
-    engine.predict([i for i, path in enumerate(engine.paths) if path.moves])
-    return engine
-
-
-def wall_in(state: LiveState, engine: ContactEngine, wall: Wall) -> Wall:
-    """Return a wall for the copy of a table; one that moves stands there unless a step goes on."""
-    if not isinstance(wall, MovingWall):
-        return wall
-    if state.phase is Phase.STEPPING:
-        return wall.copy(wall.moving.copy(engine, state.time))
-    return wall.copy(wall.moving.standing(engine))
-
-
-def motions_after(state: LiveState, dt: float) -> dict[TableBall, tuple[Vector, Vector]]:
-    """Return where balls are in ``dt`` s, and how fast, to which something happens until then."""
-    balls, engine = state.on_table(), copy_of(state, Recorder())
-    began = list(engine.paths)
-    for _ in range(MOST):
-        if not engine.is_finite or engine.upcoming() > dt:
-            break
-        engine.next()
-    changed = [k for k, path in enumerate(began) if engine.paths[k] is not path]
-    return {balls[k]: engine.paths[k].at(dt) for k in changed}
 
 
 def free_spot(
@@ -197,12 +186,13 @@ def free_spot(
     size = (1.0 + HAIR) * radius
 
     def is_open(spot: Vector) -> bool:
-        line = set_off(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
+        line = sliding(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
         return not any(each.lies_across(line) for each in obstacles)
 
     edges: list[Locus] = [Round(place, size + other) for place, other in discs]
-    sides = [side for each in obstacles for side in each.sides]
-    edges += [side.edge(size) for side in sides if hasattr(side, "edge")]
+    for each in obstacles:
+        found = [edge_of(side, 0.0 if each.wall.is_pocket else size) for side in each.sides]
+        edges += [edge for edge in found if edge is not None]
     away = [math.dist(near, edge.nearest(near)) for edge in edges]
     farthest, within = min(max(away, default=0.0), most), 0.0
     while within <= 2.0 * farthest and within < most:
@@ -242,6 +232,18 @@ def beside(
             nx, ny = side.normal(x, y)
             x, y = x - gap * nx, y - gap * ny
     return x, y
+
+
+def edge_of(side: Side, size: float) -> Locus | None:
+    """Return where the centre of a disc of this size (m) lies that touches a side, if known."""
+    if isinstance(side, Face):
+        (x, y), (nx, ny), far = side.start, side.outward, side.core + size
+        return Straight((x + far * nx, y + far * ny), (nx, ny))
+    if isinstance(side, RoundSide | Rim):
+        return Round(side.center, side.core + size)
+    if isinstance(side, Arc):
+        return Round(side.center, side.radius + side.facing * size)
+    return None
 
 
 def crossings(one: Locus, other: Locus) -> list[Vector]:

@@ -10,12 +10,12 @@ from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import spare_drag
 from pool_pymunk.core.persistent.crowds import SUNK, Crowds
-from pool_pymunk.core.persistent.gathering import is_of, joined
+from pool_pymunk.core.persistent.gathering import joined
 from pool_pymunk.core.persistent.group import Group
 from pool_pymunk.core.persistent.member import REST, SLIP, Member
 from pool_pymunk.core.persistent.persistence import sides_of
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.core.persistent.touch import Touch, is_of
 from pool_pymunk.core.persistent.unseen import FEW, SHARED, STRONGEST, TINY
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at

@@ -7,7 +7,7 @@ from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spells
-from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.core.persistent.touch import Touch, is_of
 from pool_pymunk.core.walls.wall import Wall
 
 
@@ -72,13 +72,6 @@ class Gathering:
         h = self.time
         ax, ay = 2.0 * ((each.x - x) / h - vx) / h, 2.0 * ((each.y - y) / h - vy) / h
         return Path(self.began, x, y, vx, vy, ax, ay, self.began + h, False, wx, wy)
-
-
-def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
-    """Tell whether a touch is that of two balls, or of a ball and a wall."""
-    if one.b is None:
-        return b is None and one.a.ball is a and one.wall is wall
-    return (one.a.ball is a and one.b.ball is b) or (one.a.ball is b and one.b.ball is a)
 
 
 def joined(members: list[Member], touches: list[Touch]) -> list[list[Member]]:

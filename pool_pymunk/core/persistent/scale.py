@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
-# The numbers are shares of the speed and the time in which friction moves a ball by its radius. For
-# a pool ball on cloth these are 0.24 m/s and 0.12 s.
+TOLERANCE: Final = 1e-7  # m; unless the user asks for another one
+# The other numbers are shares of the speed and the time in which friction moves a ball by its
+# radius. For a pool ball on cloth these are 0.24 m/s and 0.12 s.
 NONE: Final = 4e-9
 FADED: Final = 4e-10
 CREEP: Final = 4e-8

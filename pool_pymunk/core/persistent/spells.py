@@ -4,28 +4,53 @@ from __future__ import annotations
 
 from typing import final
 
-from pool_pymunk.core.motion.times import Vector
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.motion.times import Vector, unit
 from pool_pymunk.core.persistent.persistence import Persisted
-from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.core.persistent.touch import Touch, is_of
 
 
 @final
 class Spell:
     """A spell is the time in which a contact persists without a break, with its impulse (N s)."""
 
-    __slots__ = ("a", "b", "cushion", "since", "until", "x", "y")
+    __slots__ = ("a", "b", "cushion", "since", "touch", "until", "x", "y")
 
-    def __init__(self, a: int, b: int, cushion: int, since: float) -> None:
+    def __init__(self, a: int, b: int, cushion: int, since: float, touch: Touch) -> None:
         self.a = a
         self.b = b
         self.cushion = cushion
+        self.touch = touch  # of the group in which the contact was last
         self.since = since
         self.until = since
         self.x = self.y = 0.0
 
     @property
-    def lasts(self) -> bool:
-        return self.until > self.since
+    def is_one(self) -> bool:
+        """This tells whether the contact has lasted, or has given an impulse."""
+        return self.until > self.since or self.x != 0.0 or self.y != 0.0
+
+    @property
+    def place(self) -> tuple[float, float, float, float]:
+        """Where its sides have touched last (m), and the normal, which points to the last ball."""
+        a, b, side, r = self.touch.a, self.touch.b, self.touch.side, self.touch.a.ball.radius
+        if b is None:
+            assert side is not None, "a touch has another side"
+            nx, ny = side.normal(a.x, a.y)
+            return a.x - r * nx, a.y - r * ny, nx, ny
+        if a.ball.number > b.ball.number:
+            a, b, r = b, a, b.ball.radius
+        nx, ny = unit(b.x - a.x, b.y - a.y)
+        return a.x + r * nx, a.y + r * ny, nx, ny
+
+    def goes_on(self, balls: list[Ball]) -> bool:
+        """Tell whether the contact is one of a group now."""
+        a, b, wall = self.touch.a.ball, self.touch.b, self.touch.wall
+        group = balls[a.number].group
+        other = None if b is None else b.ball
+        return group is not None and any(
+            [one.on and is_of(one, a, other, wall) for one in group.touches]
+        )
 
     @property
     def row(self) -> Persisted:
@@ -63,11 +88,20 @@ class Spells:
         if spell is None or since > spell.until:
             if spell is not None:
                 self.over.append(spell)
-            spell = self.last[key] = Spell(a, b, cushion, since)
-        spell.until = until
+            spell = self.last[key] = Spell(a, b, cushion, since, one)
+        spell.until, spell.touch = until, one
         spell.x, spell.y = spell.x + x, spell.y + y
+
+    def ended(self, balls: list[Ball]) -> list[Spell]:
+        """Return the spells that are over, and forget them."""
+        if len(self.last) == 0:
+            return []
+        ended = [*self.over, *[each for each in self.last.values() if not each.goes_on(balls)]]
+        self.over.clear()
+        self.last = {key: each for key, each in self.last.items() if each.goes_on(balls)}
+        return [each for each in ended if each.is_one]
 
     def rows(self) -> list[Persisted]:
         """Return the rows of all spells."""
         spells = [*self.over, *self.last.values()]
-        return [spell.row for spell in spells if spell.lasts or spell.x != 0.0 or spell.y != 0.0]
+        return [spell.row for spell in spells if spell.is_one]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
@@ -311,3 +312,10 @@ class Touch:
             if each is not None:
                 each.hold(now)
                 each.move()
+
+
+def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
+    """Tell whether a touch is that of two balls, or of a ball and a wall."""
+    if one.b is None:
+        return b is None and one.a.ball is a and one.wall is wall
+    return (one.a.ball is a and one.b.ball is b) or (one.a.ball is b and one.b.ball is a)

@@ -1,0 +1,338 @@
+"""This module follows the bodies of a table's balls, and lets them show what the engine plays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from enum import Enum, auto
+
+import numpy as np
+import pymunk
+
+from pool_pymunk.core import ball as core
+from pool_pymunk.core.live import SAME, LiveEngine
+from pool_pymunk.core.motion.path import Motion
+from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.table import Table
+from pool_pymunk.core.walls.side import OVERLAP
+from pool_pymunk.model.problems import SettingError
+from pool_pymunk.physics.contact import Vector
+from pool_pymunk.world.ball import Disc, TableBall, TableState
+from pool_pymunk.world.bodies import ROW, Bodies, Rows
+from pool_pymunk.world.checks import check_sound, check_unchanged, is_sound, set_apart
+from pool_pymunk.world.ground import LivePatch, ground_of
+from pool_pymunk.world.outlook import beside, free_spot, is_free
+from pool_pymunk.world.walls import Walls
+
+NOTHING = (0.0, 0.0)
+ROLLED = 7.0 / 5.0  # A ball that is to roll at once has to be pushed so many times as hard.
+
+
+class Phase(Enum):
+    """A phase says what is going on, and so which changes of the table are allowed."""
+
+    BETWEEN = auto()  # between two steps
+    PLAYING = auto()  # the engine plays, and asks the law and the pair
+    TELLING = auto()  # a callback hears of an instant that is over
+    STEPPING = auto()  # pymunk steps the space, which is closed to changes
+
+
+class LiveTable:
+    """Only these methods change the balls of a table, and their bodies (m, m/s, s).
+
+    ``written`` has a row for each ball: how its body was last made to show its motion. What differs
+    from it was done by others.
+    """
+
+    def __init__(self, space: pymunk.Space, engine: LiveEngine, max_dt: float) -> None:
+        self.space, self.engine, self.max_dt = space, engine, max_dt
+        self.bodies, self.walls = Bodies(space), Walls(space, engine)
+        self.patches: tuple[LivePatch, ...] = ()
+        self.surface: Surface = engine.table.surface
+        self.balls: list[TableBall] = []
+        self.ball_of: dict[int, TableBall] = {}  # the balls on the table, by the ids of bodies
+        self.written: Rows = np.zeros((0, ROW))
+        self.phase = Phase.BETWEEN
+        self.unsound: set[TableBall] = set()  # Their bodies have numbers that are none.
+        self.touched: set[TableBall] = set()  # by others, since the last step
+
+    @property
+    def end_of_step(self) -> float:
+        """The time (s) at which the present step, or the next one, ends at the latest."""
+        return self.engine.now + self.max_dt
+
+    # -- balls come and go -------------------------------------------------------------------------
+
+    def put_ball(self, circle: pymunk.Circle, roll: Vector) -> TableBall:
+        """Make a circle and its body a ball with this roll (m/s), unchecked."""
+        body = circle.body
+        assert body is not None
+        (x, y), (vx, vy) = body.position, body.velocity
+        path = self.surface.path(self.engine.now, (x, y), (vx, vy), roll)
+        own = core.Ball(len(self.balls), circle.radius, body.mass, path)
+        ball = TableBall(circle, own, self.follow)
+        self.balls.append(ball)
+        self._enter(ball)
+        ball.as_it_came = ball.features()
+        self.engine.add(own)
+        self.show()
+        return ball
+
+    def _enter(self, ball: TableBall) -> None:
+        """Put a ball into the space; pymunk leaves its pairs with others of the table out."""
+        things: tuple[pymunk.Body | pymunk.Shape, ...] = (ball.body, ball.circle, *ball.shapes)
+        self.space.add(*[each for each in dict.fromkeys(things) if each.space is None])
+        ball.own_filter = own = ball.circle.filter
+        set_apart(ball.circle)
+        ball.is_on_table = True
+        self.ball_of[ball.body_id] = ball
+        self.engine.choose(ball.core, own.categories, own.mask)
+
+    def bring_back(self, ball: TableBall) -> None:
+        """Put a ball that has left the table into the space again."""
+        self._enter(ball)
+        ball.as_it_came = ball.features()
+
+    def on_table(self) -> list[TableBall]:
+        """Return the balls that are on the table."""
+        return list(self.ball_of.values())
+
+    def is_there(self, ball: TableBall) -> bool:
+        """Tell whether a ball is in the space: nobody has taken its body or circle out of it."""
+        return ball.body.space is ball.circle.space is self.space
+
+    def drop(self, ball: TableBall) -> None:
+        """Take a ball off the table, and its body and shapes out of the space."""
+        if not ball.is_on_table:
+            return
+        if not ball.core.is_off:
+            self.engine.take_off(ball.core)
+        ball.is_on_table = False
+        del self.ball_of[ball.body_id]
+        self.unsound.discard(ball)
+        body = ball.body
+        if body.space in (None, self.space):
+            body.position, body.velocity = ball.core.path.place(self.engine.now), NOTHING
+        there = [each for each in body.shapes if each.space is self.space]
+        ball.shapes = tuple(dict.fromkeys((ball.circle, *there)))
+        self.space.remove(*there, *([body] if body.space is self.space else []))
+        ball.circle.filter = ball.own_filter
+
+    def take_out(self) -> None:
+        """Take the balls out of the space that pockets have taken in."""
+        taken, self.engine.taken = self.engine.taken, []
+        for one in taken:
+            self.drop(self.balls[one.number])
+
+    # -- where balls are ---------------------------------------------------------------------------
+
+    def motion_of(self, ball: TableBall) -> tuple[Motion, Vector]:
+        """Return the motion (m, m/s) and the roll (m/s) of a ball now."""
+        return ball.core.path.at(self.engine.now), self.engine.roll_of(ball.core)
+
+    def place_of(self, ball: TableBall) -> Vector:
+        """Return the place (m) of a ball now."""
+        return ball.core.path.place(self.engine.now)
+
+    def discs(self, without: TableBall | None = None) -> dict[TableBall, Disc]:
+        """Return place and radius of each ball, perhaps ``without`` one."""
+        balls = self.ball_of.values()
+        return {b: (self.place_of(b), b.radius) for b in balls if b is not without}
+
+    def motions(self) -> Rows:
+        """Return how all balls move now, those off the table, too."""
+        return np.frombuffer(self.engine.motions()).reshape(-1, ROW)
+
+    # -- bodies show what balls do -----------------------------------------------------------------
+
+    def show(self) -> None:
+        """Let bodies show how balls move now."""
+        self._read()
+        self.write(self.motions())
+
+    def write(self, motions: Rows) -> None:
+        """Let the bodies of all balls show these motions."""
+        self.written = motions.copy()
+        self.written[self.bodies.numbers] = self.bodies.write(motions, self.balls)
+
+    def show_some(self, balls: Iterable[TableBall]) -> None:
+        """Let the bodies of some balls show how they move now."""
+        for ball in balls:
+            if ball.is_on_table:
+                x, y, vx, vy = ball.core.path.at(self.engine.now)
+                ball.body.position, ball.body.velocity = (x, y), (vx, vy)
+                self.written[ball.number] = *ball.body.position, *ball.body.velocity
+
+    def send(self, ball: TableBall, place: Vector, velocity: Vector, roll: Vector = SAME) -> None:
+        """Set a ball off from a place, with a velocity and a roll; what is ``SAME`` stays."""
+        self.engine.send(ball.core, place, velocity, roll)
+        if place != SAME:
+            ball.body.position = place
+            self.space.reindex_shapes_for_body(ball.body)
+        self.show()
+
+    # -- what others do to bodies ------------------------------------------------------------------
+
+    def follow(self) -> None:
+        """Take what differs from what was last written as new starts."""
+        if self.phase in (Phase.STEPPING, Phase.PLAYING):
+            return
+        self._read()
+        bodies, touched = self.bodies, list[TableBall]()
+        rows, written = bodies.of_balls, self.written[bodies.numbers]
+        differ = rows != written
+        if not differ.any():
+            return
+        moved: dict[TableBall, tuple[Motion, bool, bool]] = {}
+        for k in np.flatnonzero(differ.any(axis=1)).tolist():
+            ball, (x, y, vx, vy) = self.balls[bodies.numbers[k]], rows[k].tolist()
+            if not is_sound(ball, (x, y, vx, vy), self.end_of_step):
+                self.unsound.add(ball)
+                continue
+            is_new = differ[k].tolist()
+            moved[ball] = (x, y, vx, vy), is_new[0] or is_new[1], is_new[2] or is_new[3]
+            touched.append(ball)
+        self._move(moved)
+        self.unsound.difference_update(touched)
+        self.touched.update(touched)
+        if touched:
+            self.show()
+
+    def _move(self, moved: dict[TableBall, tuple[Motion, bool, bool]]) -> None:
+        """Set balls off that others have put elsewhere, or have given another velocity."""
+        its = {b: (motion[:2], b.radius) for b, (motion, is_put, _) in moved.items() if is_put}
+        discs = self.discs() | its if its else {}
+        for ball, ((x, y, vx, vy), is_put, is_pushed) in moved.items():
+            place = SAME
+            if is_put:
+                del discs[ball]
+                place = self._spot_for(ball, (x, y), discs) or self.place_of(ball)
+                discs[ball] = place, ball.radius
+            self.engine.send(ball.core, place, (vx, vy) if is_pushed else SAME, SAME)
+
+    def _spot_for(
+        self, ball: TableBall, place: Vector, discs: dict[TableBall, Disc], most: float = math.inf
+    ) -> Vector | None:
+        """Return the place for a ball that is nearest to a place in balls or walls (m), if any.
+
+        It is not farther off than ``most``.
+        """
+        others = list(discs.values())
+        pushed = beside(place, ball.radius, others, self.walls.solid)
+        if is_free(pushed, ball.radius, others, self.walls.solid):
+            return pushed
+        try:
+            return free_spot(place, ball.radius, others, self.walls.solid, most)
+        except SettingError:
+            return None
+
+    def _read(self) -> None:
+        """Read the bodies; what somebody has taken out of the space is off the table."""
+        if self.bodies.read():
+            return
+        for ball in self.on_table():
+            if not self.is_there(ball):
+                self.drop(ball)
+        self.walls.drop_lost()
+        self.bodies.read()
+        self.bodies.know(self.ball_of)
+        if len(self.written) < len(self.balls):
+            self.written = self.motions().copy()
+
+    def refuse_changes(self, turn: int) -> None:
+        """Refuse changes that the table cannot follow, before anything moves."""
+        for ball in self.unsound:
+            row = self.bodies.of_balls[self.bodies.numbers.tolist().index(ball.number)]
+            check_sound(ball, tuple(row.tolist()), self.end_of_step)
+        for own in self.engine.moving():
+            if not self.balls[own.number].is_as_it_came():
+                check_unchanged(self.balls[own.number])
+        for ball in (*self.touched, *self.balls[turn : turn + 1]):
+            if ball.is_on_table:
+                check_unchanged(ball)
+        self.touched.clear()
+
+    def mend(self, ball: TableBall) -> None:
+        """Take numbers that are not finite off a ball's body, which gets a new place."""
+        body = ball.body
+        if not all(map(math.isfinite, body.force)):
+            body.force = NOTHING
+        for key in ("angle", "angular_velocity", "torque"):
+            if not math.isfinite(getattr(body, key)):
+                setattr(body, key, 0.0)
+        self.unsound.discard(ball)
+
+    # -- what others have done in pymunk's step ----------------------------------------------------
+
+    def push(self, gains: Rows, dt: float) -> None:
+        """Add what others have changed of velocities (m/s) in a step to those of the balls."""
+        for k in np.flatnonzero(gains.any(axis=1)).tolist():
+            ball, (gx, gy) = self.balls[self.bodies.numbers[k]], gains[k].tolist()
+            x, y, vx, vy = ball.core.path.at(self.engine.now)
+            surface = self.engine.table.surface_of(ball.core.patch)
+            holds = min(surface.pull, ROLLED * surface.drag) if surface.rolls else surface.pull
+            rests = ball.core.path.end <= self.engine.now
+            if rests and math.sqrt(gx * gx + gy * gy) <= holds * dt:
+                continue
+            check_sound(ball, (x, y, vx + gx, vy + gy), self.end_of_step)
+            self.engine.push(ball.core, (gx, gy))
+
+    # -- walls that move ---------------------------------------------------------------------------
+
+    def make_room(self) -> None:
+        """Keep balls out of walls that have come to lie in them since the last step."""
+        squeezes = self.engine.squeezes
+        for each, wall in self.walls.moving:
+            box = each.shape.cache_bb()
+            for ball in self.on_table():
+                (x, y), far = self.place_of(ball), 2.0 * ball.radius
+                is_near = box.left - far < x < box.right + far
+                if not (is_near and box.bottom - far < y < box.top + far):
+                    squeezes.free(ball.core, wall)
+                    continue
+                if ball.core.ignores(wall.categories, wall.mask):
+                    continue
+                gap = wall.nearest(x, y, ball.radius, self.engine.now).gap(x, y, ball.radius)
+                if gap >= -OVERLAP * ball.radius:
+                    squeezes.free(ball.core, wall)
+                    continue
+                spot = self._spot_for(ball, (x, y), self.discs(without=ball), far)
+                if spot is None:
+                    self.engine.jam(ball.core, wall)
+                else:
+                    squeezes.free(ball.core, wall)
+                    self.engine.send(ball.core, spot, SAME, SAME)
+
+    def lay(self, table: Table) -> None:
+        """Let all happen on another table of the core, before there are walls and balls."""
+        self.surface = table.surface
+        self.engine.lay(table)
+
+    # -- all balls at once -------------------------------------------------------------------------
+
+    def change_surface(self, surface: Surface, patches: tuple[LivePatch, ...]) -> None:
+        """Let all balls go on over another surface and other patches from now on."""
+        ground = ground_of(surface, patches)
+        self.surface, self.patches = surface, patches
+        self.engine.change_surface(surface, ground)
+
+    def save(self) -> TableState:
+        """Return the time, and how balls move now."""
+        states = {ball.number: self.motion_of(ball) for ball in self.on_table()}
+        motions = {i: motion for i, (motion, _) in states.items()}
+        rolls = {i: roll for i, (_, roll) in states.items()} if self.surface.rolls else None
+        return TableState(self.engine.now, motions, rolls)
+
+    def restore(self, saved: TableState) -> None:
+        """Put the balls back to where they were, and the time."""
+        for ball in self.on_table():
+            if ball.number not in saved.motions:
+                self.drop(ball)
+        for ball in (self.balls[number] for number in saved.motions):
+            if not ball.is_on_table:
+                self.bring_back(ball)
+        rolls = [(saved.rolls or {}).get(number, NOTHING) for number in saved.motions]
+        own = [self.balls[number].core for number in saved.motions]
+        self.engine.put_back(saved.time, own, list(saved.motions.values()), rolls)
+        self.unsound.clear()
+        self.show()
