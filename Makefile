@@ -1,14 +1,14 @@
 # make run, make test: all that a fresh clone needs. Both install what they need into .venv first, and
 # compile the core once. make build compiles it again, where its sources have changed.
-# make test is for every change. make test-all plays what it leaves out: what takes long or is compiled,
-# and what is random with new choices. POOL_SEED=... repeats its random scenes, and PROFILE=fixed the
+# make test is for every change. make test-all plays what it leaves out: what takes long, and what is
+# random with new choices. POOL_SEED=... repeats its random scenes, and PROFILE=fixed the
 # examples of hypothesis; then a share of the random scenes is played (POOL_SHARE).
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 
-# the extras that tests need; without `fast`, `env`, `play` or `examples` their tests are skipped
-EXTRAS ?= test,fast,sweep,cluster,env,fit,play,examples
+# the extras that tests need; without `env`, `play` or `examples` their tests are skipped
+EXTRAS ?= test,sweep,cluster,env,fit,play,examples
 
 ELSEWHERE := not browser and not docs
 QUICK := not long and not slow and $(ELSEWHERE)
@@ -16,7 +16,7 @@ QUICK := not long and not slow and $(ELSEWHERE)
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run build without-extras oldest-numba test played plain test-all compiled played-all test-browser test-pyodide lint format bench gallery handin screenshots docs linkcheck dist clean
+.PHONY: run build without-extras test played plain test-all played-all test-browser test-pyodide lint format bench gallery handin screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -34,30 +34,12 @@ build: $(VENV)/installed
 
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
 # docstrings, run without them.
-WITHOUT := atlas cli docs fast fit inputs manners own_laws place shapes sweep weakening
+WITHOUT := atlas cli docs fit inputs manners own_laws many place shapes sweep weakening
 without-extras: $(VENV)/installed
 	$(BIN)/pytest -n auto -q -m "$(QUICK)" \
 		pool_pymunk $(WITHOUT:%=tests/test_%.py)
 
-# The oldest numba that pyproject.toml allows and this Python has plays some compiled tests, in an
-# environment of its own; `make test-all` plays all of them with the newest one.
-OLDEST := .venv-oldest
-FIRST = $(shell sed -n 's/.*"numba>=0\.\([0-9]*\).*/\1/p' pyproject.toml)
-SOME := same_bits_on_every and (pockets or unequal) or numbas_dual or lacks and nothing \
-	or derivatives_are_those_of_runs and rectangle
-oldest-numba: export POOL_PYMUNK_CACHE = $(abspath $(OLDEST)/compiled)
-oldest-numba:
-	$(MAKE) --no-print-directory VENV=$(OLDEST) EXTRAS=test $(OLDEST)/installed
-	for minor in $$(seq $(FIRST) $$(($(FIRST) + 9))); do \
-		$(BIN:$(VENV)/%=$(OLDEST)/%)/python -m pip install --quiet --disable-pip-version-check \
-			--only-binary numba,llvmlite,numpy "numba==0.$$minor.*" "platformdirs>=4,<5" 2>/dev/null \
-			&& break; done; true
-	if $(BIN:$(VENV)/%=$(OLDEST)/%)/python -c "import numba; print('numba', numba.__version__)"; then \
-		$(BIN:$(VENV)/%=$(OLDEST)/%)/pytest -n 2 -q tests/test_same_bits.py tests/test_weakening.py \
-			tests/test_fast.py -k "$(SOME)" --hypothesis-profile fixed; \
-	else echo "no numba from 0.$(FIRST) on is made for this Python: it is left out"; fi
-
-# Quick tests compile no shots; lint goes on beside them.
+# Lint goes on beside the tests.
 test: $(VENV)/installed
 	$(MAKE) --jobs 2 --no-print-directory played lint
 
@@ -68,17 +50,13 @@ played: plain
 plain:
 	POOL_PYMUNK_PURE=1 $(BIN)/pytest -q pool_pymunk/core
 
-# All loops are compiled beside the first tests; tests of compiled shots come last (tests/conftest.py).
 test-all: export POOL_SEED ?= $(shell date +%s)
 test-all: PROFILE ?= random
 test-all: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.02,1)
 test-all: $(VENV)/installed
-	$(MAKE) --jobs 2 --no-print-directory compiled played-all PROFILE=$(PROFILE)
+	$(MAKE) --no-print-directory played-all PROFILE=$(PROFILE)
 
-compiled:
-	$(BIN)/python -m tests.loops
-
-LONGER := long or slow or compiled or seeded or hypothesis
+LONGER := long or slow or seeded or hypothesis
 played-all: $(VENV)/installed
 	$(BIN)/pytest -n auto -q --durations 40 -m "($(LONGER)) and $(ELSEWHERE)" \
 		--hypothesis-profile $(PROFILE)
@@ -209,5 +187,5 @@ dist: $(VENV)/installed
 clean:
 	rm -f pool_pymunk__mypyc.* pool_pymunk/core/compiled.txt
 	find pool_pymunk/core \( -name '*.so' -o -name '*.pyd' \) -delete
-	rm -rf $(VENV) .venv-plain $(OLDEST) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
+	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
 		docs/_build docs/examples docs/figures/made

@@ -7,12 +7,12 @@
 ('settled', 2)
 """
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pool_pymunk.core import compiled as compiled  # bool, and no name for `import *`
-    from pool_pymunk.fast.ahead import compile  # noqa: A004  It is called by its full name.
     from pool_pymunk.many import Batch, simulate_many
     from pool_pymunk.model import (
         Ball,
@@ -118,7 +118,6 @@ __all__ = [
 _HOMES = {
     "core": "compiled",
     "many": "Batch simulate_many",
-    "fast.ahead": "compile",
     "model": "Ball Friction Patch Physics Pocket Post Restitution Scene SceneError Shot State Table"
     " Units",
     "model.racks": "rack",
@@ -142,6 +141,12 @@ _HOMES = {
     "studies.variation": "Between Grid Normal Uniform Variation",
     "world": "Billiards same_balls",
 }
+
+
+def compile(*_: object, **__: object) -> None:  # noqa: A001  It is called by its full name.
+    """Do nothing: what it compiled is compiled when the package is built."""
+    message = "compile() does nothing any more: the core is compiled when the package is built"
+    warnings.warn(message, DeprecationWarning, stacklevel=2)
 
 
 def _load(name: str) -> Any:

@@ -1,7 +1,6 @@
 """`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
 What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
-`make test` compiles nothing by numba: Python plays the loop of tables.
 
 Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
 "fixed" twice as many; "random" (`pytest --hypothesis-profile random`) draws twenty times as many
@@ -21,13 +20,8 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 from scenes import BASE_SEED, DATA
-from shots import uncompiled
 
 from pool_pymunk import core
-from pool_pymunk.engine import asked, contacts
-from pool_pymunk.fast import compiled, single
-from pool_pymunk.fast.tables import Form
-from pool_pymunk.solvers import grouped
 
 settings.register_profile(
     "fixed",
@@ -61,19 +55,8 @@ NEEDED = {
 # These cannot even be imported without one.
 NEEDING = {
     "env": "gymnasium",
-    "fast/linked.py": "numba",
     "page/live/server.py": "uvicorn",
 }
-
-
-# These tests play compiled shots; in `make test` Python plays them.
-COMPILED = (
-    "atlas", "docs", "env", "fast", "figures", "find", "handed_back", "inputs", "linear", "live",
-    "live_moving",
-    "many", "many_derivatives", "many_patches", "own_laws", "place", "places", "play", "same_bits",
-    "sensitivity", "shapes", "single", "sweep", "variation", "weakening",
-)  # fmt: skip
-WAITING = ("collapse", "round", "together")  # Some slow tests of these play compiled shots, too.
 
 
 STALE = "the core is compiled from other sources than there are now: run `make build`"
@@ -100,18 +83,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes long or is compiled, which comes last; skip what lacks a library."""
+    """Mark what takes long, and skip what lacks a library."""
     for item in items:
         is_example = isinstance(item, pytest.DoctestItem)
         name = item.name if is_example else f"{item.path.name}::{item.name}"
         if not LONG.isdisjoint((name, name.partition("[")[0])):
             item.add_marker(pytest.mark.long)
-        if item.path.stem.removeprefix("test_") in COMPILED:
-            item.add_marker(pytest.mark.compiled)
         for module, library in NEEDED.items() if is_example else ():
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
-    items.sort(key=lambda item: item.path.stem.removeprefix("test_") in (*COMPILED, *WAITING))
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
@@ -120,32 +100,3 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     terminalreporter.write_line(f"The core was tested as it is: {how}.")
     if BASE_SEED:
         terminalreporter.write_line(f"Random scenes are those of POOL_SEED={BASE_SEED}.")
-
-
-@pytest.fixture(autouse=True)
-def single_runs_are_played_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Other tests may have loaded the compiled loop; a test that loads it uses it from then on."""
-    remember = single.remember
-
-    def remember_compiled(form: Form, play: Any) -> None:
-        if hasattr(play, "get_overload"):  # Other tests let Python play the loop.
-            remember(form, play)
-
-    monkeypatch.setattr(single, "remember", remember_compiled)
-    monkeypatch.setattr(grouped, "FASTER", [])
-    monkeypatch.setattr(asked, "PRESSES", [])
-    monkeypatch.setattr(contacts, "LOOPS", [])
-
-
-@pytest.fixture(autouse=True)
-def shots_are_compiled_in_test_all(
-    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Compiling a loop takes a minute; Python plays it in `make test`, with the twins of numba."""
-    if "slow" in request.keywords:
-        return
-    monkeypatch.setattr(compiled, "note_form", lambda *_: None)
-    monkeypatch.setattr(compiled, "has_form", lambda *_: False)
-    is_quick = request.config.getoption("--hypothesis-profile") in (None, "quick")
-    if is_quick and "long" not in request.keywords:
-        monkeypatch.setattr(compiled, "play_shots", uncompiled)

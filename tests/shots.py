@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import random
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache, partial
-from threading import Lock
 from typing import Any
 
 import numpy as np
-import pytest
 from frozen import FORMS, random_frozen_scene
 from hard_kinds import random_hard_scene
 from oracle.reference import OUTLINES, random_round_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, Table, rack
-from pool_pymunk.fast import asked, compiled, loop
 from pool_pymunk.solvers.request import Request
 
-HAS_NUMBA = compiled.is_there()
-needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
 KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard", "round"]
-LATE = ("hard", "round")  # `make test-all` compiles their loops among the slow tests.
+LATE = ("hard", "round")  # These take long.
 ROLLS = " that rolls"
-ONE_AT_A_TIME = Lock()  # Threads would not know what to put back after each other's twins.
 SAME = 1e-13  # of a shot's largest derivative
 ROLLING = [kind + ROLLS for kind in KINDS]
 
@@ -111,38 +102,6 @@ def great_crowd(count: int, rolls: bool = False) -> Scene:
         balls, Table.rectangle(0.99, 0.09 * (count // columns + 2)), Restitution(0.9, cushion=0.8),
         Friction(0.2, 0.1, 0.05, rolling=0.02 if rolls else None),
     )  # fmt: skip
-
-
-def uncompiled(*_: bool) -> Any:
-    """Return the loop that numba compiles, as Python plays it with the twins of numba."""
-    loop_in_python: Any = partial(with_twins(loop.play_shots))
-    loop_in_python.signatures = ["Python"]
-    return loop_in_python
-
-
-def with_twins(follow: Callable[..., int]) -> Callable[..., int]:
-    """Return a function that numba compiles, as Python plays it with the twins of numba."""
-
-    def followed(*args: Any) -> int:
-        with ONE_AT_A_TIME, pytest.MonkeyPatch.context() as patch:
-            for module, name, twin in asking():
-                patch.setattr(module, name, twin)
-            return follow(*args)
-
-    return followed
-
-
-@cache
-def asking() -> list[tuple[Any, str, Any]]:
-    """Return where functions that have a twin are called, and their twins."""
-    twins, rooms = asked.TWINS, ("pool_pymunk.physics", "pool_pymunk.engine")
-    modules = [module for name, module in sys.modules.items() if name.startswith(rooms)]
-    return [
-        (module, name, twins[value])
-        for module in modules
-        for name, value in vars(module).items()
-        if inspect.isfunction(value) and value in twins
-    ]
 
 
 def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any], ...]:

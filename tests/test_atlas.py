@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tracemalloc
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +32,6 @@ from pool_pymunk.render import atlas as drawing
 from pool_pymunk.render.atlas import atlas_picture
 from pool_pymunk.studies import atlas as maps
 from pool_pymunk.studies.atlas import MAPS
-
-pytestmark = pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
 
 
 def test_every_pixel_is_an_exact_shot() -> None:

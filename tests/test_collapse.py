@@ -8,17 +8,14 @@ from collections.abc import Callable, Iterator
 from itertools import compress
 from typing import Any, NamedTuple
 
-import numpy as np
 import pytest
 from clusters import random_cluster
 from core_clusters import InCore
-from shots import needs_numba
 
 from pool_pymunk.core.contact.collapse import MOST_PARTS
 from pool_pymunk.core.contact.collapse import Collapse as CoreCollapse
 from pool_pymunk.core.contact.together import all_orders
 from pool_pymunk.engine.decisions import CONVERGED
-from pool_pymunk.fast import compiled, records
 from pool_pymunk.physics import collapse, together
 from pool_pymunk.physics.collapse import MOST_HITS
 from pool_pymunk.physics.contact import (
@@ -179,79 +176,10 @@ def test_a_cycle_with_too_many_parts_is_not_leapt_over(by: Any) -> None:
         assert found.is_over == (found.leapt > 0) == (2 * copies <= MOST_PARTS)
 
 
-# -- compiled --------------------------------------------------------------------------------------
-
-
-def record_of(form: Any) -> Any:
-    """Return a record of a form, full of zeros."""
-    return np.zeros(1, form).view(np.recarray)[0]
-
-
-def as_arrays(start: Start) -> tuple[Any, Any]:
-    """Return contacts and velocities in arrays, as compiled shots have them."""
-    contacts, before = start
-    rows = np.zeros(len(contacts), records.CONTACT[False]).view(np.recarray)
-    for row, one in zip(rows, contacts, strict=True):
-        row.a, row.b, row.normal, row.pair = one.a, one.b, one.normal, one.pair
-    velocity = np.zeros((records.MOST_BALLS + 1, 2))
-    for i, v in before.items():
-        velocity[i] = v
-    return rows, velocity
-
-
-def as_dict(velocity: Any, balls: Velocities) -> Velocities:
-    """Return the velocities of some balls."""
-    return {i: (float(velocity[i][0]), float(velocity[i][1])) for i in balls}
-
-
 def starts(count: int) -> Iterator[Start]:
     """Yield starts of squeezed balls, and a third as many of crowded balls."""
     yield from map(squeezed, range(count))
     yield from (start for start in map(crowded, range(count // 3)) if start[0])
-
-
-@pytest.mark.slow
-@needs_numba
-def test_compiled_collapses_have_the_same_bits() -> None:
-    leapt = 0
-    begin, next_hits = compiled.alone(collapse.begin), compiled.alone(collapse.next_hits)
-    c = record_of(records.parts_of(64, False)["collapse"])
-    for start in starts(200):
-        contacts, before = start
-        rows, velocity = as_arrays(start)
-        c.can_leap, c.most = 1, 300
-        begin(c, rows, len(contacts), np.array([one.gap for one in contacts]), CONVERGED)
-        while next_hits(c, rows, velocity) > 0:
-            after = as_dict(velocity, before)
-            answer([one for k, one in enumerate(contacts) if c.hits[k]], after)
-            for i, v in after.items():
-                velocity[i] = v
-        found = played(start, True, 300)
-        assert (c.played, bool(c.is_over)) == found[:2]
-        assert as_dict(velocity, before) == found.velocity
-        leapt += c.played > c.spent
-    assert leapt > 20
-
-
-@pytest.mark.slow
-@needs_numba
-def test_compiled_means_over_orders_have_the_same_bits() -> None:
-    begin, go_on = compiled.alone(together.begin_orders), compiled.alone(together.next_in_order)
-    o = record_of(records.parts_of(64, False)["orders"])
-    for start in starts(30):
-        contacts, before = start
-        rows, velocity = as_arrays(start)
-        for k, one in enumerate(contacts):
-            o.point[k] = one.point
-        begin(o, rows, len(contacts), velocity)
-        while (k := go_on(o, rows, velocity)) >= 0:
-            after = as_dict(velocity, before)
-            one_hit(contacts[k], after)
-            for i, v in after.items():
-                velocity[i] = v
-        expected: Velocities = dict(before)
-        together.mean_over_orders(contacts, expected, one_hit)
-        assert as_dict(velocity, before) == expected
 
 
 # -- exact sums ------------------------------------------------------------------------------------

@@ -34,7 +34,7 @@ LONG = ("environments.md", "fit.md", "derivatives.md", "many-shots.md", "shots-i
 NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",
-    "i-want-to.md": "numba",
+    "i-want-to.md": "scipy",
     "many-shots.md": "pyarrow",
     "notebooks.md": "pandas",
     "shots-in-torch.md": "torch",
@@ -182,7 +182,7 @@ def test_python_runs(page: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("page", [DOCS / "i-want-to.md"], ids=["i-want-to.md"])
 def test_commands_run(page: Path, tmp_path: Path) -> None:
     """The commands of a page run as they are written, behind its blocks of Python."""
-    for needed in ("numba", "pyarrow", "scipy"):
+    for needed in ("pyarrow", "scipy"):
         pytest.importorskip(needed)
     run_python(page, tmp_path)
     commands = commands_of(page)
@@ -198,8 +198,6 @@ def test_commands_run(page: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("code", python_blocks(README) + python_blocks(CONTRIBUTING))
 def test_the_code_of_readme_and_contributing_runs(code: str, tmp_path: Path) -> None:
-    if "simulate_many" in code:
-        pytest.importorskip("numba")
     result = subprocess.run(
         [sys.executable, "-W", "error", "-c", code],
         capture_output=True,
@@ -232,7 +230,7 @@ def test_every_file_that_contributing_names_is_there() -> None:
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the documentation once, and return its folder."""
-    needed = ("sphinx", "sphinx_gallery", "furo", "myst_parser", "latex2mathml", "numba", "pygame",
+    needed = ("sphinx", "sphinx_gallery", "furo", "myst_parser", "latex2mathml", "pygame",
               "gymnasium")  # fmt: skip
     if any(importlib.util.find_spec(name) is None for name in needed):
         pytest.skip("the documentation needs pip install '.[docs]'")

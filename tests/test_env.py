@@ -1017,7 +1017,6 @@ def test_without_a_mode_nothing_is_drawn_and_it_says_so() -> None:
 @pytest.mark.slow
 def test_a_planner_learns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The cross-entropy planner beats random play, and more rounds beat fewer."""
-    pytest.importorskip("numba")
     path = HERE.parent / "examples" / "learn_caroms.py"
     assert len(path.read_text(encoding="utf-8").splitlines()) < 80
     example = runpy.run_path(str(path))

@@ -134,7 +134,6 @@ def test_every_obstacle_is_a_wall() -> None:
 def test_the_opponents_pot_what_they_see(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("numba")
     opponent = example("pool_opponent")
     monkeypatch.setattr(opponent, "ERROR", 0.0)
     turns = opponent.main(["--out", str(tmp_path), "--angles", "200"])
@@ -152,7 +151,6 @@ def test_the_opponents_pot_what_they_see(
 def test_shots_learn_where_to_leave_the_cue_ball(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("numba")
     steer = example("steer_a_thousand")
     found = steer.main(["--out", str(tmp_path), "--shots", "100", "--rounds", "40"])
     there = int((found.off < steer.NEAR).sum())

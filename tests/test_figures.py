@@ -380,7 +380,6 @@ def test_a_shot_takes_so_many_bytes() -> None:
 
 @pytest.mark.parametrize("more", ["", " with its starts"])
 def test_a_shot_takes_so_many_bytes_of_a_file(more: str, tmp_path: Path) -> None:
-    pytest.importorskip("numba")
     pytest.importorskip("pyarrow")
     vary: dict[str, Any] = {"angle": (-5, 5), "speed": (1, 6)}
     if more:

@@ -24,7 +24,6 @@ FLOORS = (
     ("world",),
     ("solvers", "report"),
     ("many",),
-    ("fast",),
     ("studies",),
     ("render",),
     ("page", "env"),

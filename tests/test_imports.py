@@ -55,19 +55,19 @@ def test_a_first_run_imports_what_it_needs_alone() -> None:
 
 
 def test_a_run_in_which_a_contact_persists_imports_no_other_engine() -> None:
-    assert not rooms(imported(PRESSING)) & {"engine", "world", "fast"}
+    assert not rooms(imported(PRESSING)) & {"engine", "world"}
 
 
 def test_a_solver_that_is_asked_is_imported() -> None:
     found = imported(FIRST_RUN.format(solver="pymunk-discrete"))
     assert {"pymunk", "pool_pymunk.solvers.pymunk_discrete"} <= found
-    assert not rooms(found) & {"engine", "world", "fast"}
+    assert not rooms(found) & {"engine", "world"}
 
 
 def test_the_names_of_solvers_import_none_of_them() -> None:
     found = imported("from pool_pymunk import SOLVERS\nassert len(SOLVERS) == 5")
     assert "pool_pymunk.solvers.registry" in found
-    assert not rooms(found) & {"core", "engine", "world", "fast"}
+    assert not rooms(found) & {"core", "engine", "world"}
 
 
 def test_importing_the_package_imports_nothing_else() -> None:

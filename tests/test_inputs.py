@@ -36,7 +36,7 @@ from pool_pymunk.model.inputs import BALL, ROWS, SHOT, SI, TABLE, Input, with_in
 from pool_pymunk.studies.derivatives import follow
 
 needs = pytest.mark.skipif(
-    not all(map(find_spec, ("numba", "scipy", "pyarrow"))), reason="an extra is not installed"
+    not all(map(find_spec, ("scipy", "pyarrow"))), reason="an extra is not installed"
 )
 DOCS = Path(__file__).parents[1] / "docs" / "inputs.md"
 STRUCK, OTHER = "C", "1"

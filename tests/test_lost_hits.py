@@ -12,13 +12,9 @@ from typing import Any
 
 import pytest
 from scenes import DATA, seeds, takes_long
-from shots import needs_numba
 from small_tables import deepest, small_table
 
 from pool_pymunk import Ball, Friction, Restitution, Scene, Table, simulate
-from pool_pymunk.engine import modes
-from pool_pymunk.fast import ahead
-from pool_pymunk.physics.pressed import REST
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 
 Point = tuple[float, float]
@@ -141,10 +137,8 @@ def test_a_ball_that_its_neighbours_hold_does_not_stop_again_and_again(seed: int
 @takes_long
 @pytest.mark.slow
 @pytest.mark.seeded
-@needs_numba
 def test_no_hit_is_lost_on_random_tables() -> None:
     """Where friction jams, balls have no forces for a moment, and may sink in a little."""
-    ahead.compile(random_table(0))
     numbers = seeds(40)
     found = [deepest(simulate(random_table(seed), solver="event-driven")) for seed in numbers]
     assert max(found) < 1e-2
@@ -160,24 +154,9 @@ def test_no_hit_is_lost_at_arcs(seed: int) -> None:
     assert deepest(simulate(small_table(seed), solver="event-driven")) < 1e-8
 
 
-@pytest.mark.slow
-def test_a_group_of_which_no_ball_moves_has_no_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One variant of this run had a million at one instant."""
-    set_out = modes.set_out
-
-    def checked(w: Any, leader: int, is_second: int) -> None:
-        assert any(w.press.phase[m] != REST for m in range(w.press.balls))
-        set_out(w, leader, is_second)
-
-    monkeypatch.setattr(modes, "set_out", checked)
-    simulate(small_table(40061), solver="event-driven", compiled=False)
-
-
 @takes_long
 @pytest.mark.slow
 @pytest.mark.seeded
-@needs_numba
 def test_no_hit_is_lost_on_tables_with_arcs_and_posts() -> None:
-    ahead.compile(small_table(0))
     found = [deepest(simulate(small_table(seed), solver="event-driven")) for seed in seeds(40)]
     assert max(found) < 1e-8

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from patch_scenes import M, R, random_scene
-from shots import check_bits, check_derivatives, needs_numba
+from shots import check_bits, check_derivatives
 
 from pool_pymunk import (
     Ball,
@@ -25,8 +24,8 @@ from pool_pymunk import (
 SOFT = Restitution(0.0, cushion=0.0)
 
 
-def played(scene: Scene, compiled: bool = False) -> Run:
-    return simulate(scene, solver="event-driven", compiled=compiled)
+def played(scene: Scene) -> Run:
+    return simulate(scene, solver="event-driven")
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -83,21 +82,3 @@ def test_shots_that_may_stay_on_ice_need_a_latest_time() -> None:
     ice = Scene((ball,), friction=Friction(0.1), patches=(strip(0.2, surface=0.0),))
     with pytest.raises(SettingError, match="max_time = None: is missing"):
         simulate_many(ice, velocity=np.ones((2, 1, 2)))
-
-
-@pytest.mark.slow
-@needs_numba
-@pytest.mark.parametrize("restitution", [None, SOFT])
-def test_numba_has_the_bits_of_python(restitution: Any) -> None:
-    """Shots, derivatives, single runs and rounding are compiled."""
-    for seed in range(60):
-        scene = random_scene(seed)
-        scene = scene if restitution is None else replace(scene, restitution=restitution)
-        run, batch = played(scene), simulate_many(scene, derivatives="position")
-        check_bits(batch, range(1))
-        check_derivatives(batch, [0])
-        other = played(scene, compiled=True)
-        assert run.events == other.events
-        assert run.steps == other.steps
-        for own, its in zip(run.knots, other.knots, strict=True):
-            np.testing.assert_array_equal(own, its)

@@ -23,9 +23,7 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.fast.tables import can_compile
 from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Side, Wall
 
@@ -116,7 +114,6 @@ def test_both_exact_solvers_agree_on_it() -> None:
 
 def test_many_shots_take_python_for_it() -> None:
     scene = table()
-    assert not can_compile(scene, LAWS["coulomb"])
     velocity = np.zeros((3, 2, 2))
     velocity[:, 0] = [(2.0, 0.9), (1.5, 0.2), (-1.0, 0.3)]
     batch = simulate_many(scene, velocity=velocity)

@@ -8,19 +8,16 @@ import re
 import subprocess
 import sys
 import time
-import warnings
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from commands import Capture, exit_code
-from scenes import columns_of, takes_long
+from scenes import columns_of
 
 from pool_pymunk import load
 from pool_pymunk.cli import common, terminal
 from pool_pymunk.cli.terminal import Bar, Share, in_words
-from pool_pymunk.fast import compiled
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.studies import grid
 from pool_pymunk.studies.find import find
@@ -336,32 +333,3 @@ def test_what_is_printed_under_a_bar_goes_where_it_was_sent(tmp_path: Path) -> N
 def test_times_are_in_words() -> None:
     assert in_words(59.6) == "60 s"
     assert in_words(3000.0) == "50 min"
-
-
-# -- without numba -----------------------------------------------------------------------------
-
-MANY = {
-    "sensitivity": ("report", "--angle-error", 1, "--shot", 3, "--samples", 2, "--no-pictures"),
-    "tradeoff": ("report", "--shot", 3, *FEW),
-    "atlas": ("report", "--shot", 3, "--size", "2x2"),
-    "sweep": ("report", "--shot", 3, "--grid", "angle=-1:1:3", "--chunk", 2),
-    "sweep --workers": ("report", "--shot", 3, "--grid", "angle=-1:1:3", "--workers", 1),
-}
-
-
-@pytest.mark.parametrize(
-    "command",
-    [*list(MANY)[:-1], pytest.param("sweep --workers", marks=takes_long)],
-)
-def test_without_numba_a_command_says_nothing_of_it(
-    command: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if command.startswith("sweep") and find_spec("pyarrow") is None:
-        pytest.skip("a sweep needs pyarrow")
-    monkeypatch.setattr(compiled, "is_there", lambda: False)
-    place = tmp_path / ("map.png" if command == "atlas" else "out")
-    with warnings.catch_warnings():
-        warnings.simplefilter("default")
-        assert exit_code(command.split()[0], *MANY[command], "--out", place) == 0
-    said = [line for line in capfd.readouterr().err.splitlines() if "numba" in line]
-    assert said == []

@@ -286,7 +286,7 @@ USERS: list[User] = [
     by_billiards_alone, by_billiards_with_a_guest, by_sensitivity, by_many_shots, by_derivatives,
     by_sweep, by_atlas, by_environments, by_files, by_pages, by_pictures,
 ]  # fmt: skip
-NEEDS = {by_sweep: "pyarrow", by_atlas: "numba", by_environments: "gymnasium"}
+NEEDS = {by_sweep: "pyarrow", by_environments: "gymnasium"}
 
 
 @pytest.mark.parametrize("rolls", [False, True], ids=["slides", "rolls"])

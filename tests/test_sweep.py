@@ -28,10 +28,7 @@ from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.sweep.job import Done
 from pool_pymunk.studies.sweep.plan import Plan, make_plan
 
-pytestmark = [
-    pytest.mark.skipif(find_spec("pyarrow") is None, reason="pyarrow is not installed"),
-    pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed"),
-]
+pytestmark = pytest.mark.skipif(find_spec("pyarrow") is None, reason="pyarrow is not installed")
 INCH = 0.0254
 VARY: dict[str, Any] = {"angle": (-5, 5), "speed": (1, 6), "start": 0.005 * INCH}
 

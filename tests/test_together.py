@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -33,7 +32,6 @@ from pool_pymunk.core.contact.laws import HitsByLaw
 from pool_pymunk.core.variant import NO_SLIP
 from pool_pymunk.engine import answers, decisions, instants
 from pool_pymunk.engine.instants import is_same
-from pool_pymunk.fast import compiled
 from pool_pymunk.many.source import read_source
 from pool_pymunk.physics import collapse, impulses, laws, together
 from pool_pymunk.physics.contact import (
@@ -433,35 +431,6 @@ def test_impulses_of_redundant_contacts_must_not_be_dropped(rows: int) -> None:
 
 
 # -- on every machine ----------------------------------------------------------------------------
-
-CONTACT = np.dtype(
-    [("a", int), ("b", int), ("normal", float, 2), ("gap", float),
-     ("pair", [("m_a", float), ("m_b", float), ("restitution", float), ("friction", float)]),
-     ("drift", float, (0,))]
-)  # fmt: skip
-Arrays = namedtuple("Arrays", "response factor wanted unit pushes rest pushing chosen shares")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not compiled.is_there(), reason="numba is not installed")
-def test_compiled_impulses_have_the_same_bits() -> None:
-    push = compiled.alone(together.push_at_once)
-    for seed in range(200):
-        cluster = random_cluster(seed)
-        closing, after = cluster.closing(), dict(cluster.velocity)
-        impulses, count = at_once(closing, after), len(closing)
-        rows = [(c.a, c.b, c.normal, c.gap, c.pair, ()) for c in closing]
-        velocity, own = np.array(list(cluster.velocity.values())), room(count)
-        arrays = [np.array(getattr(own, name)) for name in together.ROOM]
-        arrays.append(np.zeros(len(after) + 1, int))
-        if count:
-            records = np.array(rows, CONTACT).view(np.recarray)
-            within = Arrays(*arrays)
-            assert push(records, count, velocity, within) == (impulses is not None)
-            normal, tangential = impulses or ([], [])
-            assert impulses is None or within.pushes.tolist() == normal
-            assert impulses is None or within.rest.tolist() == tangential
-            assert list(map(tuple, velocity.tolist())) == list(after.values())
 
 
 def test_nothing_that_decides_an_end_rounds_as_its_machine_does() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -184,7 +183,6 @@ def test_the_scenes_own_numbers_are_those_of_the_shot() -> None:
     assert begun.own("mass.C") == REPORT.balls[0].mass
 
 
-@pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
 def test_a_seed_decides_the_samples_of_a_ball_in_a_frozen_rack() -> None:
     """Balls that overlap are moved apart, and so others move; what is drawn stays."""
     scene = load("eight-ball")

@@ -86,7 +86,6 @@ def measure_one(id_: str, steps: int = 1_000) -> float:
 @pytest.mark.parametrize("id_", IDS)
 def test_many_tables(benchmark: Any, id_: str) -> None:
     """The time is that of a step of 4,096 tables."""
-    pytest.importorskip("numba")
     envs, rng = vector_env(id_), np.random.default_rng(0)
     actions = rng.uniform(-1.0, 1.0, envs.action_space.shape)
     benchmark.pedantic(lambda: envs.step(actions), rounds=20, warmup_rounds=2)

@@ -137,7 +137,6 @@ def measure(kind: Kind, seconds: float = 1.0) -> Speed:
 @pytest.mark.parametrize("name", KINDS)
 def test_many_shots(benchmark: Any, name: str) -> None:
     """The time is that of ten thousand shots on one thread."""
-    pytest.importorskip("numba")
     kind = KINDS[name]()
     position, velocity = kind.draw(10_000)
     benchmark.pedantic(
@@ -199,7 +198,6 @@ def arcs_cost(e: float = 0.95) -> tuple[float, float]:
 
 def test_a_contact_in_a_stadium(benchmark: Any) -> None:
     """Its cost is measured beside that of a contact in a rectangle, with the same balls."""
-    pytest.importorskip("numba")
     times, hard = benchmark.pedantic(arcs_cost)
     benchmark.extra_info["times_a_rectangle"] = times
     benchmark.extra_info["hard"] = hard

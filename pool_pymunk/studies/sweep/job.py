@@ -100,7 +100,7 @@ def sweep(
     workers, ``on_shots(n)`` is called whenever ``n`` more shots of a part are played. An interrupt
     leaves the parts that are done. Raises SettingError for what makes no
     sense, and for a folder that has another sweep. It needs ``pip install
-    'pool-pymunk[fast,sweep]'``.
+    'pool-pymunk[sweep]'``.
 
     >>> import tempfile
     >>> from pool_pymunk import load
@@ -110,7 +110,7 @@ def sweep(
     (100, 100)
     """
     if find_spec("pyarrow") is None:
-        message = "a sweep needs pyarrow: pip install 'pool-pymunk[fast,sweep]'"
+        message = "a sweep needs pyarrow: pip install 'pool-pymunk[sweep]'"
         raise setting_error("out", str(out), message)
     began = time.perf_counter()
     plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time, aims_anew)

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-import math
-import os
-import pickle
-import random
-import re
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
-from importlib import import_module
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -29,11 +20,11 @@ from shots import (
     ROLLS,
     check_bits,
     great_crowd,
-    needs_numba,
     shots_of,
     some_scene,
 )
 
+import pool_pymunk
 from pool_pymunk import (
     Ball,
     Batch,
@@ -50,14 +41,8 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.engine.due import Queue, What
-from pool_pymunk.fast import compiled, due, moves
 from pool_pymunk.many import play
 from pool_pymunk.many.source import read_source
-from pool_pymunk.physics.motion import path_to_disc
-from pool_pymunk.physics.pairs import pair_time, stay_apart
-from pool_pymunk.physics.path import set_off
-from pool_pymunk.physics.surface import slide_or_roll
 from pool_pymunk.studies.compare import contact_order, play_beside, reference_of
 
 
@@ -350,50 +335,6 @@ def test_a_path_ends_before_other_balls_hit_each_other_at_the_same_time() -> Non
     scene = Scene(balls, None, Restitution(1.0), Friction(0.25), Physics(gravity=4.0))
     events = simulate(scene, solver="event-driven").events
     assert [(event.t, event.kind) for event in events[:2]] == [(1.0, "stop"), (1.0, "ball-ball")]
-    queue = Queue([set_off(0.0, (0.0, 0.0), (1.0, 0.0), 1.0)] * 3)
-    for what in (What("pair", 0, 1), What("stop", 2), What("wall", 0, 0), What("stop", 1)):
-        queue.push(1.0, what)
-    assert [due[2].kind for due in queue.take_until(1.0)] == ["stop", "stop", "pair", "wall"]
-
-
-def some_ball(rnd: random.Random, pull: float, scale: float, now: float) -> Any:
-    """Return a ball as the loop has it in a record, among balls of the same ``scale`` (m)."""
-    ball = SimpleNamespace(roll=[0.0, 0.0])
-    place = scale * rnd.uniform(995, 1005), scale * rnd.uniform(995, 1005)
-    angle, speed = rnd.uniform(0, math.tau), scale * 10 ** rnd.uniform(-3, 1.5)
-    velocity = (speed * math.cos(angle), speed * math.sin(angle))
-    began, ball.radius = rnd.uniform(0, now), scale * rnd.uniform(0.2, 1.0)
-    velocity = velocity if rnd.random() < 0.8 else (0.0, 0.0)
-    path = set_off(began, place, velocity, pull * scale)
-    if rnd.random() < 0.3:
-        roll = scale * rnd.uniform(-2.0, 2.0), scale * rnd.uniform(-2.0, 2.0)
-        path = slide_or_roll(began, place, velocity, roll, pull * scale, 0.1 * pull * scale)
-        now = min(now, path.end)  # After its end the ball would have another path.
-    moves.put_path(ball, path)
-    return ball
-
-
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_a_bound_never_leaves_out_two_balls_that_meet(scale: float) -> None:
-    """The times are those of balls that graze, start in touch, stop before they meet, or miss."""
-    rnd, left_out, missed = random.Random(0), 0, 0
-    for _ in range(6_000):
-        now = rnd.uniform(0.0, 0.5)
-        a, b = (some_ball(rnd, rnd.choice((0.3, 2.0)), scale, now) for _ in "ab")
-        ends = (ball.end for ball in (a, b) if not due.slows(ball))
-        since, touching = max(min(now, *ends, math.inf), a.t, b.t), a.radius + b.radius
-        until = rnd.choice((math.inf, since + rnd.uniform(0.0, 3.0)))
-        last = min(until, max(a.end, b.end))
-        times = [since + k / 30 * (last - since) for k in range(1 + 30 * rnd.randrange(2))]
-        if rnd.random() < 0.7:  # They touch at first, or nearly where they are nearest.
-            paths = due.path_of(a), due.path_of(b)
-            apart = min(math.dist(*(path.at(t)[0] for path in paths)) for t in times)
-            touching = apart * (1.0 + rnd.choice((0.0, -1e-15, -1e-6, 1e-15, 1e-8)))
-        t = pair_time(due.path_of(a), due.path_of(b), touching, since, until)
-        is_left_out = stay_apart(due.path_of(a), due.path_of(b), touching, since, until)
-        assert not (is_left_out and t < math.inf)
-        left_out, missed = left_out + is_left_out, missed + (t == math.inf)
-    assert left_out > 0.6 * missed > 700
 
 
 # -- sensitivity -----------------------------------------------------------------------------------
@@ -453,123 +394,6 @@ def test_an_interrupt_ends_it_at_once() -> None:
     process.communicate(timeout=60)
     assert process.returncode != 0
     assert time.perf_counter() - began < 3.0  # All shots take nine seconds.
-
-
-def cut_short(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-
-
-def one_wrong_byte(path: Path) -> None:
-    held = bytearray(path.read_bytes())
-    held[len(held) // 2] ^= 1
-    path.write_bytes(held)
-
-
-def a_folder(path: Path) -> None:
-    path.unlink()
-    path.mkdir()
-
-
-def twice(n: int) -> int:
-    return 2 * n
-
-
-DAMAGES: list[Callable[[Path], object]] = [
-    cut_short, one_wrong_byte, a_folder, Path.unlink, lambda path: path.write_bytes(b""),
-    lambda path: path.write_bytes(b"\x80\x04garbage"),
-    lambda path: path.write_bytes(pickle.dumps("0.1")),
-]  # fmt: skip
-
-
-@needs_numba
-@pytest.mark.parametrize("damage", DAMAGES)
-@pytest.mark.parametrize("files", ["*.nbi", "*.nbc", "*.sha256"])
-def test_what_is_damaged_in_the_cache_is_compiled_anew(
-    files: str, damage: Callable[[Path], object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    assert compiled.can_link()  # Its trial lies in another folder.
-    monkeypatch.setenv(compiled.CACHE, str(tmp_path))
-    said: list[str] = []
-
-    def play() -> int:
-        return compiled._compiled(twice, lambda: said.append("compiles"))(21)
-
-    assert (play(), len(said)) == (42, 1)
-    assert (play(), len(said)) == (42, 1)
-    [path] = tmp_path.rglob(files)
-    damage(path)
-    assert (play(), len(said)) == (42, 2)
-    assert (play(), len(said)) == (42, 3 if path.is_dir() else 2)
-
-
-def test_a_cache_that_cannot_be_written_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(compiled.CACHE, os.devnull)
-    folder = compiled.cache_folder()
-    assert folder.is_dir()
-    assert not str(folder).startswith(os.devnull)
-
-
-def test_the_cache_goes_by_the_sources(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:  # fmt: skip
-    monkeypatch.setenv(compiled.CACHE, str(tmp_path))
-    before = compiled.cache_folder()
-    source = compiled.source_of
-    monkeypatch.setattr(compiled, "source_of", lambda m: source(m).replace("UNSEEN", "SEEN"))
-    assert compiled.cache_folder() != before
-
-
-def test_what_is_compiled_is_found_by_its_calls() -> None:
-    """A method that stands in a table of the loop counts, and a function behind a module's name."""
-    found = {f"{each.__module__}.{each.__qualname__}" for each in compiled.functions()}
-    for name in (
-        "physics.laws.Published.jumps",
-        "physics.laws.clamped",
-        "physics.persistent.persists",
-    ):
-        assert f"pool_pymunk.{name}" in found
-    assert {"pool_pymunk.physics.laws", "pool_pymunk.physics.path"} <= set(compiled.sources())
-
-
-# Another numba may lack what is private in this one.
-BREAKS = {
-    "a class": "import numba.core.codegen as other; del other.JITCodeLibrary",
-    "a module": "import sys, numba; sys.modules['numba.core.compiler_machinery'] = None",
-    "a pass": "from pool_pymunk.fast import linked; linked.LoweringToLink.run_pass = None",
-    "an option": "from pool_pymunk.fast import compiled; compiled.QUICK['quick'] = True",
-    "the cache": "from numba.core import caching; del caching.Cache.cache_path",
-    "nothing": "",
-}
-PLAIN_SCRIPT = """
-from pool_pymunk.fast import compiled
-from pool_pymunk.physics.motion import path_to_disc
-print(compiled.can_link(), compiled.alone(path_to_disc)((3.0, 0.0), (1.0, 0.0), 1.0))
-"""
-
-
-@needs_numba
-@pytest.mark.parametrize("breaks", BREAKS)
-def test_what_another_numba_lacks_makes_it_compile_by_what_is_documented(
-    breaks: str, tmp_path: Path
-) -> None:
-    played = subprocess.run(
-        [sys.executable, "-c", f"{BREAKS[breaks]}\n{PLAIN_SCRIPT}"], capture_output=True,
-        text=True, env=os.environ | {compiled.CACHE: str(tmp_path)}, timeout=500, check=True,
-    )  # fmt: skip
-    assert played.stdout.split() == [str(breaks == "nothing"), "2.0"]
-    made = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbc")}
-    assert made == {"motion.path_to_disc", *["linked.trial"] * (breaks == "nothing")}
-
-
-@needs_numba
-def test_no_product_and_sum_are_fused() -> None:
-    """A fused one would round once where Python rounds twice, so bits would differ."""
-    numba: Any = import_module("numba")
-    found = numba.njit(path_to_disc)
-    assert found((3.0, 0.4), (1.0, 0.0), 1.0) == path_to_disc((3.0, 0.4), (1.0, 0.0), 1.0)
-    [assembly] = found.inspect_asm().values()
-    assert "mul" in assembly
-    assert not re.search(r"\bv?fn?m(add|sub)\d*[sp]?d?\b|\bfml[as]\b", assembly)
 
 
 # -- a shot in place of positions and velocities ---------------------------------------------------
@@ -632,3 +456,9 @@ def test_what_varies_is_that_of_the_ball_of_the_shot() -> None:
         assert batch.run(k).struck == "2"
     drawn = simulate_many(scene, "b", vary={"roll": [-0.2, 0.3]})
     assert drawn.final[0, 1, 1] < drawn.final[1, 1, 1] == simulate_many(scene, "b").final[0, 1, 1]
+
+
+def test_to_compile_does_nothing_and_says_so() -> None:
+    for options in ({}, {"balls": 500}, {"moving": True}):
+        with pytest.warns(DeprecationWarning, match="does nothing any more"):
+            pool_pymunk.compile(load("report"), **options)

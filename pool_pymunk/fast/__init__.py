@@ -1,1 +1,0 @@
-"""This package has what numba compiles: the steps of live tables."""
