@@ -26,7 +26,9 @@ Disc = tuple[Vector, float]  # a place and a radius (m)
 TYPES = {
     pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"
 }  # fmt: skip
-FEATURES = ("body_type", "mass", "radius", "filter", "offset", "center_of_gravity")
+FEATURES = (
+    "body_type", "mass", "radius", "filter", "offset", "center_of_gravity", "position_func"
+)  # fmt: skip
 
 
 class TableBall:
@@ -76,6 +78,7 @@ class TableBall:
         return (
             TYPES[body.body_type], body.mass, circle.radius, circle.filter,
             tuple(circle.offset), tuple(body.center_of_gravity),
+            body.position_func == pymunk.Body.update_position or "a function of your own",
         )  # fmt: skip
 
     def is_as_it_came(self) -> bool:

@@ -26,7 +26,7 @@ from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls.wall import Pocket, Wall
 from pool_pymunk.model import Scene, State, Table
-from pool_pymunk.model.plain import argument, finite, point, size
+from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.physics.contact import Pair, Vector
 from pool_pymunk.physics.laws import Law
@@ -45,6 +45,7 @@ from pool_pymunk.world.walls import Drawn, Obstacle, pocket_of, wall_of
 PairOf = Callable[[int, int], Pair]  # the coefficients of a hit of two balls, by their numbers
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
 SETTABLE = ("deceleration", "rolling", "least_closing")
+FORMER = {"joints": "the engine slows balls down, without joints"}
 REVOKED = "on_stop_revoked"  # a callback that there was
 
 
@@ -61,7 +62,8 @@ class Billiards:
     All other shapes keep pymunk's own response, to each other and to the balls. The table follows
     what you do to a ball's body between steps and in callbacks. What springs, other bodies,
     gravity, damping and forces change of a velocity acts once, at the end of each step.
-    ``contact_tolerance`` (m) is how far it may move a ball that contacts persist.
+    ``contact_tolerance`` (m) is how far it may move a ball that contacts persist. ``friction`` and
+    ``alone`` do nothing any more.
 
     Set ``on_contact(contact)``, ``on_stop(ball, t)``, ``on_pocket(ball, pocket, t)`` and
     ``on_jam(ball, wall, t)`` to hear what happens. They are called when the instant of which they
@@ -112,13 +114,14 @@ class Billiards:
         rolling: float | None = None,
         contact_tolerance: float = TOLERANCE,
         contacts: str | None = None,
-        friction: str | None = None,
-        alone: bool | None = None,
+        friction: str = "joint",
+        alone: bool = False,
     ) -> None:
         checks.check_settings(space, pair)
-        checks.warn_of_former(contacts=contacts, friction=friction, alone=alone)
+        checks.refuse_contacts(contacts)
+        check_choice("friction", friction, ("joint", "callback"))
         surface = checks.read_surface(deceleration, rolling)
-        self.space, self._law = space, checks.read_law(law)
+        self.space, self.alone, self._law = space, alone, checks.read_law(law)
         tolerance = argument("contact_tolerance", contact_tolerance, size)
         longest = argument("max_dt", max_dt, size)
         table = OwnPairs(surface, Patches([], []), pair)
@@ -141,9 +144,10 @@ class Billiards:
                 raise setting_error(name, shown(value), "must be a function, or None")
             super().__setattr__(name, value)
 
-    def __reduce__(self) -> str | tuple[Any, ...]:
-        message = "a Billiards and its space cannot be copied or pickled: use save_state"
-        raise TypeError(message + " and restore_state")
+        def __getattr__(self, name: str) -> object:
+            """Say what serves instead of what a table had in former versions."""
+            former = FORMER.get(name, "")
+            raise AttributeError(f"a Billiards has no {name}{former and ' any more: '}{former}")
 
     def _catch_up(self, changes_space: bool = False, sees_walls: bool = False) -> None:
         """Follow what others have done before this call, or refuse the call."""

@@ -13,9 +13,11 @@ import numpy.typing as npt
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
+from pool_pymunk.model.problems import LARGEST
 from pool_pymunk.world.ball import TableBall
 
 MOTION = BodyFields.POSITION | BodyFields.VELOCITY
+FORCES = BodyFields.FORCE | BodyFields.TORQUE | BodyFields.ANGULAR_VELOCITY
 ROW = 4  # numbers of a body: its place (m) and its velocity (m/s)
 Rows = npt.NDArray[np.float64]
 
@@ -28,7 +30,7 @@ class Bodies:
     """
 
     def __init__(self, space: pymunk.Space) -> None:
-        self._space, self._buffer = space, Buffer()
+        self._space, self._buffer, self._forces = space, Buffer(), Buffer()
         self._ids, self._shapes = b"", -1
         self.rows: Rows = np.zeros((0, ROW))
         self.at = self.numbers = np.zeros(0, np.intp)
@@ -56,6 +58,16 @@ class Bodies:
         self._is_plain = self._space.sleep_time_threshold == math.inf and all(
             body.center_of_gravity == (0.0, 0.0) for body in self._space.bodies
         )
+
+    def has_odd_forces(self) -> bool:
+        """Tell whether a force, a torque or an angular velocity is not finite, or very large."""
+        self._forces.clear()
+        get_space_bodies(self._space, FORCES, self._forces)
+        return not float(np.abs(np.frombuffer(self._forces.float_buf())).sum()) <= LARGEST
+
+    def forget(self) -> None:
+        """Know no bodies any more, as other balls are on the table."""
+        self._ids, self._shapes = b"", -1
 
     @property
     def of_balls(self) -> Rows:

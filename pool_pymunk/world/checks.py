@@ -43,18 +43,6 @@ def check_settings(space: Any, pair: Any) -> None:
         raise setting_error("pair", shown(pair), "must be a function of two balls' numbers")
 
 
-def warn_of_former(contacts: Any, friction: Any, alone: Any) -> None:
-    """Warn of settings that do nothing any more, or refuse a value that they never had."""
-    refuse_contacts(contacts, stacklevel=4)
-    if friction is not None:
-        check_choice("friction", friction, ("joint", "callback"))
-        text = "friction= does nothing: the engine slows balls down, without joints and callbacks"
-        warnings.warn(text, DeprecationWarning, stacklevel=3)
-    if alone is not None:
-        text = "alone= does nothing: every table is as fast, and may share its space"
-        warnings.warn(text, DeprecationWarning, stacklevel=3)
-
-
 def refuse_contacts(contacts: Any, stacklevel: int = 3) -> None:
     """Refuse the former setting ``contacts`` unless it is "swept", which warns and does nothing."""
     if contacts is None:

@@ -36,6 +36,10 @@ class Steps:
         self._step = live.space.step
         vars(live.space)["step"] = self.step
 
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        message = "a Billiards and its space cannot be copied or pickled: use save_state"
+        raise TypeError(message + " and restore_state")
+
     def note(self, error: Exception) -> None:
         """Keep the first error of a step until its end, as pymunk only prints what is raised."""
         self._error = self._error or error
@@ -54,6 +58,8 @@ class Steps:
     def step(self, dt: float) -> None:
         """Do what ``space.step(dt)`` does."""
         self.refuse_in_step("step")
+        if dt == 0.0:  # pymunk does nothing in such a step.
+            return
         check_step(dt, self.live.max_dt)
         self.step_until(self._end_of(float(dt)), float(dt))
 

@@ -86,6 +86,7 @@ class LiveTable:
         set_apart(ball.circle)
         ball.is_on_table = True
         self.ball_of[ball.body_id] = ball
+        self.bodies.forget()
         self.engine.choose(ball.core, own.categories, own.mask)
 
     def bring_back(self, ball: TableBall) -> None:
@@ -109,6 +110,7 @@ class LiveTable:
             self.engine.take_off(ball.core)
         ball.is_on_table = False
         del self.ball_of[ball.body_id]
+        self.bodies.forget()
         self.unsound.discard(ball)
         body = ball.body
         if body.space in (None, self.space):
@@ -244,6 +246,10 @@ class LiveTable:
         for ball in self.unsound:
             row = self.bodies.of_balls[self.bodies.numbers.tolist().index(ball.number)]
             check_sound(ball, tuple(row.tolist()), self.end_of_step)
+        if self.bodies.has_odd_forces():
+            for ball in self.on_table():
+                x, y, vx, vy = self.motion_of(ball)[0]
+                check_sound(ball, (x, y, vx, vy), self.end_of_step)
         for own in self.engine.moving():
             if not self.balls[own.number].is_as_it_came():
                 check_unchanged(self.balls[own.number])
