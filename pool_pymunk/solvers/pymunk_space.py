@@ -12,6 +12,7 @@ from functools import cache
 import pymunk
 
 from pool_pymunk.model import Scene, State
+from pool_pymunk.physics.of_core import wall_of
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import begin, cut_off
@@ -67,7 +68,7 @@ def set_up(scene: Scene, start: State, settings: Settings, friction: FrictionBy)
     for id_ in start.off:
         table.remove_ball(table.balls[scene.index[id_]])
     for wall, shape in zip(scene.cushions, cushion_shapes(scene, space), strict=True):
-        table.put_wall(shape, wall)
+        table.put_wall(shape, wall_of(wall))
     for hole in scene.pockets:
         table.add_pocket(hole.position, hole.radius)
     return table
