@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pool_pymunk.core import compiled as compiled  # bool, and no name for `import *`
+    from pool_pymunk.laws import NT, Law, Pair
     from pool_pymunk.many import Batch, simulate_many
     from pool_pymunk.model import (
         Ball,
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     )
     from pool_pymunk.model.racks import rack
     from pool_pymunk.model.scenario import load, loads
-    from pool_pymunk.physics.contact import NT, Pair
-    from pool_pymunk.physics.laws import Law
     from pool_pymunk.report.collide import Collision, Disc, Material, collide, collide_at
     from pool_pymunk.results.contacts import ContactRow
     from pool_pymunk.results.events import Event
@@ -117,13 +116,12 @@ __all__ = [
 # A module is imported when one of its names is first used, so that --help does not wait for it.
 _HOMES = {
     "core": "compiled",
+    "laws": "Law NT Pair",
     "many": "Batch simulate_many",
     "model": "Ball Friction Patch Physics Pocket Post Restitution Scene SceneError Shot State Table"
     " Units",
     "model.racks": "rack",
     "model.scenario": "load loads",
-    "physics.contact": "NT Pair",
-    "physics.laws": "Law",
     "report.collide": "Collision Disc Material collide collide_at",
     "results.contacts": "ContactRow",
     "results.persistent": "PersistentContact",

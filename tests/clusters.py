@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from core_clusters import answered_in_core
 
+from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.physics.contact import (
     NO_BALL,
     Contact,
@@ -18,7 +19,7 @@ from pool_pymunk.physics.contact import (
     closing_speed,
     groups,
 )
-from pool_pymunk.physics.laws import LAWS, Law, respond
+from pool_pymunk.physics.laws import respond
 
 ROUNDING = 1e-13  # This is for some hundred operations on numbers of the size of the speeds.
 

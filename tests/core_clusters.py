@@ -15,8 +15,8 @@ from pool_pymunk.core.contact.laws import Law as CoreLaw
 from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.variant import NO_SLIP
 from pool_pymunk.core.walls.wall import Wall
-from pool_pymunk.physics.contact import NO_BALL, Contact, Vector
-from pool_pymunk.physics.laws import Law
+from pool_pymunk.laws import Law
+from pool_pymunk.laws.contact import NO_BALL, Contact, Vector
 from pool_pymunk.solvers.in_core import law_in_core
 
 

@@ -43,6 +43,7 @@ from core_scenes import (
     some_posts,
     some_velocity,
 )
+from pool_pymunk.solvers.own import path_of
 from scenes import BASE_SEED
 
 from pool_pymunk import Ball, Law, Restitution, Scene, SceneError, Table
@@ -56,7 +57,7 @@ from pool_pymunk.core.walls.wall import Pocket
 from pool_pymunk.engine.contacts import Tally
 from pool_pymunk.engine.near import boxes_around
 from pool_pymunk.engine.recorder import Recorder
-from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.laws import LAWS
 from pool_pymunk.physics.moving import Flat, Moving, MovingWall
 from pool_pymunk.physics.path import sets_off
 from pool_pymunk.physics.sides import OVERLAP, Wall
@@ -70,7 +71,6 @@ from pool_pymunk.solvers.in_core import (
     surface_in_core,
     wall_in_core,
 )
-from pool_pymunk.solvers.own import path_of
 from pool_pymunk.world.walls import sides_of
 
 Note = tuple[Any, ...]  # what an engine tells: what it is, when (s), and numbers

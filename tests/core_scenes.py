@@ -59,9 +59,9 @@ from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.table import may_press
 from pool_pymunk.engine.contacts import ContactEngine
+from pool_pymunk.laws.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
 from pool_pymunk.model.parts import STANDARD_GRAVITY
 from pool_pymunk.model.places import SUNK
-from pool_pymunk.physics.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
 from pool_pymunk.results.trace import SLIPS, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.safety.files import bundled

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, State, Table, simulate
-from pool_pymunk.physics.contact import Vector
+from pool_pymunk.laws.contact import Vector
 
 R = 0.05
 

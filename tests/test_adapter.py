@@ -20,7 +20,7 @@ from worlds import ball as ball_at
 from worlds import hexagon
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load, simulate
-from pool_pymunk.physics.contact import Pair
+from pool_pymunk.laws.contact import Pair
 from pool_pymunk.solvers import Settings, pymunk_space
 from pool_pymunk.world import Billiards, TableBall, same_balls
 from pool_pymunk.world.billiards import FrictionBy

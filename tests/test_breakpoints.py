@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, Table, load, simulate
+from pool_pymunk.core.motion.times import EPSILON
 from pool_pymunk.model import State
-from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import SOLVERS
 

@@ -17,8 +17,8 @@ from scenes import INCH, Answer, typed
 from pool_pymunk import SOLVERS, SettingError, Units, __version__, load
 from pool_pymunk.cli import main
 from pool_pymunk.cli.common import How
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.scenario import bundled
-from pool_pymunk.physics.motion import Array
 
 
 def one_line(result: Answer) -> str:

@@ -43,9 +43,9 @@ from pool_pymunk import (
 from pool_pymunk.cli import COMMANDS, app, read, terminal
 from pool_pymunk.cli import opt as choices
 from pool_pymunk.cli.terminal import Bar, Share
+from pool_pymunk.laws import LAWS
 from pool_pymunk.model import UNITS, Units
 from pool_pymunk.model.quantities import quantity
-from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.results.table import NO_BREAK, ResultTable, alike
 from pool_pymunk.results.trace import Trace

@@ -16,6 +16,7 @@ from pool_pymunk.core.contact.collapse import MOST_PARTS
 from pool_pymunk.core.contact.collapse import Collapse as CoreCollapse
 from pool_pymunk.core.contact.together import all_orders
 from pool_pymunk.engine.decisions import CONVERGED
+from pool_pymunk.laws import LAWS
 from pool_pymunk.physics import collapse, together
 from pool_pymunk.physics.collapse import MOST_HITS
 from pool_pymunk.physics.contact import (
@@ -27,7 +28,7 @@ from pool_pymunk.physics.contact import (
     fastest,
     groups,
 )
-from pool_pymunk.physics.laws import LAWS, respond
+from pool_pymunk.physics.laws import respond
 from pool_pymunk.solvers.in_core import law_in_core
 
 Start = tuple[list[Contact], dict[int, Vector]]

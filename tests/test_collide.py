@@ -18,7 +18,7 @@ from matplotlib.patches import FancyArrowPatch
 
 from pool_pymunk import Collision, Disc, Material, collide, collide_at, load, simulate
 from pool_pymunk.model import Point, Units
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.render import collision
 
 # It gives the angle of the line of centres, from d_y and d_x.

@@ -31,8 +31,8 @@ from scenes import share_of
 
 from pool_pymunk import Ball, Physics, Restitution, Scene
 from pool_pymunk.core.engine import Engine
+from pool_pymunk.laws import LAWS
 from pool_pymunk.model import Point
-from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.physics.sides import RoundSide
 from pool_pymunk.world.walls import sides_of
 

@@ -17,7 +17,7 @@ from core_scenes import by_core, parts_of
 
 import pool_pymunk
 from pool_pymunk import NT, Ball, Friction, Law, Pair, Physics, Restitution, Scene, Table
-from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.laws import LAWS
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.sides import Wall, face_between
 from pool_pymunk.physics.surface import Rolling, Sliding

@@ -9,7 +9,7 @@ import pytest
 from scenes import TABLES, random_scene, seeds
 
 from pool_pymunk import Run, load, simulate
-from pool_pymunk.physics.motion import EPSILON
+from pool_pymunk.core.motion.times import EPSILON
 
 ROUNDING = 64 * EPSILON  # m; coordinates are a few metres at most
 TIMES = 20_000

@@ -28,7 +28,7 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.physics.contact import NT, Pair
+from pool_pymunk.laws.contact import NT, Pair
 from pool_pymunk.results.events import IMPULSES
 from pool_pymunk.world import Billiards, ContactEvent, same_balls
 

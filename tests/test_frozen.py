@@ -24,7 +24,7 @@ from scenes import seeds, share_of
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
 from pool_pymunk.engine.decisions import NEARLY_CLOSED, is_closed
-from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.laws import LAWS
 from pool_pymunk.solvers.frozen import CLOSED, NARROW, TURN, WIDE, nudged, touching
 
 R = 0.05

@@ -12,7 +12,7 @@ import pytest
 from worlds import PAIR, Point, R, ball, fence, plane
 
 from pool_pymunk import Billiards, Table, simulate
-from pool_pymunk.physics.contact import Pair
+from pool_pymunk.laws.contact import Pair
 from pool_pymunk.world import TableState
 
 WIDE: list[Point] = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]

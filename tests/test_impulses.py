@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
+from pool_pymunk.solvers.own import path_of
 
 from pool_pymunk import Law
 from pool_pymunk.core.ball import Ball
@@ -21,15 +22,16 @@ from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.recorder import Recorder
-from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Velocities
-from pool_pymunk.physics.impulses import Impulse, Shared
-from pool_pymunk.physics.laws import LAWS, Coulomb, respond
+from pool_pymunk.laws import LAWS
+from pool_pymunk.laws.contact import NO_BALL, Contact, Impulse, Pair, Velocities
+from pool_pymunk.laws.law import Coulomb
+from pool_pymunk.physics.impulses import Shared
+from pool_pymunk.physics.laws import respond
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Wall, face_between
 from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.physics.together import at_once
 from pool_pymunk.solvers.in_core import law_in_core, wall_in_core
-from pool_pymunk.solvers.own import path_of
 
 R = 0.05
 Row = tuple[float, float, float, float, float]  # x, y (m), vx, vy (m/s), mass (kg)

@@ -31,8 +31,8 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.engine.instants import is_same
-from pool_pymunk.physics.contact import NO_BALL
-from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.laws import LAWS
+from pool_pymunk.laws.contact import NO_BALL
 from pool_pymunk.studies.stability import EXTREMES, Extreme, check
 from pool_pymunk.studies.stability.trial import reference_of
 

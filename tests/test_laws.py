@@ -12,8 +12,9 @@ from core_both import LAWS, coulomb, cushion, decay, published
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.laws import RATE, Law, slips_by_rounding
+from pool_pymunk.laws import Law
+from pool_pymunk.laws.contact import NT, Pair
+from pool_pymunk.physics.laws import RATE, slips_by_rounding
 
 EPSILON = 2.0**-52
 Vector = tuple[float, float]

@@ -10,8 +10,9 @@ from core_both import slid, stopping_time
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pool_pymunk.physics.motion import free_motions, kinetic_energy
+from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.physics.path import from_breakpoint, motion_at
+from pool_pymunk.results.motion import free_motions
 
 EPSILON = 2.0**-52
 G = 9.80665

@@ -41,9 +41,11 @@ from pool_pymunk import (
     simulate_many,
     sweep,
 )
+from pool_pymunk.laws import LAWS
+from pool_pymunk.laws.law import Coulomb, Published
 from pool_pymunk.page.content import content
 from pool_pymunk.page.live.answers import Answers
-from pool_pymunk.physics.laws import COMPILED, LAWS, Coulomb, Published
+from pool_pymunk.physics.laws import COMPILED
 from pool_pymunk.render.view import settings
 from pool_pymunk.studies.sensitivity import linear
 from pool_pymunk.studies.sweep.job import begin, play_part

@@ -23,7 +23,7 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.physics.contact import Vector
+from pool_pymunk.laws.contact import Vector
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Side, Wall
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pool_pymunk import Ball, Physics, Restitution, Scene, Table, simulate
-from pool_pymunk.physics.contact import Vector
+from pool_pymunk.laws.contact import Vector
 from pool_pymunk.physics.path import Path
 from pool_pymunk.physics.surface import NO_ROLL, Push
 

@@ -30,9 +30,8 @@ from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import Boxes
 from pool_pymunk.engine.policies import Variant
 from pool_pymunk.engine.recorder import Recorder
-from pool_pymunk.physics.contact import NT, Contact, Pair, Respond, Vector, Velocities
-from pool_pymunk.physics.impulses import Impulse
-from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.laws import LAWS, Law
+from pool_pymunk.laws.contact import NT, Contact, Impulse, Pair, Respond, Vector, Velocities
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
 from pool_pymunk.physics.surface import Sliding

@@ -28,8 +28,8 @@ from texts import text_of
 
 from pool_pymunk import Run, load, loads, simulate
 from pool_pymunk.model import Ball, Scene
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.scenario import bundled
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import (
     FilmSettings,
     RenderError,

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scenes import lines_run
 
 from pool_pymunk import simulate
+from pool_pymunk.laws.contact import Pair
 from pool_pymunk.model import (
     STANDARD_GRAVITY,
     UNITS,
@@ -29,7 +30,6 @@ from pool_pymunk.model import (
     Units,
 )
 from pool_pymunk.model.problems import listed, shown
-from pool_pymunk.physics.contact import Pair
 
 R = 0.05
 ELASTIC = Restitution(ball_ball=1.0, cushion=1.0)

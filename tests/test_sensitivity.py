@@ -32,8 +32,8 @@ from pool_pymunk import (
     simulate_all,
     written_uncertainty,
 )
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.scenario import bundled
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.balls import DrawnBall
 from pool_pymunk.render.canvas import canvas
 from pool_pymunk.render.clouds import _cloud

@@ -29,8 +29,8 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.cli.common import How
-from pool_pymunk.physics.contact import NT
-from pool_pymunk.physics.laws import Law
+from pool_pymunk.laws import Law
+from pool_pymunk.laws.contact import NT
 from pool_pymunk.render.diagram import draw, figure_of
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.words import step_text

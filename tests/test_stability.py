@@ -21,8 +21,8 @@ from scenes import takes_long
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
 from pool_pymunk.cli.terminal import WIDTH, draw
-from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.laws import LAWS, Law
+from pool_pymunk.laws import LAWS, Law
+from pool_pymunk.laws.contact import NT, Pair
 from pool_pymunk.solvers import exact as exact_solvers
 from pool_pymunk.studies.stability import (
     EXTREMES,

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from oracle.reference import DIGITS, product, real_roots, value
 
-from pool_pymunk.physics.motion import Vector
+from pool_pymunk.laws.contact import Vector
 from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, RoundSide
 

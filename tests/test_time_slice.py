@@ -10,9 +10,10 @@ import pytest
 from scenes import frozen_rack, seeds
 
 from pool_pymunk import Run, Scene, State, load, simulate
+from pool_pymunk.laws import LAWS, Law
+from pool_pymunk.laws.contact import NT, Pair
 from pool_pymunk.model import Ball, Friction, Physics, Restitution, Shot, Table
-from pool_pymunk.physics.contact import NT, Pair
-from pool_pymunk.physics.laws import LAWS, Law, cushion, published
+from pool_pymunk.physics.laws import cushion, published
 from pool_pymunk.results.trace import Trace
 
 Point = tuple[float, float]

@@ -32,6 +32,8 @@ from pool_pymunk.core.contact.laws import HitsByLaw
 from pool_pymunk.core.variant import NO_SLIP
 from pool_pymunk.engine import answers, decisions, instants
 from pool_pymunk.engine.instants import is_same
+from pool_pymunk.laws import LAWS
+from pool_pymunk.laws.law import Coulomb
 from pool_pymunk.many.source import read_source
 from pool_pymunk.physics import collapse, impulses, laws, together
 from pool_pymunk.physics.contact import (
@@ -44,7 +46,7 @@ from pool_pymunk.physics.contact import (
     closing_speed,
     groups,
 )
-from pool_pymunk.physics.laws import LAWS, Coulomb, coulomb, respond
+from pool_pymunk.physics.laws import coulomb, respond
 from pool_pymunk.physics.sides import unit
 from pool_pymunk.physics.together import at_once, find_impulses, mean_over_orders, room
 from pool_pymunk.solvers.in_core import law_in_core

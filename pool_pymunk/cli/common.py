@@ -15,7 +15,7 @@ import typer
 from pool_pymunk import __version__
 from pool_pymunk.cli import lib, read
 from pool_pymunk.core import compiled
-from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.laws import LAWS
 from pool_pymunk.safety.files import bundled, check_place, whole
 
 NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:e[-+]?\d+)?")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pool_pymunk.model import Point, Scene, Shot, Units
     from pool_pymunk.model import inputs, problems, quantities, scenario
     from pool_pymunk.page.live import server
-    from pool_pymunk.physics import contact
+    from pool_pymunk.laws import contact
     from pool_pymunk.render import clouds, collision, diagram, residuals
     from pool_pymunk.render import atlas as maps
     from pool_pymunk.report import collide, listing
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 else:
     MODULES = """
         page render solvers cli.terminal many.workers model.inputs model.problems model.quantities
-        model.scenario page.live.server physics.contact render.clouds render.collision
+        model.scenario page.live.server laws.contact render.clouds render.collision
         render.diagram render.residuals report.collide report.listing results.contacts results.run
         results.table results.trace results.words studies.atlas studies.compare studies.fit
         studies.grid studies.sensitivity studies.stability.extremes studies.stability.suite

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pool_pymunk.physics.laws import LAWS
+from pool_pymunk.laws import LAWS
 from pool_pymunk.safety.files import bundled
 
 SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-slice")

@@ -29,8 +29,9 @@ from pool_pymunk.engine.policies import Errors, Variant, begin_errors, nearly_cl
 from pool_pymunk.engine.recorder import Motion, Motions, Recorder
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector
 from pool_pymunk.physics.laws import NO_FRICTION, Law
+from pool_pymunk.physics.of_core import patches_of, surface_of
 from pool_pymunk.physics.pairs import pair_time
-from pool_pymunk.physics.patches import NO_PATCHES, Patches
+from pool_pymunk.physics.patches import NO_PATCHES
 from pool_pymunk.physics.path import (
     NOISE,
     Path,
@@ -69,7 +70,7 @@ class ContactEngine:
     near: Near
 
     def __init__(
-        self, law: Law, pair: Callable[[int, int], Pair], surface: Surface, recorder: Recorder
+        self, law: Law, pair: Callable[[int, int], Pair], surface: Any, recorder: Recorder
     ) -> None:
         self.pair = pair
         self.recorder = recorder
@@ -111,8 +112,9 @@ class ContactEngine:
 
     # -- setting up ----------------------------------------------------------------------------
 
-    def lay(self, surface: Surface, patches: Patches = NO_PATCHES) -> None:
+    def lay(self, surface: Any, patches: Any = NO_PATCHES) -> None:
         """Let balls move over a surface, and over others where there are patches."""
+        surface, patches = surface_of(surface), patches_of(patches)
         self.surface, self.patches = surface, patches
         self.has_patches = len(patches.borders) > 0
         self.pull = max([surface.pull, *(each.pull for each in patches.surfaces)])

@@ -16,6 +16,7 @@ from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
+from pool_pymunk.laws import law_in_core
 from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
 from pool_pymunk.many.workers import EACH as PIECES
@@ -23,7 +24,6 @@ from pool_pymunk.many.workers import Workers, check_halt
 from pool_pymunk.model import Scene, SceneError, inputs
 from pool_pymunk.solvers.in_core import (
     floor_of,
-    law_in_core,
     new_balls,
     new_table_of,
     table_of,
@@ -301,7 +301,7 @@ def coefficients_in_core(scene: Scene, table: Table) -> batch.Coefficients:
     count, posts = scene.first_post, [*enumerate(scene.posts, start=scene.first_post)]
     bounce = table.walls[:count] + [table.walls[k] for k, p in posts if p.restitution is None]
     rub = table.walls[:count] + [table.walls[k] for k, p in posts if p.friction is None]
-    return batch.Coefficients(table, bounce, rub, list(scene.ground.own))
+    return batch.Coefficients(table, bounce, rub, scene.patch_rates)
 
 
 def coefficients_of(

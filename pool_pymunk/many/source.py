@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.laws import Law
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
-from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot, reference_solver, request
 from pool_pymunk.solvers.request import Request

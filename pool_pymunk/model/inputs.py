@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.model.parts import Ball, Shot
 from pool_pymunk.model.problems import Point, listed, no_such_ball, setting_error, suggestion
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import NO_ROLLING
-from pool_pymunk.physics.path import NOISE
 
 Names = tuple[str, ...]
 Floats = NDArray[np.float64]

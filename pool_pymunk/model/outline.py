@@ -6,14 +6,16 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from pool_pymunk.core.floor import Bow, Floor
+from pool_pymunk.core.motion.times import unit
+from pool_pymunk.core.walls.arc import Arc
+from pool_pymunk.core.walls.face import Face
+from pool_pymunk.core.walls.round import RoundSide
+from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.model.plain import Bulges, Color, Corners, Part, problems_of, size
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
-from pool_pymunk.physics.sides import Arc, Face, RoundSide, Wall, unit
-
-if TYPE_CHECKING:
-    from pool_pymunk.core.floor import Bow, Floor
 
 PIECES = 360  # chords of a whole circle in the polyline; they lie up to 4e-5 radii inside the arc
 # The radius of a flatter or rounder arc is so large that its rounding moves the cushion by more
@@ -232,7 +234,7 @@ class Table(Part):
         Each has the cushion's face or arc, and its first corner if that sticks out into the table.
         """
         corners = {k: (self._corner(k),) for k in self.reflex_corners}
-        sides = ((edge.side, *corners.get(k, ())) for k, edge in enumerate(self.edges))
+        sides = ([edge.side, *corners.get(k, ())] for k, edge in enumerate(self.edges))
         return tuple(Wall(each, 0.0, 0.0, k) for k, each in enumerate(sides))
 
     def _corner(self, k: int) -> RoundSide:
@@ -270,9 +272,7 @@ class Table(Part):
 
 @lru_cache(maxsize=64)
 def _floor(xs: tuple[float, ...], ys: tuple[float, ...], bows: tuple[Bow, ...]) -> Floor:
-    """Return an outline as the core has it, which is slow to import."""
-    from pool_pymunk.core.floor import Floor
-
+    """Return an outline as the core has it."""
     return Floor([*xs], [*ys], [*bows], [])
 
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from pool_pymunk.laws import LAWS
 from pool_pymunk.model import plain
 from pool_pymunk.model.outline import misdrawn
 from pool_pymunk.model.plain import Key, Part, Unfit, choice, name, text
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem
-from pool_pymunk.physics.laws import LAWS
 
 STANDARD_GRAVITY = 9.80665  # m/s^2; the standard value (CGPM 1901), as in the report
 NEAREST = "nearest"  # what a shot may aim at instead of a ball's id

@@ -12,23 +12,23 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import NamedTuple
 
+from pool_pymunk.core.floor import TOUCHING as TOUCHING
+from pool_pymunk.core.floor import overlap, sinks
+from pool_pymunk.core.walls.round import RoundSide
+from pool_pymunk.core.walls.side import Side
+from pool_pymunk.core.walls.wall import Pocket as Hole
+from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.model.outline import Table, sweep
 from pool_pymunk.model.parts import Ball, Pocket, Post
 from pool_pymunk.model.problems import Point, Problem, listed, shown
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import State
-from pool_pymunk.physics.sides import RoundSide, Side, Wall, core_of, pocket
 
-# A ball that overlaps by at most this share of its radius (of the smaller radius of two balls, of a
-# pocket's radius) touches: a user may have rounded the coordinates of a frozen rack.
-TOUCHING = 1e-6
 # At the start of a run the share is this: other runs end with overlaps of 1e-4 in persistent
 # contacts (DEEPEST), and of the distance of a step where contacts are found late.
 SUNK = 1e-2
 MOST_OVERLAPS = 100  # of one scene are reported: more lines than a screen has
 METRES = Units()
-
-room_at_round = RoundSide.gap
 
 
 class Placed(NamedTuple):
@@ -51,17 +51,7 @@ def placed(balls: Sequence[Ball], state: State) -> dict[int, Placed]:
 
 def room_beside_ball(x: float, y: float, r: float, u: float, v: float, q: float) -> float:
     """Return the room (m) between a ball of radius ``r`` at (x, y) and one of ``q`` at (u, v)."""
-    return room_at_round(RoundSide((u, v), q), x, y, r)
-
-
-def sinks(room: float, size: float, x: float, y: float, share: float) -> bool:
-    """Tell whether a ball at (x, y) overlaps something by more than if it touched, as in the core.
-
-    The core is slow to import.
-    """
-    from pool_pymunk.core import floor
-
-    return floor.sinks(room, size, x, y, share)
+    return RoundSide((u, v), q).gap(x, y, r)
 
 
 # -- walls and pockets -----------------------------------------------------------------------------
@@ -69,14 +59,14 @@ def sinks(room: float, size: float, x: float, y: float, share: float) -> bool:
 
 def room_beside(sides: Iterable[Side], x: float, y: float, r: float) -> float:
     """Return the room (m) that a ball has beside some sides; those behind it do not count."""
-    gaps = [(side.gap(x, y, r), core_of(side)) for side in sides]
+    gaps = [(side.gap(x, y, r), side.core) for side in sides]
     return min([gap for gap, core in gaps if gap >= -(r + core)], default=math.inf)
 
 
 def lies_in(wall: Wall, room: float, x: float, y: float, r: float, share: float = TOUCHING) -> bool:
     """Tell whether a ball that has this ``room`` (m) lies in a wall or a pocket."""
     if wall.is_pocket:
-        r, share = core_of(wall.sides[0]), TOUCHING
+        r, share = wall.sides[0].core, TOUCHING
     return sinks(room, r, x, y, share)
 
 
@@ -84,7 +74,7 @@ def post_wall(post: Post, k: int, restitution: float = 0.0, friction: float = 0.
     """Return wall ``k`` of a post, with these coefficients unless it has its own."""
     e, mu = post.restitution, post.friction
     side = RoundSide(post.position, post.radius)
-    return Wall((side,), restitution if e is None else e, friction if mu is None else mu, k)
+    return Wall([side], restitution if e is None else e, friction if mu is None else mu, k)
 
 
 # -- what is wrong, in words -----------------------------------------------------------------------
@@ -102,7 +92,7 @@ class Surroundings(NamedTuple):
         """Find balls off the table, or in cushions, posts, pockets, balls."""
         posts = [(f"post {k}", post_wall(post, k)) for k, post in enumerate(self.posts)]
         pockets = [
-            (f"pocket {shown(hole.id)}", pocket(hole.position, hole.radius, k))
+            (f"pocket {shown(hole.id)}", Hole(hole.position, hole.radius, k))
             for k, hole in enumerate(self.pockets)
         ]
         for k, ball in balls.items():
@@ -183,8 +173,6 @@ def said(
 
 def _overlaps(balls: Lying, share: float) -> Iterator[tuple[int, int]]:
     """Find overlapping balls by a sweep along the longer side of what the balls cover."""
-    from pool_pymunk.core.floor import overlap
-
     if not balls:
         return
     spread = [max(s) - min(s) for s in zip(*(b.position for b in balls.values()), strict=True)]

@@ -13,11 +13,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from numbers import Integral, Real
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
+from pool_pymunk.laws import LAWS, Law, find_law
 from pool_pymunk.model.problems import (
     LARGEST,
     SMALLEST,
@@ -31,7 +33,6 @@ from pool_pymunk.model.problems import (
     shown,
     suggestion,
 )
-from pool_pymunk.physics.laws import LAWS, Law, find_law
 
 Value = TypeVar("Value")
 Reader = Callable[..., Value]
@@ -309,6 +310,12 @@ class Part:
 
     __slots__ = ()
     KEYS: ClassVar[Keys]
+
+    def __getstate__(self) -> Any:
+        """Return what a copy has: not what is worked out once, for the core has no copies."""
+        own = type(self)
+        is_found = {k: isinstance(getattr(own, k, None), cached_property) for k in vars(self)}
+        return {key: value for key, value in vars(self).items() if not is_found[key]}
 
     def __init_subclass__(cls) -> None:
         if "KEYS" not in cls.__dict__:  # A dataclass with slots is made twice, with the same keys.

@@ -11,8 +11,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import Any, TypeVar, overload
 
+from pool_pymunk.core.motion.patches import Border, Circle, Line, Patches
+from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
+from pool_pymunk.core.walls.wall import Wall
+from pool_pymunk.laws.contact import Pair
 from pool_pymunk.model.outline import Table
 from pool_pymunk.model.parts import (
     NEAREST,
@@ -39,13 +43,7 @@ from pool_pymunk.model.problems import (
 )
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import NO_ROLLING, State, read_state
-from pool_pymunk.physics import sides
-from pool_pymunk.physics.contact import Pair
-from pool_pymunk.physics.surface import Rolling, Sliding
 from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    from pool_pymunk.physics.patches import Patches
 
 SomePart = TypeVar("SomePart")
 Located = Sequence[tuple[Location, SomePart]]
@@ -116,11 +114,11 @@ class Scene(Part):
         return {ball.id: i for i, ball in enumerate(self.balls)}
 
     @cached_property
-    def cushions(self) -> tuple[sides.Wall, ...]:
+    def cushions(self) -> tuple[Wall, ...]:
         """The walls that balls bounce off: the cushions of the table, and after them the posts."""
         own = self.restitution.cushion or 0.0, self.friction.cushion
         edges = () if self.table is None else self.table.walls
-        found = [sides.Wall(wall.sides, *own, wall.number) for wall in edges]
+        found = [Wall(wall.sides, *own, wall.number) for wall in edges]
         posts = enumerate(self.posts, start=len(found))
         return (*found, *(post_wall(post, k, *own) for k, post in posts))
 
@@ -128,9 +126,6 @@ class Scene(Part):
     def found(self) -> dict[Any, Any]:
         """Solvers keep here what they have found out about the scene; no copy of it has that."""
         return {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in vars(self).items() if key != "found"}
 
     @property
     def first_post(self) -> int:
@@ -150,7 +145,7 @@ class Scene(Part):
         return math.hypot(x1 - x0, y1 - y0)
 
     @cached_property
-    def surface(self) -> Sliding | Rolling:
+    def surface(self) -> Surface:
         """The surface says how balls move on the table between contacts."""
         if self.friction.rolling is None:
             return Sliding(self.deceleration)
@@ -159,11 +154,23 @@ class Scene(Part):
     @cached_property
     def ground(self) -> Patches:
         """The patches of the table, as solvers ask them."""
-        from pool_pymunk.physics.patches import patches_of
+        borders = [
+            border for k, patch in enumerate(self.patches) for border in borders_of(k, patch)
+        ]
+        table, found = self.surface, list[Surface]()
+        for pull, drag in self.patch_rates:
+            pull, drag = pull if pull >= 0.0 else table.pull, drag if drag >= 0.0 else table.drag
+            found.append(Rolling(pull, drag) if table.rolls else Sliding(pull))
+        return Patches(borders, found)
 
-        forms = [(patch.corners, patch.center, patch.radius) for patch in self.patches]
-        own = [(patch.surface, patch.rolling) for patch in self.patches]
-        return patches_of(forms, own, self.physics.gravity, self.surface)
+    @property
+    def patch_rates(self) -> list[Point]:
+        """The decelerations (m/s^2) of sliding and rolling that patches have of their own, or -1.
+
+        It is -1 where they are those of the table.
+        """
+        g, own = self.physics.gravity, [(patch.surface, patch.rolling) for patch in self.patches]
+        return [(-1.0 if mu is None else mu * g, -1.0 if w is None else w * g) for mu, w in own]
 
     @property
     def deceleration(self) -> float:
@@ -291,6 +298,19 @@ class Scene(Part):
         with whole(Path(path)) as part:
             part.write_text(text, encoding="utf-8", newline="\n")
         return None
+
+
+def borders_of(number: int, patch: Patch) -> list[Border]:
+    """Return the borders of a patch, which has this number.
+
+    >>> [circle] = borders_of(3, Patch(center=(2.0, 1.0), radius=0.5))
+    >>> circle.patch, circle.distance(2.0, 2.0)
+    (3, 0.5)
+    """
+    if patch.center is not None and patch.radius is not None:
+        return [Circle(number, patch.center, patch.radius)]
+    ends = zip(patch.corners, (*patch.corners[1:], *patch.corners[:1]), strict=True)
+    return [Line(number, start, end) for start, end in ends]
 
 
 def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | None:

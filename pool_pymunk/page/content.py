@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.render import PRINT, SCREEN
 from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
 from pool_pymunk.render.table import plane, pockets_and_posts, seen_patches, seen_posts, woodwork

@@ -3,58 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-Vector = tuple[float, float]
-Velocities = MutableMapping[int, Vector]  # m/s, by ball number
-
-NO_BALL = -1
-
-
-class NT(NamedTuple):
-    """An NT is a velocity along the normal and along the tangent (m/s)."""
-
-    n: float
-    t: float
-
-
-class Pair(NamedTuple):
-    """A pair holds masses (kg), restitution e and friction mu of two balls that hit."""
-
-    m_a: float
-    m_b: float
-    restitution: float
-    friction: float
-
-
-class Contact(NamedTuple):
-    """A contact is a place where ball ``a`` touches ball ``b``, or a cushion.
-
-    ``b`` is ``NO_BALL`` if ball ``a`` touches a cushion. ``normal`` is the unit vector from a to b,
-    or from the cushion into the table. A cushion uses ``m_a``, ``restitution`` and ``friction`` of
-    ``pair``. ``point`` (m) is the place where the two touch. ``cushion`` is the number by which the
-    cushion is reported. ``gap`` (m) is the distance between the two; 0 where rounding hides it.
-    ``curvature`` (1/m) is that of a :class:`~pool_pymunk.physics.sides.Side`. ``drift`` (m/s) is
-    the velocity of a cushion that moves, at the point. ``kick`` (m/s) is what a cushion that kicks
-    adds to the ball's velocity along the normal.
-    """
-
-    a: int
-    b: int
-    normal: Vector
-    pair: Pair
-    cushion: int | None = None
-    point: Vector = (0.0, 0.0)
-    gap: float = 0.0
-    curvature: float = 0.0
-    drift: Vector = (0.0, 0.0)
-    kick: float = 0.0
-
-    @property
-    def balls(self) -> tuple[int, ...]:
-        """Return the numbers of the balls in the contact, one or two."""
-        return (self.a,) if self.b == NO_BALL else (self.a, self.b)
+from pool_pymunk.laws.contact import NO_BALL as NO_BALL
+from pool_pymunk.laws.contact import NT as NT
+from pool_pymunk.laws.contact import Contact as Contact
+from pool_pymunk.laws.contact import Pair as Pair
+from pool_pymunk.laws.contact import Respond as Respond
+from pool_pymunk.laws.contact import Vector as Vector
+from pool_pymunk.laws.contact import Velocities as Velocities
+from pool_pymunk.laws.contact import split as split
 
 
 def pair_of(contact: Contact) -> Pair:
@@ -70,19 +29,6 @@ def drift_of(contact: Contact) -> Vector:
 def relative(v: Vector, drift: Vector) -> Vector:
     """Return a velocity relative to a cushion that moves with another one (m/s)."""
     return v[0] - drift[0], v[1] - drift[1]
-
-
-Respond = Callable[[Contact, Velocities], object]  # it answers one contact, in place
-
-
-def split(v: Vector, normal: Vector) -> NT:
-    """Split a velocity along the normal and the tangent (-n_y, n_x).
-
-    >>> split((3.0, 4.0), (0.0, 1.0))
-    NT(n=4.0, t=-3.0)
-    """
-    nx, ny = normal
-    return NT(v[0] * nx + v[1] * ny, v[1] * nx - v[0] * ny)
 
 
 def changed(v: Vector, before: NT, after: NT, normal: Vector) -> Vector:
@@ -126,11 +72,6 @@ def slip_of(contact: Contact, velocity: Any) -> float:
         return float(slip - (uy * nx - ux * ny))
     v = velocity[contact.b]
     return float((v[1] * nx - v[0] * ny) - slip)
-
-
-def fastest(velocity: Mapping[int, Vector]) -> float:
-    """Return the speed (m/s) of the fastest ball."""
-    return math.sqrt(max(vx * vx + vy * vy for vx, vy in velocity.values()))
 
 
 def usual_speed(contacts: Any, count: int, velocity: Any) -> float:

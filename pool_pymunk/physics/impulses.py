@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
+from pool_pymunk.laws.contact import Impulse as Impulse
 from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Vector, closing_speed, groups
 from pool_pymunk.physics.together import at_once, coupling, least_impulses, lines, room
 
@@ -26,19 +27,6 @@ EXPLAINED = 1e-9
 UNIT = Pair(1.0, 1.0, 0.0, 0.0)  # The masses are in the momenta.
 
 Call = tuple[Contact, Sequence[Vector], Sequence[Vector]]  # its balls' velocities before and after
-
-
-class Impulse(NamedTuple):
-    """An impulse (N s) is the change of momentum that a contact gives its two sides.
-
-    ``normal`` drives them apart along the normal n. ``tangential`` is along t = (-n_y, n_x), on the
-    second ball, or on the ball at a cushion; ``tangential_first`` is that on the first of two
-    balls. They are opposite where the law keeps momentum.
-    """
-
-    normal: float
-    tangential: float
-    tangential_first: float | None = None
 
 
 def impulse_of(contact: Contact, before: Sequence[Vector], after: Sequence[Vector]) -> Impulse:

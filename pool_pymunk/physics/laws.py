@@ -1,30 +1,19 @@
-"""Contact laws take the velocities before a contact and return the velocities after it.
-
-A :class:`Law` answers every contact of every solver, so a comparison of solvers differs in time
-integration only. To write a law of your own, make a subclass and override what you want to change.
-What you do not override stays Coulomb's.
-
->>> class Smooth(Law):
-...     def ball_ball(self, a, b, pair):
-...         return super().ball_ball(a, b, pair._replace(friction=0.0))
->>> Smooth().ball_ball(NT(1.0, 0.5), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.1))
-(NT(n=0.0, t=0.5), NT(n=1.0, t=0.0))
-"""
+"""Contact laws take the velocities before a contact and return the velocities after it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, final
+from typing import Any
 
+from pool_pymunk.laws.law import LAWS as LAWS
+from pool_pymunk.laws.law import Coulomb as Coulomb
+from pool_pymunk.laws.law import Law as Law
+from pool_pymunk.laws.law import Published as Published
 from pool_pymunk.physics.contact import (
     NO_BALL,
     NT,
     Contact,
     Pair,
-    Respond,
-    Velocities,
     changed,
-    closing_speed,
     drift_of,
     pair_of,
     relative,
@@ -133,135 +122,9 @@ def slips_by_rounding(a: NT, b: NT) -> bool:
     return abs(a.t - b.t) < ZERO_SLIP * (a.n - b.n)
 
 
-class Law:
-    """A law answers contacts; this base class is Coulomb's law for a single hit.
-
-    For contacts of one instant it takes the mean over their orders. ``name`` is the name that a run
-    reports. A subclass that gives no name is called by its class's name.
-    """
-
-    name = "law"
-
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        if "name" not in vars(cls):
-            cls.name = cls.__name__
-
-    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-        """Return the velocities of A and B after their hit; the normal points from A to B."""
-        return coulomb(a, b, pair)
-
-    def cushion(self, v: NT, restitution: float, friction: float) -> NT:
-        """Return the velocity after a hit on a cushion; the normal points into the table."""
-        return cushion(v, restitution, friction)
-
-    def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
-        """Answer closing contacts of one instant that share balls, and change ``velocity`` (m/s).
-
-        ``respond(contact, velocity)`` answers one contact by this law, in place. In a real rack the
-        outcome depends on the order of the hits. This method therefore takes the mean over the
-        orders in which the hits could have come
-        (:func:`~pool_pymunk.physics.together.mean_over_orders`).
-        """
-        from pool_pymunk.physics.together import mean_over_orders
-
-        mean_over_orders(contacts, velocity, respond)
-
-    @property
-    def hits_are_coulombs(self) -> bool:
-        """Tell whether single hits follow Coulomb's law, so that their cycles may be leapt over."""
-        own = type(self)
-        return own.ball_ball is Law.ball_ball and own.cushion is Law.cushion
-
-    @property
-    def may_gain_energy(self) -> bool:
-        """Tell whether energy may grow at a hit; at Coulomb's it never does."""
-        return not self.hits_are_coulombs
-
-    def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
-        """Tell whether the law jumps here, so that rounding would decide its answer."""
-        return False
-
-
-@final
-class Coulomb(Law):
-    """This is the default law; it solves contacts of one instant for all impulses at once."""
-
-    name = "coulomb"
-
-    def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
-        from pool_pymunk.physics.together import at_once
-
-        if at_once(contacts, velocity) is None:
-            super().together(contacts, velocity, respond)
-
-
-@final
-class Published(Law):
-    """This law is Listing 3 of the report; it answers contacts in the listing's order."""
-
-    name = "published"
-
-    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-        """Return the velocities of A and B after their hit; A is listed first in the scenario."""
-        return published(a, b, pair)
-
-    def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
-        """Answer one contact after the other: cushions first, then pairs in the scene's order."""
-        for contact in sorted(contacts, key=as_listed):
-            if closing_speed(contact, velocity) > 0.0:
-                respond(contact, velocity)
-
-    def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
-        return pair.friction > 0.0 and slips_by_rounding(a, b)
-
-
-@final
-class Weakening(Law):
-    """This law is Coulomb's, but friction of two balls falls with their slip, as measured.
-
-    The scene's friction is that without slip: mu(s) = mu (0.009951 + 0.108 exp(-1.088 s)) /
-    0.117951, with the slip s before the hit in m/s. The slip does not turn round, and energy never
-    grows.
-
-    >>> fast, slow = (Weakening().ball_ball(NT(1.0, s), NT(0.0, 0.0), Pair(0.2, 0.2, 1.0, 0.1))
-    ...               for s in (2.0, 0.2))
-    >>> round(fast[1].t, 4), round(slow[1].t, 4)
-    (0.0188, 0.0821)
-    """
-
-    name = "weakening"
-
-    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-        m_a, m_b, e, mu = pair
-        share = (LEAST + FADING * decay(RATE * abs(a.t - b.t))) / (LEAST + FADING)
-        return coulomb(a, b, Pair(m_a, m_b, e, mu * share))
-
-    @property
-    def may_gain_energy(self) -> bool:
-        return False
-
-
-# A scenario file, an option and an argument may name these laws. You may add a law of your own.
-LAWS: dict[str, Law] = {law.name: law for law in (Coulomb(), Published(), Weakening())}
-
-# Compiled shots can answer single hits by these classes. Their methods `ball_ball`, `cushion` and
-# `jumps` leave `self` alone, and numba can compile them.
-COMPILED: tuple[type[Law], ...] = (Coulomb, Published, Weakening)
-
-
 def solves_at_once(law: Law) -> bool:
     """Tell whether a law answers contacts of one instant as Coulomb's law does."""
     return type(law).together is Coulomb.together
-
-
-def find_law(law: str | Law) -> Law:
-    """Return the law of that name, or the law itself if it is one.
-
-    >>> find_law("coulomb").name
-    'coulomb'
-    """
-    return law if isinstance(law, Law) else LAWS[law]
 
 
 def slipping(a: NT, b: NT, slip: Slip) -> tuple[NT, NT]:

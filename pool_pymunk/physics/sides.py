@@ -477,7 +477,10 @@ class Wall:
         number: int,
         kick: float = 0.0,
     ) -> None:
+        from pool_pymunk.physics.of_core import side_of
+
         sides = tuple([s if hasattr(s, "time_of_contact") else Measured(s) for s in sides])
+        sides = tuple(map(side_of, sides))
         self.sides = sides
         self.restitution = restitution
         self.friction = friction

@@ -16,8 +16,8 @@ from matplotlib.colors import Normalize, to_rgb
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import in_units, unit_of
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.canvas import Figure, dress, save_figure
 from pool_pymunk.render.style import SCREEN, Style, default_color
 from pool_pymunk.studies.atlas import Atlas

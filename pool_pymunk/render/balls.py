@@ -19,9 +19,10 @@ from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
 from pool_pymunk.model import Point, Scene
-from pool_pymunk.physics.motion import Array, free_motions
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.render.style import IVORY, LOOK, Style, ball_colors, halo_color, striped
 from pool_pymunk.render.view import View
+from pool_pymunk.results.motion import free_motions
 from pool_pymunk.results.run import Run
 
 Color = tuple[float, float, float, float]

@@ -20,8 +20,8 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, size
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.style import Style
 from pool_pymunk.safety.files import RenderError, whole
 

@@ -12,7 +12,7 @@ from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path as Outline
 
 from pool_pymunk.many import Batch
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.render.balls import DrawnBall, circle, discs, draw_balls, draw_rings
 from pool_pymunk.render.canvas import Figure, save_figure
 from pool_pymunk.render.pictures import as_set_up

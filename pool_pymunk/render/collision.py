@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch
 
+from pool_pymunk.laws import find_law
 from pool_pymunk.model import Point, Units
-from pool_pymunk.physics.laws import find_law
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.render.canvas import Figure, Label, place_labels, save_figure
 from pool_pymunk.report.collide import Collision
 

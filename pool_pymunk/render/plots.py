@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
 
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.render.canvas import Figure, dress
 from pool_pymunk.render.style import LOOK, PRINT, Style, ball_colors
 from pool_pymunk.render.view import Show

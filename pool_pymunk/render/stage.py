@@ -19,8 +19,8 @@ from matplotlib.transforms import Bbox
 from PIL import Image, ImageDraw, ImageFont
 
 from pool_pymunk.model import Point
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, number
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, track_of
 from pool_pymunk.render.canvas import FINE, Pixels, Sprite, canvas, glow, mixed, pixels

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.render.canvas import Pixels, mixed, window
 from pool_pymunk.render.style import LOOK
 

@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point, Scene
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import differing
 from pool_pymunk.model.plain import argument, made
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.files import RenderError

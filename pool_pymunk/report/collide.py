@@ -17,12 +17,11 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
+from pool_pymunk.laws import LAWS, Law, find_law, respond
+from pool_pymunk.laws.contact import NT, Contact, Pair, split
 from pool_pymunk.model import Point, Problem
 from pool_pymunk.model.plain import between, choice, problems_of, size
 from pool_pymunk.model.problems import raise_any
-from pool_pymunk.physics.contact import NT, Contact, Pair, split
-from pool_pymunk.physics.laws import LAWS, Law, find_law, respond
-from pool_pymunk.physics.motion import kinetic_energy
 from pool_pymunk.results.words import without_slip
 
 
@@ -122,7 +121,7 @@ class Collision:
     def energy(self) -> tuple[float, float]:
         """Kinetic energy of both balls before and after (J)."""
         before, after = (
-            kinetic_energy(self.a.mass, *v) + kinetic_energy(self.b.mass, *w)
+            _energy(self.a.mass, *v) + _energy(self.b.mass, *w)
             for v, w in ((self.a.velocity, self.b.velocity), (self.velocity_a, self.velocity_b))
         )
         return before, after
@@ -225,3 +224,8 @@ def _direction(a: Disc, b: Disc) -> Point:
     """Return the unit vector along which A approaches, seen from B."""
     x, y = a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]
     return x / math.hypot(x, y), y / math.hypot(x, y)
+
+
+def _energy(mass: float, vx: float, vy: float) -> float:
+    """Return m v^2 / 2 (J)."""
+    return 0.5 * mass * (vx * vx + vy * vy)

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pool_pymunk.laws import LAWS
 from pool_pymunk.model import Point, Scene, Units
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario import load
-from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.results.run import STATUSES, Run
 from pool_pymunk.results.words import counted
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.core.motion.surface import GYRATION
+from pool_pymunk.laws.contact import split
 from pool_pymunk.model import Point, Units
-from pool_pymunk.physics.contact import split
-from pool_pymunk.physics.surface import GYRATION, NO_ROLL
 from pool_pymunk.results.events import IMPULSES, Event
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.table import NO_BREAK, Columns, ResultTable, TableColumn, alike
@@ -132,7 +132,7 @@ class TrackedBall:
         if roll:
             (wx, wy), (bx, by) = roll, self.turns[k]
             return MovingBall(place, (vx + s * ax, vy + s * ay), (wx + s * bx, wy + s * by))
-        return MovingBall(place, (vx + s * ax, vy + s * ay), NO_ROLL)
+        return MovingBall(place, (vx + s * ax, vy + s * ay), (0.0, 0.0))
 
 
 def contact_rows(run: Run) -> tuple[ContactRow, ...]:
@@ -163,7 +163,7 @@ def _met(run: Run) -> Iterator[Met]:
         (x, y), *other = (ball.states(event.t)[-1].place for ball in its)
         r = its[0].radius
         if event.cushion is not None:
-            (nx, ny), far = run.scene.cushions[event.cushion].nearest(x, y, r).normal(x, y), -r
+            (nx, ny), far = run.scene.cushions[event.cushion].nearest(x, y, r, 0.0).normal(x, y), -r
         else:
             [(u, v)] = other
             apart = math.hypot(u - x, v - y) or 1.0

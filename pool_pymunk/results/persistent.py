@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pool_pymunk.model import Point
-from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.surface import roll_rates
+from pool_pymunk.model.arrays import Array
+from pool_pymunk.results.motion import roll_rates
 
 if TYPE_CHECKING:
     from pool_pymunk.results.run import Run

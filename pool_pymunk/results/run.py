@@ -16,18 +16,19 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.model import Point, Scene, Shot, State, Units
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, choice, made
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
-from pool_pymunk.physics.motion import Array, free_motions
-from pool_pymunk.physics.surface import GYRATION
 from pool_pymunk.results.events import IMPULSES, Event, two
+from pool_pymunk.results.motion import free_motions
 from pool_pymunk.results.variants import COARSER, FINER, Variant
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
-    from pool_pymunk.physics.laws import Law
+    from pool_pymunk.laws import Law
     from pool_pymunk.render import Figure
     from pool_pymunk.results.contacts import ContactRow
     from pool_pymunk.results.persistent import PersistentContact

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
-from pool_pymunk.physics.path import Path, standing
-from pool_pymunk.physics.surface import NO_ROLL, Surface
+from pool_pymunk.core.motion.path import Path, standing
+from pool_pymunk.core.motion.surface import Surface
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.variants import Variant
 
@@ -108,10 +108,6 @@ class Trace:
         turns = roll if self.no_roll else ()
         self.knots[i].append((t, *position, *velocity, *acceleration, *turns))
 
-    def path(self, i: int, path: Path) -> None:
-        """Ball ``i`` moves on along this path."""
-        self.knots[i].append((*path[:7], *path[9:]) if self.no_roll else path[:7])
-
     def roll(self, i: int, t: float) -> None:
         """Ball ``i`` began to roll."""
         self.events.append((t, ROLL, (i,), None, None))
@@ -211,9 +207,15 @@ def completed(rows: Sequence[Sequence[float]], surface: Surface, end: float) -> 
             found.append(tuple(row))
             continue
         roll = known[2:]
-        path = surface.path(t, (x, y), (vx, vy), (roll[0], roll[1]) if roll else NO_ROLL)
+        path = surface.path(t, (x, y), (vx, vy), (roll[0], roll[1]) if roll else NONE)
         found.append((t, x, y, vx, vy, path.ax, path.ay, *roll))
         while path.t < path.end < until:
-            path = surface.then(path) or standing(path.end, *path.rest)
-            found.append((*path[:7], *path[9:][: len(roll)]))
+            path = surface.then(path) or standing(path.end, *path.place(path.end))
+            found.append(breakpoint_of(path, bool(roll)))
     return found
+
+
+def breakpoint_of(path: Path, rolls: bool) -> Breakpoint:
+    """Return the breakpoint at the beginning of a path, of a ball that may roll."""
+    roll = (path.wx, path.wy) if rolls else ()
+    return (path.t, path.x, path.y, path.vx, path.vy, path.ax, path.ay, *roll)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pool_pymunk.physics.laws import Slip
-
 SURE = 4.0  # A figure is this many times the largest change of some runs, which are samples.
 
 
@@ -17,7 +15,7 @@ class Variant(NamedTuple):
     nudge: int | None = None  # the number of a nudge of the start (solvers/frozen.py)
     coarser: float = 1.0  # so many times as much is left out of contacts that persist
     #                    (of a solver that plays them to a tolerance: so many times that)
-    slip: Slip | None = None  # of balls whose slip is rounding, where the law jumps
+    slip: tuple[float, float] | None = None  # of balls whose slip is rounding, where the law jumps
 
     @property
     def sure(self) -> float:

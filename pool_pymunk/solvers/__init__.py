@@ -11,10 +11,10 @@ import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model import SettingError as SettingError
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers.record import OnTime
 from pool_pymunk.solvers.record import Settings as Settings

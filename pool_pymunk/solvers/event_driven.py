@@ -14,12 +14,12 @@ from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Record
 from pool_pymunk.core.variant import Errors
+from pool_pymunk.laws import Law, law_in_core
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.laws import Law
 from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
 from pool_pymunk.results.variants import Variant
 from pool_pymunk.results.words import without_slip
-from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
+from pool_pymunk.solvers.in_core import balls_of, table_of
 from pool_pymunk.solvers.record import OnTime, Settings
 
 ENDINGS = ("settled", "max_time", "max_events", "non_finite")  # as the engine counts them

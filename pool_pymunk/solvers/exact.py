@@ -68,6 +68,10 @@ class EngineTrace(Trace, Recorder):
                 pull = (path.ax, path.ay) if path.end > t else NONE
                 self.breakpoint(i, t, (x, y), (vx, vy), pull, (wx, wy))
 
+    def path(self, i: int, path: Path) -> None:
+        """Ball ``i`` moves on along this path."""
+        self.knots[i].append((*path[:7], *path[9:]) if self.no_roll else path[:7])
+
     def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
         if contact.cushion is None:
             self.ball_ball(t, contact.a, contact.b, impulse)

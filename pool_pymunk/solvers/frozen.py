@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.laws.contact import Vector
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.motion import EPSILON
 
 # m; gaps of the starts. Nobody sees a gap of 1e-6 m. A few draws seldom meet the worst gaps, so the
 # widest ones are four times as wide.
@@ -91,7 +91,7 @@ def _touching_walls(scene: Scene, discs: Sequence[Spot]) -> Iterator[Touch]:
         discs = [d for d in discs if min(d.x - x0, x1 - d.x, d.y - y0, y1 - d.y) - d.r <= hair]
     for x, y, r, i in discs:
         for k, wall in enumerate(scene.cushions):
-            side = wall.nearest(x, y, r)
+            side = wall.nearest(x, y, r, 0.0)
             gap = side.gap(x, y, r)
             if -r < gap <= r and gap <= CLOSED * (abs(x) + abs(y) + r):
                 yield i, len(scene.balls) + k, side.normal(x, y)

@@ -7,31 +7,22 @@ It has no time step. The contact engine
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache
 
 from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.engine.near import boxes_around
 from pool_pymunk.engine.recorder import Recorder
 from pool_pymunk.model import Scene, State
+from pool_pymunk.physics.of_core import wall_of
 from pool_pymunk.physics.path import sets_off
 from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.exact import begin, cut_off, pockets
 from pool_pymunk.solvers.record import Settings
 
-# The compiled loop, once it is loaded, puts in here what plays a run faster, with the same bits, or
-# returns None (pool_pymunk/fast/single.py).
-Faster = Callable[[Scene, State, Settings], Trace | None]
-FASTER: list[Faster] = []
-
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     """Simulate exactly; ``settings.dt`` has no meaning here, and events carry their true times."""
-    for play in FASTER if settings.compiled else ():
-        played = play(scene, start, settings)
-        if played is not None:
-            return played
     law, pair = settings.law_of(scene), cache(scene.pair)
     engine = ContactEngine(law, pair, scene.surface, Recorder())
     engine.lay(scene.surface, scene.ground)
@@ -40,7 +31,7 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
     for i, (ball, *motion) in enumerate(starts):
         engine.add_ball(engine.path_at(i, 0.0, *motion), ball.radius, ball.mass)
-    engine.walls = [*scene.cushions, *pockets(scene)]
+    engine.walls = [*map(wall_of, scene.cushions), *pockets(scene)]
     engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
     for id_ in start.off:
         engine.remove(scene.index[id_])

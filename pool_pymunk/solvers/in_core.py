@@ -1,40 +1,21 @@
-"""A scene is put into the core here: walls, surface, patches, balls and law as the core has them.
-
-The core knows no scene, and its laws, sides and surfaces take plain numbers. Those of a user's own
-are adapted (:mod:`pool_pymunk.solvers.own`).
-"""
+"""A scene is put into the core here: its table, floor and balls."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from numbers import Real
+from typing import Any
 
 from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.contact import laws as core_laws
+from pool_pymunk.core.contact.contact import Pair as CorePair
 from pool_pymunk.core.floor import Floor
-from pool_pymunk.core.motion.patches import Border, Circle, Line, Patches
 from pool_pymunk.core.motion.path import standing
-from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
 from pool_pymunk.core.table import Table as CoreTable
-from pool_pymunk.core.walls.arc import Arc
-from pool_pymunk.core.walls.face import Face
-from pool_pymunk.core.walls.round import RoundSide
-from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket, Wall
+from pool_pymunk.laws import Pair
 from pool_pymunk.model import Post, Scene, State, Table
 from pool_pymunk.model.places import post_wall
-from pool_pymunk.physics import laws, patches, sides, surface
-from pool_pymunk.solvers.own import OwnLaw, OwnSide, OwnSurface, ScenePairs
-
-BUILT_IN: dict[type[laws.Law], core_laws.Law] = {
-    laws.Coulomb: core_laws.Coulomb(),
-    laws.Published: core_laws.Published(),
-    laws.Weakening: core_laws.Weakening(),
-}
-
-
-def law_in_core(law: laws.Law) -> core_laws.Law:
-    """Return a law as the core takes it."""
-    return BUILT_IN.get(type(law)) or OwnLaw(law)
+from pool_pymunk.model.problems import setting_error, shown
 
 
 def table_of(scene: Scene) -> CoreTable:
@@ -50,54 +31,43 @@ def table_of(scene: Scene) -> CoreTable:
 
 def new_table_of(scene: Scene) -> CoreTable:
     """Return a table of a scene that nobody else has."""
-    walls = [*map(wall_in_core, scene.cushions), *pockets_of(scene)]
+    own = [Wall(w.sides, w.restitution, w.friction, w.number, w.kick) for w in scene.cushions]
     e, cue = scene.restitution.ball_ball, scene.restitution.cue_ball
     coefficients = e or 0.0, (e if cue is None else cue) or 0.0, scene.friction.ball_ball
     kind = CoreTable if type(scene).pair is Scene.pair else ScenePairs
-    return kind(walls, surface_in_core(scene.surface), patches_in_core(scene.ground), *coefficients)
+    return kind([*own, *pockets_of(scene)], scene.surface, scene.ground, *coefficients)
+
+
+class ScenePairs(CoreTable):
+    """This table asks a scene for the coefficients of two balls, because it has its own.
+
+    It asks once for each two balls of a run.
+    """
+
+    scene: Scene
+
+    def begin(self, scene: Scene) -> None:
+        """Begin a run of a scene."""
+        self.scene = scene
+        self.known: dict[tuple[int, int], CorePair] = {}
+
+    def pair(self, a: Ball, b: Ball) -> CorePair:
+        both = a.number, b.number
+        if both not in self.known:
+            self.known[both] = pair_in_core(self.scene.pair(*both))
+        return self.known[both]
+
+
+def pair_in_core(pair: Any) -> CorePair:
+    """Return a pair of a user's scene as the core has it; raises SettingError for what is none."""
+    if not isinstance(pair, Pair) or not all(isinstance(number, Real) for number in pair):
+        raise setting_error("pair", shown(pair), "must be a Pair of four numbers")
+    return CorePair(*map(float, pair))
 
 
 def pockets_of(scene: Scene) -> list[Wall]:
     """Return the pockets of a scene."""
     return [Pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
-
-
-def wall_in_core(wall: sides.Wall) -> Wall:
-    """Return a wall as the core has it."""
-    own = [side_in_core(side) for side in wall.sides]
-    return Wall(own, wall.restitution, wall.friction, wall.number, wall.kick)
-
-
-def side_in_core(side: sides.Side) -> Side:
-    """Return a side as the core has it."""
-    if isinstance(side, sides.Face):
-        return Face(*side)
-    if isinstance(side, sides.RoundSide):
-        return RoundSide(*side)
-    if isinstance(side, sides.Arc):
-        return Arc(*side)
-    return OwnSide(side)
-
-
-def surface_in_core(own: surface.Surface) -> Surface:
-    """Return a surface as the core has it."""
-    if isinstance(own, surface.Sliding):
-        return Sliding(own.pull)
-    if isinstance(own, surface.Rolling):
-        return Rolling(own.pull, own.drag)
-    return OwnSurface(own)
-
-
-def patches_in_core(ground: patches.Patches) -> Patches:
-    """Return patches as the core has them."""
-    borders = list[Border]()
-    for patch, is_round, *numbers in ground.borders:
-        x, y, u, v = numbers
-        if is_round:
-            borders.append(Circle(int(patch), (x, y), u))
-        else:
-            borders.append(Line(int(patch), (x, y), (u, v)))
-    return Patches(borders, [surface_in_core(each) for each in ground.surfaces])
 
 
 def floor_of(scene: Scene) -> Floor:
@@ -116,7 +86,7 @@ def floor_between(outline: Table | None, posts: Iterable[Post]) -> Floor:
     cushions = () if outline is None else outline.walls
     walls = [*cushions, *(post_wall(post, k) for k, post in enumerate(posts))]
     xs, ys, bows = ((), (), ()) if outline is None else outline.lines
-    return Floor([*xs], [*ys], [*bows], [*map(wall_in_core, walls)])
+    return Floor([*xs], [*ys], [*bows], walls)
 
 
 def new_balls(scene: Scene) -> list[Ball]:

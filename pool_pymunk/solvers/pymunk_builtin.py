@@ -15,10 +15,9 @@ from itertools import pairwise
 
 import pymunk
 
+from pool_pymunk.laws.contact import Impulse, split
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.model.scene import ball_ball_restitution
-from pool_pymunk.physics.contact import split
-from pool_pymunk.physics.impulses import Impulse
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.record import Settings, Stepping
 

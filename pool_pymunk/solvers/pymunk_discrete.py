@@ -22,10 +22,17 @@ from itertools import pairwise
 
 import pymunk
 
+from pool_pymunk.laws import respond
+from pool_pymunk.laws.contact import (
+    NO_BALL,
+    Contact,
+    Pair,
+    Velocities,
+    closing_speed,
+    fastest,
+    impulse_of,
+)
 from pool_pymunk.model import Point, Scene, State
-from pool_pymunk.physics.contact import NO_BALL, Contact, Pair, Velocities, closing_speed, fastest
-from pool_pymunk.physics.impulses import impulse_of
-from pool_pymunk.physics.laws import respond
 from pool_pymunk.results.trace import Push, Trace
 from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.record import Settings, Stepping
@@ -104,7 +111,7 @@ class Discrete(Stepping):
         i, number = (self.number[shape] for shape in arbiter.shapes)
         ball, wall = self.scene.balls[i], self.scene.cushions[number]
         x, y = self.bodies[i].position
-        side = wall.nearest(x, y, ball.radius)
+        side = wall.nearest(x, y, ball.radius, 0.0)
         pair = Pair(ball.mass, math.inf, wall.restitution, wall.friction)
         contact = Contact(i, NO_BALL, side.normal(x, y), pair, number)
         if push := self._answer(arbiter, contact, side.gap(x, y, ball.radius)):

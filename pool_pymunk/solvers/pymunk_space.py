@@ -11,13 +11,12 @@ import math
 import pymunk
 
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.surface import NO_ROLL
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.event_driven import Listener, keep, pull_of, tell
 from pool_pymunk.solvers.in_core import new_table_of
 from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world.billiards import Billiards
-from pool_pymunk.world.walls import Drawn
+from pool_pymunk.world.walls import STILL, Drawn
 
 
 def solve(scene: Scene, start: State, settings: Settings, *, friction: str = "joint") -> Trace:
@@ -54,7 +53,7 @@ def set_up(scene: Scene, start: State, settings: Settings) -> Billiards:
         table.put_wall(shape, wall)
     for hole in scene.pockets:
         table.add_pocket(hole.position, hole.radius)
-    rolls = start.roll or (NO_ROLL,) * len(scene.balls)
+    rolls = start.roll or (STILL,) * len(scene.balls)
     starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
     for ball, position, velocity, roll in starts:
         body = pymunk.Body(ball.mass, math.inf)

@@ -10,8 +10,8 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from pool_pymunk.core.persistent.scale import TOLERANCE
+from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.model import Point, Scene, State
-from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.results.trace import NEVER_SETTLES, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 

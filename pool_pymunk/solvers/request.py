@@ -11,7 +11,9 @@ from itertools import pairwise
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.laws import Law
+from pool_pymunk.model import Point, Scene, Shot, State
 from pool_pymunk.model.plain import (
     Reader,
     Value,
@@ -22,8 +24,6 @@ from pool_pymunk.model.plain import (
     whole,
 )
 from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.path import from_breakpoint, motion_at
 from pool_pymunk.results.run import Run, made_later, read_times
 from pool_pymunk.results.trace import NEVER_SETTLES, POCKET, ZERO_SLIP, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
@@ -299,8 +299,14 @@ def farthest(one: Trace, other: Trace) -> float:
     is_cut = "max_events" in (one.status, other.status)
     at = (min if is_cut else max)(one.duration, other.duration)
     last = [[next(k for k in rows[::-1] if k[0] <= at) for rows in t.knots] for t in (one, other)]
-    ends = [[motion_at(from_breakpoint(*row[:7]), at)[:2] for row in rows] for rows in last]
+    ends = [[place_at(row, at) for row in rows] for rows in last]
     return max(map(math.dist, *ends))
+
+
+def place_at(row: Sequence[float], t: float) -> Point:
+    """Return where (m) a ball is at a time (s), by its last breakpoint before that."""
+    t0, x, y, vx, vy, ax, ay = row[:7]
+    return Path(t0, x, y, vx, vy, ax, ay, math.inf, False, 0.0, 0.0).place(t)
 
 
 def warn_of_gained_energy(trace: Trace, scene: Scene, law: str) -> None:

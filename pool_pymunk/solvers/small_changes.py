@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.motion.surface import Rolling, Sliding
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.touches import Corner
+from pool_pymunk.laws import Law, law_in_core
 from pool_pymunk.model import Scene, State
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
-from pool_pymunk.physics.surface import Rolling, Sliding
-from pool_pymunk.solvers.in_core import balls_of, law_in_core, table_of
+from pool_pymunk.solvers.in_core import balls_of, table_of
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 
 
@@ -53,7 +53,8 @@ def inputs_of(scene: Scene, starts: Array, numbers: Sequence[Array]) -> Inputs:
     no_edge, no_pocket = [False] * of_edges, [False] * len(scene.pockets)
     own_e = [*no_edge, *(post.restitution is not None for post in posts), *no_pocket]
     own_mu = [*no_edge, *(post.friction is not None for post in posts), *no_pocket]
-    patches = [pull >= 0.0 for pull, _ in scene.ground.own], [d >= 0.0 for _, d in scene.ground.own]
+    rates = scene.patch_rates
+    patches = [pull >= 0.0 for pull, _ in rates], [drag >= 0.0 for _, drag in rates]
     where = np.nonzero(starts)
     entries = zip(*(each.tolist() for each in where), starts[where].tolist(), strict=True)
     return Inputs(list(entries), of_numbers, mass, radius, (own_e, own_mu), patches)

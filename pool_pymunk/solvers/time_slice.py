@@ -21,13 +21,12 @@ from itertools import combinations
 from math import atan2, copysign, cos, hypot, pi, sin
 
 from pool_pymunk.core.motion.slices import SlicedDisc
+from pool_pymunk.core.motion.surface import GYRATION
+from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.core.walls.wall import Wall
+from pool_pymunk.laws.contact import NO_BALL, NT, Contact, Impulse, Pair, impulse_of
 from pool_pymunk.model import Point, Scene, State, Table
-from pool_pymunk.physics.contact import NO_BALL, NT, Contact, Pair
-from pool_pymunk.physics.impulses import Impulse, impulse_of
-from pool_pymunk.physics.motion import EPSILON
-from pool_pymunk.physics.sides import Wall
-from pool_pymunk.physics.surface import GYRATION, NO_ROLL
-from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.trace import NONE, Trace
 from pool_pymunk.solvers.record import Settings, Stepping
 
 MOST_QUIET = 100_000  # slices between two looks, so that ``on_time`` hears of a long run
@@ -60,7 +59,7 @@ class Slices(Stepping):
         self.press = self.loss if self.rolls else 0.0
         self.law = settings.law_of(scene)
         self.radius = [ball.radius for ball in scene.balls]
-        rolls = start.roll or (NO_ROLL,) * len(start.position)
+        rolls = start.roll or (NONE,) * len(start.position)
         motions = zip(start.position, start.velocity, rolls, strict=True)
         self.discs = [SlicedDisc(*place, *velocity, *roll) for place, velocity, roll in motions]
         self.colliding: set[tuple[int, int]] = set()

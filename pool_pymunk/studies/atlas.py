@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.laws import Law
 from pool_pymunk.many.batch import CANNOT_START, Batch
 from pool_pymunk.many.source import NOTHING
 from pool_pymunk.many.workers import Workers, workers_of
 from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import row_of
 from pool_pymunk.model.parts import NEAREST
 from pool_pymunk.model.plain import argument, read_pair, whole
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.derivatives import ball_number
 from pool_pymunk.studies.sweep.plan import Plan, make_plan

@@ -21,11 +21,11 @@ from pool_pymunk.core.tangent.reasons import CHAOS, FOLLOWED, REASONS
 from pool_pymunk.core.tangent.rounding import DRAWS, farthest
 from pool_pymunk.core.tangent.shot import ends_of, errors_of, play, tangent_of
 from pool_pymunk.core.tangent.tangent import Tangent
+from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.model import State
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
 from pool_pymunk.model.problems import SettingError, setting_error
-from pool_pymunk.physics.laws import LAWS, Law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, points
 from pool_pymunk.results.trace import NEVER_SETTLES
 from pool_pymunk.solvers import find_solver

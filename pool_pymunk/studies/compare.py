@@ -17,7 +17,7 @@ from pool_pymunk.many.play import Done, Results, play_all
 from pool_pymunk.many.source import Source
 from pool_pymunk.many.workers import Workers
 from pool_pymunk.model import Point
-from pool_pymunk.physics.motion import Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.run import Run
 

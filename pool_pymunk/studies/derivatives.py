@@ -16,9 +16,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import SHOT, TABLE, Names, chosen, derivable, parts
 from pool_pymunk.model.problems import listed, setting_error, suggestion
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run, read_times
 from pool_pymunk.solvers import SOLVERS, find_solver
 from pool_pymunk.studies.changes import Changes, by_names, changes_of

@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.laws import Law
 from pool_pymunk.many import Batch, simulate_many
 from pool_pymunk.many.places import may_lie
 from pool_pymunk.many.source import opening
 from pool_pymunk.many.workers import Workers, workers_of
 from pool_pymunk.model import Point, Scene, Shot
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import SHOT, erring, row_of
 from pool_pymunk.model.plain import argument, read_pair, size, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies import Mask

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene, inputs
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, flag, size, whole
 from pool_pymunk.model.problems import listed, setting_error
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.table import ResultTable
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.fit_doubts import (

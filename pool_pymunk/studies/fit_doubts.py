@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import TABLE, parts
 from pool_pymunk.model.problems import listed
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.words import counted
 from pool_pymunk.studies import Mask
 from pool_pymunk.studies.measured import Forecast

@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.core.motion.times import EPSILON
 from pool_pymunk.model import Scene, Shot
-from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import step_text

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
+from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import TABLE, Names, input_value, parts, with_inputs
 from pool_pymunk.model.plain import finite, is_row
 from pool_pymunk.model.problems import LEFT_OUT, Problem, SceneError, listed, suggestion
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import reference_solver, simulate_all
 from pool_pymunk.studies import Mask

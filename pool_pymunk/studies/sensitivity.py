@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pool_pymunk.laws import Law, find_law
 from pool_pymunk.many.batch import STATUSES
 from pool_pymunk.many.play import play_all
 from pool_pymunk.many.source import opening, read_source
 from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Point, Scene, Shot, inputs
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, flag, whole
-from pool_pymunk.physics.laws import Law, find_law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import STATUSES as ENDS
 from pool_pymunk.results.run import Run, points
 from pool_pymunk.results.table import ResultTable

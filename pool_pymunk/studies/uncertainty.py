@@ -19,11 +19,11 @@ import numpy as np
 from pool_pymunk.many.places import may_lie
 from pool_pymunk.model import NEAREST, Point, Scene, Shot, Units
 from pool_pymunk.model import inputs as table
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import TABLE, names_in, parts
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.results.run import points
 from pool_pymunk.solvers import SettingError
 from pool_pymunk.studies.variation import Uniform, check, numbers, offsets

@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import ROWS, SHOT, TABLE, Input, input_value, names_in, parts, row_of
 from pool_pymunk.model.plain import argument, between, whole
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import find_shot, reference_solver, request
 
 A_BLOCK = 4  # numbers that a step of Philox makes

@@ -9,8 +9,10 @@ from itertools import combinations
 import pymunk
 
 from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.walls.face import face_between
 from pool_pymunk.core.walls.wall import Pocket as CorePocket
+from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.model import (
     Ball,
     Friction,
@@ -23,8 +25,6 @@ from pool_pymunk.model import (
     Table,
 )
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.laws import LAWS, Law
 from pool_pymunk.world.ball import TableBall
 from pool_pymunk.world.table import LiveTable
 from pool_pymunk.world.walls import Obstacle

@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 import pymunk
 
 from pool_pymunk.core import ball as core
-from pool_pymunk.core.motion.path import Motion
+from pool_pymunk.core.motion.path import Motion, Path
+from pool_pymunk.core.motion.times import Vector
+from pool_pymunk.laws import Pair
 from pool_pymunk.model.plain import argument, between, size
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.physics.contact import Pair, Vector
-from pool_pymunk.physics.path import Path
-from pool_pymunk.solvers.own import path_of
 
 SHARE, FROM_ZERO = between(0.0, 1.0), between(0.0)
 HAIR = 1e-9  # This share of lengths and times is wider than rounding in a step.
@@ -29,6 +28,32 @@ TYPES = {
 FEATURES = (
     "body_type", "mass", "radius", "filter", "offset", "center_of_gravity", "position_func"
 )  # fmt: skip
+
+
+class TablePath(NamedTuple):
+    """A ball goes from a place at ``t`` (s) to ``end`` (s), with a constant acceleration.
+
+    (``x``, ``y``) is the place in m, (``vx``, ``vy``) the velocity in m/s, (``ax``, ``ay``) the
+    acceleration in m/s^2, and (``wx``, ``wy``) the roll in m/s. On a path that ``slows`` the ball
+    comes to rest at the end.
+    """
+
+    t: float
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+    end: float
+    slows: bool
+    wx: float
+    wy: float
+
+    def at(self, t: float) -> tuple[Vector, Vector]:
+        """Return place (m) and velocity (m/s) at a time (s), not before the path began."""
+        x, y, vx, vy = Path(*self).at(t)
+        return (x, y), (vx, vy)
 
 
 class TableBall:
@@ -60,10 +85,11 @@ class TableBall:
         return self.core.number
 
     @property
-    def path(self) -> Path:
+    def path(self) -> TablePath:
         """The ball's exact path; for ``on_contact`` it is the path after the contact."""
         self.follow()
-        return path_of(self.core.path)
+        p = self.core.path
+        return TablePath(p.t, p.x, p.y, p.vx, p.vy, p.ax, p.ay, p.end, p.slows, p.wx, p.wy)
 
     @property
     def sensor(self) -> pymunk.Circle:

@@ -21,18 +21,16 @@ from pool_pymunk.core.contact.contact import Pair as CorePair
 from pool_pymunk.core.live import SAME, LiveEngine
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.persistent.scale import TOLERANCE
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
+from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket, Wall
+from pool_pymunk.laws import Law, Pair, law_in_core
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
-from pool_pymunk.physics.contact import Pair, Vector
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.sides import Side
-from pool_pymunk.physics.surface import NO_ROLL
-from pool_pymunk.solvers.in_core import law_in_core, side_in_core
 from pool_pymunk.world import checks
 from pool_pymunk.world.as_scene import scene_of
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
@@ -40,7 +38,7 @@ from pool_pymunk.world.ground import read_patch
 from pool_pymunk.world.outlook import Prediction, free_spot, sketch
 from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.table import LiveTable, Phase
-from pool_pymunk.world.walls import Drawn, Obstacle, pocket_of, wall_of
+from pool_pymunk.world.walls import STILL, Drawn, Obstacle, pocket_of, wall_of
 
 PairOf = Callable[[int, int], Pair]  # the coefficients of a hit of two balls, by their numbers
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
@@ -55,9 +53,9 @@ class Billiards:
     You step the space as always, by ``space.step(dt)``, with any steps up to ``max_dt`` (s).
     ``deceleration`` (m/s^2) is that of surface friction, mu_s g; 0 leaves friction out. With
     ``rolling`` (m/s^2), the deceleration of rolling, balls are spheres that slide until they roll
-    (:class:`~pool_pymunk.physics.surface.Rolling`). ``pair`` returns the coefficients of a hit of
-    two balls, given their numbers (:func:`same_balls`); masses are those of the bodies. ``law`` is
-    the name of a contact law, or a law of your own (:class:`~pool_pymunk.physics.laws.Law`).
+    (:class:`~pool_pymunk.core.motion.surface.Rolling`). ``pair`` returns the coefficients of a hit
+    of two balls, given their numbers (:func:`same_balls`); masses are those of the bodies. ``law``
+    is the name of a contact law, or a law of your own (:class:`~pool_pymunk.Law`).
 
     All other shapes keep pymunk's own response, to each other and to the balls. The table follows
     what you do to a ball's body between steps and in callbacks. What springs, other bodies,
@@ -283,11 +281,11 @@ class Billiards:
             two = other.number, number
             checks.check_pair(table.said(*two), masses, two)
         checks.check_id(id, live.ball_of.values())
-        ball = live.put_ball(circle, NO_ROLL)
+        ball = live.put_ball(circle, STILL)
         ball.id = id
         return ball
 
-    def put_ball(self, circle: pymunk.Circle, roll: Vector = NO_ROLL) -> TableBall:
+    def put_ball(self, circle: pymunk.Circle, roll: Vector = STILL) -> TableBall:
         """Do what :meth:`add_ball` does, with a roll (m/s), and check nothing."""
         return self.live.put_ball(circle, roll)
 
@@ -337,8 +335,8 @@ class Billiards:
         velocity along the normal, so energy may grow.
 
         Balls meet all sides of the shape, or only the ``sides`` that you give
-        (:class:`~pool_pymunk.physics.sides.Side`), such as a concave arc. The shape then only says
-        where your sides are, and may be a sensor; sides of your own stand. Returns the wall's
+        (:class:`~pool_pymunk.core.walls.side.Side`), such as a concave arc. The shape then only
+        says where your sides are, and may be a sensor; sides of your own stand. Returns the wall's
         number. Raises ValueError for a shape that cannot be a wall, and if a ball lies in the wall
         now.
         """
@@ -348,16 +346,16 @@ class Billiards:
         friction = argument("friction", friction, FROM_ZERO)
         kick = argument("kick", kick, FROM_ZERO)
         for side in sides or ():
-            if not hasattr(side, "time_of_contact"):
-                text = f"{type(side).__name__}.length_along: define time_of_contact(path, r, now)"
-                warnings.warn(text, DeprecationWarning, stacklevel=2)
+            if not isinstance(side, Side):
+                message = "a side of your own is a subclass of Side, with its time_of_contact"
+                raise setting_error("sides", shown(side), message)
         assert shape.body is not None
         wall = wall_of(shape, restitution, friction, self._walls.count, kick)
         if wall.moves and sides is not None:
             message = "a wall that moves has the sides of its shape: leave sides out"
             raise setting_error("sides", len(sides), message)
         if sides:
-            wall.sides = [side_in_core(side) for side in sides]
+            wall.sides = list(sides)
         return self._put_if_free(Obstacle(shape, wall, is_drawn=not sides))
 
     def put_wall(self, shape: Drawn, wall: Wall) -> int:
@@ -424,7 +422,7 @@ class Billiards:
             checks.check_return(ball, live.ball_of, self.space)
             live.bring_back(ball)
         live.mend(ball)
-        live.send(ball, position, (0.0, 0.0), NO_ROLL)
+        live.send(ball, position, (0.0, 0.0), STILL)
 
     def add_patch(
         self, shape: pymunk.Shape, deceleration: float, rolling: float | None = None

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import pymunk
 
 from pool_pymunk.core.floor import TOUCHING, overlap
-from pool_pymunk.core.motion.path import Motion
+from pool_pymunk.core.motion.path import LOST, Motion
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
+from pool_pymunk.core.motion.times import EPSILON, Vector
 from pool_pymunk.core.walls.wall import Pocket
+from pool_pymunk.laws import Pair
 from pool_pymunk.model import places
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.plain import read_law as read_law
 from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown
-from pool_pymunk.physics.contact import Pair, Vector
-from pool_pymunk.physics.path import is_too_fast
 from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, Disc, TableBall
 
 if TYPE_CHECKING:
@@ -148,6 +148,12 @@ def changed_error(what: str, number: int, features: Iterable[Feature]) -> Settin
         f"and add {'its circle' if what == 'ball' else 'it'} again"
     )
     return setting_error(f"{what} {number}: {key}", now, message)
+
+
+def is_too_fast(velocity: Vector, radius: float, t: float) -> bool:
+    """Tell whether a rounding error of the time (s) moves a ball (m, m/s) by ``LOST`` radii."""
+    speed = math.sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1])
+    return not (speed * EPSILON * t <= LOST * radius and speed < math.inf)
 
 
 def check_speed(key: str, velocity: Vector, radius: float, t: float) -> None:

@@ -9,14 +9,12 @@ import pymunk
 
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.model import Patch
 from pool_pymunk.model.outline import misdrawn
 from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics import surface as physics
-from pool_pymunk.physics.contact import Vector
-from pool_pymunk.physics.patches import patches_of
-from pool_pymunk.solvers.in_core import patches_in_core
+from pool_pymunk.model.scene import borders_of
 from pool_pymunk.world.ball import FROM_ZERO
 from pool_pymunk.world.checks import read_surface
 
@@ -70,8 +68,9 @@ def ground_of(table: Surface, patches: Sequence[LivePatch]) -> Patches:
         if each.rolling is not None and not table.rolls:
             message = "balls do not roll on a table without rolling"
             raise setting_error("rolling", each.rolling, message)
-        if table.rolls:
-            read_surface(each.deceleration, table.drag if each.rolling is None else each.rolling)
-    own = [(each.deceleration, each.rolling) for each in patches]
-    below = physics.Rolling(table.pull, table.drag) if table.rolls else physics.Sliding(table.pull)
-    return patches_in_core(patches_of([each[:3] for each in patches], own, 1.0, below))
+    borders = [each for k, patch in enumerate(patches) for each in borders_of(k, patch.as_part())]
+    found = list[Surface]()
+    for each in patches:
+        drag = table.drag if each.rolling is None else each.rolling
+        found.append(read_surface(each.deceleration, drag if table.rolls else None))
+    return Patches(borders, found)

@@ -13,10 +13,10 @@ from pool_pymunk.core import ball as core
 from pool_pymunk.core.live import SAME, LiveEngine
 from pool_pymunk.core.motion.path import Motion
 from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.side import OVERLAP
 from pool_pymunk.model.problems import SettingError
-from pool_pymunk.physics.contact import Vector
 from pool_pymunk.world.ball import Disc, TableBall, TableState
 from pool_pymunk.world.bodies import ROW, Bodies, Rows
 from pool_pymunk.world.checks import check_sound, check_unchanged, is_sound, set_apart

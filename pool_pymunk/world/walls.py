@@ -11,6 +11,7 @@ import pymunk
 
 from pool_pymunk.core.live import LiveEngine
 from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.walls.face import face_between
 from pool_pymunk.core.walls.moving import Body, MovingWall
 from pool_pymunk.core.walls.round import RoundSide
@@ -18,7 +19,6 @@ from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket, Wall
 from pool_pymunk.model import places
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.physics.contact import Vector
 from pool_pymunk.world.ball import TYPES
 from pool_pymunk.world.checks import changed_error, check_motion, set_apart
 

@@ -17,6 +17,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pool_pymunk.core import compiled
+from pool_pymunk.laws import LAWS
 from pool_pymunk.many import simulate_many
 from pool_pymunk.many.source import opening
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
@@ -25,7 +26,6 @@ from pool_pymunk.model.problems import Point, listed, setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING, read_state
 from pool_pymunk.page.content import content
 from pool_pymunk.page.document import page
-from pool_pymunk.physics.laws import LAWS
 from pool_pymunk.render.pictures import as_set_up
 from pool_pymunk.render.table import round_number
 from pool_pymunk.results.run import Run

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+from pool_pymunk.core.motion.times import EPSILON
 from pool_pymunk.model import (
     STANDARD_GRAVITY,
     Ball,
@@ -17,7 +18,6 @@ from pool_pymunk.model import (
     Scene,
     Table,
 )
-from pool_pymunk.physics.motion import EPSILON
 from pool_pymunk.studies.stability import claims as must
 from pool_pymunk.studies.stability import known
 from pool_pymunk.studies.stability.making import (

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pool_pymunk.core.motion.times import EPSILON
 from pool_pymunk.model import Scene, State
-from pool_pymunk.physics.motion import EPSILON, Array
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import Solver, find_solver, reference_solver, simulate
 from pool_pymunk.studies.compare import Comparison, contacts

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.core import compiled
+from pool_pymunk.laws import Law
 from pool_pymunk.many import Batch
 from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.physics.laws import Law
 from pool_pymunk.safety.files import whole
 from pool_pymunk.studies.sweep.plan import UNITS, Drawn, Plan, make_plan
 

@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pool_pymunk.laws import Law
 from pool_pymunk.many import Batch, simulate_many
 from pool_pymunk.many.source import opening
 from pool_pymunk.model import Scene, Shot, inputs
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, between, flag, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
-from pool_pymunk.physics.laws import Law
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.solvers import find_shot, reference_solver, request
 from pool_pymunk.studies.uncertainty import StartSampler, launched
 from pool_pymunk.studies.variation import (
