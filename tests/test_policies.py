@@ -37,7 +37,7 @@ from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
 from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.physics.together import at_once
 from pool_pymunk.results.trace import COLLAPSE
-from pool_pymunk.results.variants import COARSER
+from pool_pymunk.results.variants import Variant
 
 # -- one instant -----------------------------------------------------------------------------------
 
@@ -219,7 +219,7 @@ def test_variants_end_when_a_run_with_bounded_events_does() -> None:
     """Where contacts leave more out, they come to fewer events in the same time."""
     run = exact(some_scene("hard that rolls", 102), max_events=300)
     assert run.again is not None and run.status == "max_events"
-    variants = (*run.variants, *COARSER)
+    variants = (*run.variants, Variant(coarser=30.0), Variant(coarser=300.0))
     assert all(run.again(variant).duration <= run.duration for variant in variants)
 
 

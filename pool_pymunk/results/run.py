@@ -24,7 +24,7 @@ from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.events import IMPULSES, Event, two
 from pool_pymunk.results.motion import free_motions
-from pool_pymunk.results.variants import COARSER, FINER, Variant
+from pool_pymunk.results.variants import FINER, Variant
 from pool_pymunk.results.words import counted, step_text
 
 if TYPE_CHECKING:
@@ -351,8 +351,7 @@ class Run:
         It is 0 where no contact persisted, and nan where it is not known: for a run loaded from a
         file. Otherwise the run is played again at a third and at a tenth of its
         ``contact_tolerance``. The figure is four times the largest change of an end, at least the
-        tolerance itself, and at most the table's diagonal. Where the solver has no tolerance, 30
-        and 300 times as much is left out; errors are then at least 5 and 17 times as large.
+        tolerance itself, and at most the table's diagonal.
 
         >>> from pool_pymunk import load, simulate
         >>> simulate(load("report"), 1, solver="event-driven").persistent_shift
@@ -362,9 +361,8 @@ class Run:
             return 0.0
         if self.again is None:
             return math.nan
-        tolerance = self.contact_tolerance
-        moved = self._moved(COARSER if tolerance is None else FINER)
-        return min(max(moved, tolerance or 0.0), self.scene.diagonal)
+        moved = max(self._moved(FINER), self.contact_tolerance or 0.0)
+        return min(moved, self.scene.diagonal)
 
     def _moved(self, variants: Iterable[Variant], most: int | None = None) -> float:
         """Return how far (m) ends may move, by variants of the run, cut at ``most`` events."""

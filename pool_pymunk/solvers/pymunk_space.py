@@ -12,7 +12,7 @@ import pymunk
 
 from pool_pymunk.model import Scene, State
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.event_driven import Listener, keep, pull_of, tell
+from pool_pymunk.solvers.event_driven import Listener, keep, pull_of, tell, vary
 from pool_pymunk.solvers.in_core import new_table_of
 from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world.billiards import Billiards
@@ -27,6 +27,7 @@ def solve(scene: Scene, start: State, settings: Settings, *, friction: str = "jo
     table = set_up(scene, start, settings)
     trace = Trace(start, [pull_of(ball.path) for ball in table.engine.balls])
     record = table.engine.recorder = Listener(trace, None)
+    vary(table.engine.errors, settings.variant)
     table.engine.most_events = settings.max_events
     latest = math.inf if settings.max_time is None else settings.max_time
     table.play(settings.on_time, latest)
@@ -44,7 +45,7 @@ def set_up(scene: Scene, start: State, settings: Settings) -> Billiards:
         settings.dt,
         pair=scene.pair,
         law=settings.law_of(scene),
-        contact_tolerance=settings.contact_tolerance,
+        contact_tolerance=settings.contact_tolerance * settings.variant.coarser,
     )
     own = new_table_of(scene)
     walls, own.walls = own.walls[: len(scene.cushions)], []

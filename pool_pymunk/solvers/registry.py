@@ -13,7 +13,7 @@ PYMUNK = Solver(
     name="pymunk", solve=InFile("pymunk_space"),
     about="in a pymunk space, contacts inside the step", dt=1 / 240,
     options={"friction": ("joint", "callback")}, exact=True, engine=True, rolls=True, patches=True,
-    finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
+    to_tolerance=True, finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
     stability_steps=(1 / 60, 1 / 240, 1 / 1000), quick_stability_steps=(1 / 60,),
     color="#009e73", marker="o",
 )  # fmt: skip
