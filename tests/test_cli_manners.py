@@ -282,7 +282,9 @@ def test_the_tolerance_of_contacts_reaches_the_exact_solver(
 
 def test_the_json_of_run_has_the_tolerance_of_a_solver_that_has_one(tmp_path: Path) -> None:
     file, solvers = tmp_path / "run.json", []
-    for solver, more in (("event-driven", ("--contact-tolerance", "0.001mm")), ("pymunk", ())):
+    for solver, more in (
+        ("event-driven", ("--contact-tolerance", "0.001mm")), ("pymunk-discrete", ()),
+    ):  # fmt: skip
         where = ("--no-pictures", "--json", file, "--out", tmp_path, "--max-time", 1)
         assert exit_code("run", "two-balls", "--solver", solver, *more, *where) == 0
         solvers.append(json.loads(file.read_text(encoding="utf-8"))["solver"])

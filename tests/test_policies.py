@@ -36,8 +36,8 @@ from pool_pymunk.physics.path import Path, set_off
 from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
 from pool_pymunk.physics.surface import Sliding
 from pool_pymunk.physics.together import at_once
+from pool_pymunk.results import variants
 from pool_pymunk.results.trace import COLLAPSE
-from pool_pymunk.results.variants import Variant
 
 # -- one instant -----------------------------------------------------------------------------------
 
@@ -219,8 +219,8 @@ def test_variants_end_when_a_run_with_bounded_events_does() -> None:
     """Where contacts leave more out, they come to fewer events in the same time."""
     run = exact(some_scene("hard that rolls", 102), max_events=300)
     assert run.again is not None and run.status == "max_events"
-    variants = (*run.variants, Variant(coarser=30.0), Variant(coarser=300.0))
-    assert all(run.again(variant).duration <= run.duration for variant in variants)
+    coarser = [variants.Variant(coarser=times) for times in (30.0, 300.0)]
+    assert all(run.again(each).duration <= run.duration for each in (*run.variants, *coarser))
 
 
 def test_a_persistent_contact_is_no_row_of_events_and_each_ball_stops_once() -> None:

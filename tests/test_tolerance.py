@@ -307,7 +307,7 @@ def test_run_says_which_step_it_chose(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "Tolerance 0.01 in: reached with dt = 1/240 s, estimated error" in printed
     assert "Work: 1 run, " in printed
     found = json.loads(data.read_text(encoding="utf-8"))
-    assert found["solver"] == {"name": "pymunk", "dt": 1 / 240}
+    assert found["solver"] == {"name": "pymunk", "dt": 1 / 240, "contact_tolerance": 1e-7}
     record = found["shots"][0]["tolerance"]
     assert record["reached"]
     assert record["tolerance"] == pytest.approx(0.000254)
