@@ -148,8 +148,8 @@ def test_free_motions_are_those_of_paths(
     ]
     at = np.array([row[0] for row in breakpoints]) + np.array([row[-1] for row in rows])
     position, velocity = free_motions(np.array(breakpoints).reshape(-1, 7), at)
-    for k, (t, *motion) in enumerate(breakpoints):
-        path = Path(t, *motion, math.inf, False, 0.0, 0.0)
+    for k, (t, x, y, vx, vy, ax, ay) in enumerate(breakpoints):
+        path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, 0.0, 0.0)
         assert (*position[k], *velocity[k]) == path.at(at[k])
 
 
