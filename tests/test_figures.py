@@ -36,12 +36,10 @@ from pool_pymunk import (
     written_uncertainty,
 )
 from pool_pymunk.cli import main
+from pool_pymunk.core.contact import collapse, instant, rounds
+from pool_pymunk.core.motion.path import LOST
+from pool_pymunk.core.persistent import gatherings, unseen
 from pool_pymunk.core.persistent.groups import WIDEST
-from pool_pymunk.engine import decisions, persisting
-from pool_pymunk.physics import collapse
-from pool_pymunk.physics.path import LOST
-from pool_pymunk.physics.persistent import UNSEEN
-from pool_pymunk.physics.pieces import DEVIATION
 from pool_pymunk.render import FilmSettings
 from pool_pymunk.results.variants import COARSER, FINER
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
@@ -237,9 +235,9 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
     page = text("docs/accuracy.md")
     assert f"within {collapse.MOST_HITS:,} hits" in page
     assert f"({collapse.MOST_IN_CLUSTER:,} if it has more than eight contacts, " in page
-    assert f"contacts, {decisions.MOST_IN_PILE} in a pile)" in page
-    assert (collapse.CLUSTER, decisions.LISTED) == (8, 100)
-    assert (UNSEEN, DEVIATION, LOST, QUICK) == (1e-10, 4e-9, 1e-3, 2.0)
+    assert f"contacts, {rounds.MOST_IN_PILE} in a pile)" in page
+    assert (collapse.CLUSTER, instant.LISTED) == (8, 100)
+    assert (LOST, QUICK) == (1e-3, 2.0)
     assert (CONTACT_TOLERANCE, WIDEST) == (1e-7, 1e-3)
     assert "which is 1e-7 m by default" in page
     assert "never wider than a thousandth of the smallest radius" in page
@@ -249,17 +247,11 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
 
 def test_numbers_of_persistent_contacts() -> None:
     page = text("docs/how-it-works.md")
-    assert (UNSEEN, DEVIATION) == (1e-10, 4e-9)
-    assert r"$\varepsilon = 10^{-10}$ radii in all" in page
-    assert "to $10^{-8}$ radii" in page
-    assert (persisting.FEW, persisting.AGO, persisting.GROWTH, persisting.MOST) == (
-        30,
-        0.05,
-        1.3,
-        50,
-    )
-    assert "After thirty hits of a ball, each within 0.05 s of the one before" in page
-    assert "by a factor of 1.3 with each hit, for fifty hits at most" in page
+    assert (unseen.EACH, unseen.MOST) == (0.3, 1_000.0)
+    assert r"$\varepsilon$ is 0.3 of the tolerance" in page
+    assert (unseen.FEW, gatherings.SOON, unseen.GROWTH) == (15, 0.05, 1.3)
+    assert "After fifteen hits of a ball, each within 0.05 s of the one before" in page
+    assert "by a factor of 1.3 with each hit, a thousandfold at most" in page
     assert [variant.coarser for variant in COARSER] == [30, 300]
     assert [variant.sure * (math.sqrt(variant.coarser) - 1.0) for variant in COARSER] == [4.0, 4.0]
     assert [variant.coarser for variant in FINER] == [1 / 3, 0.1]
