@@ -1,4 +1,4 @@
-"""Contacts of one instant, put into the core and answered there, beside the contact engine."""
+"""Contacts of one instant, put into the core and answered there."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from pool_pymunk.core.contact.laws import Law as CoreLaw
 from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.variant import NO_SLIP
 from pool_pymunk.core.walls.wall import Wall
-from pool_pymunk.laws import Law
+from pool_pymunk.laws import Law, law_in_core
 from pool_pymunk.laws.contact import NO_BALL, Contact, Vector
-from pool_pymunk.solvers.in_core import law_in_core
 
 
 class InCore:

@@ -1,27 +1,13 @@
-"""Walls that move and kick, played step by step by the contact engine and by the core.
-
-``python -m tests.core_movers 300`` plays this many random scenes, and prints each that differs, and
-at the end how many of each kind came out how. ``python -m tests.core_movers "turned 17"`` plays
-one.
-
-Where a contact persists in one engine, both stop: what the core has heard until then must be what
-the other one has heard first.
-"""
+"""Walls that move and kick, played step by step by the core."""
 
 from __future__ import annotations
 
 import math
 import random
-import sys
-import time
-from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from itertools import count, islice, zip_longest
-from pathlib import Path as FilePath
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import count
 from typing import Any, NamedTuple
-
-sys.path.insert(0, str(FilePath(__file__).parent))
 
 import pymunk
 from core_scenes import (
@@ -29,11 +15,8 @@ from core_scenes import (
     OWN_LAWS,
     STAY,
     M,
-    Persists,
     Point,
     R,
-    TooLong,
-    Watched,
     friction,
     law,
     on_patches,
@@ -43,40 +26,27 @@ from core_scenes import (
     some_posts,
     some_velocity,
 )
-from pool_pymunk.solvers.own import path_of
 from scenes import BASE_SEED
 
-from pool_pymunk import Ball, Law, Restitution, Scene, SceneError, Table
-from pool_pymunk.core.contact.contact import Contact as CoreContact
-from pool_pymunk.core.engine import NEVER_SETTLES, Engine
+from pool_pymunk import Ball, Law, Physics, Restitution, Scene, SceneError, Table
+from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.persistent.declined import Declined
-from pool_pymunk.core.record import Recorder as CoreRecorder
+from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
-from pool_pymunk.core.walls import moving as core_moving
-from pool_pymunk.core.walls.wall import Pocket
-from pool_pymunk.engine.contacts import Tally
-from pool_pymunk.engine.near import boxes_around
-from pool_pymunk.engine.recorder import Recorder
-from pool_pymunk.laws import LAWS
-from pool_pymunk.physics.moving import Flat, Moving, MovingWall
-from pool_pymunk.physics.path import sets_off
-from pool_pymunk.physics.sides import OVERLAP, Wall
-from pool_pymunk.physics.surface import NO_ROLL
-from pool_pymunk.solvers.exact import pockets as pockets_of
-from pool_pymunk.solvers.in_core import (
-    balls_of,
-    law_in_core,
-    patches_in_core,
-    side_in_core,
-    surface_in_core,
-    wall_in_core,
-)
+from pool_pymunk.core.walls import moving
+from pool_pymunk.core.walls.face import Face
+from pool_pymunk.core.walls.round import RoundSide
+from pool_pymunk.core.walls.side import Side
+from pool_pymunk.core.walls.wall import Pocket, Wall
+from pool_pymunk.laws import LAWS, law_in_core
+from pool_pymunk.solvers.in_core import balls_of
 from pool_pymunk.world.walls import sides_of
 
 Note = tuple[Any, ...]  # what an engine tells: what it is, when (s), and numbers
 
 MOST = 300  # events of a run
-TOO_LONG = 4.0  # s of the processor
 RATES = (30, 60, 240)  # steps a second
 FENCE = Table.rectangle(2.0, 1.0)
 
@@ -93,7 +63,7 @@ class Pose(NamedTuple):
 class Mover(NamedTuple):
     """A wall that moves: its sides in the frame of its body, its coefficients and its kick."""
 
-    sides: tuple[Flat, ...]
+    sides: list[Side]
     restitution: float
     friction: float
     kick: float
@@ -117,118 +87,16 @@ class Play(NamedTuple):
         ]
 
 
-# -- two engines that play steps ------------------------------------------------------------------
+# -- the core plays steps --------------------------------------------------------------------------
 
 
-@dataclass
 class Heard(Recorder):
-    """This keeps what the contact engine tells."""
-
-    notes: list[Note] = field(default_factory=list)
-
-    def contact(self, contact: Any, impulse: Any, t: float) -> None:
-        a, b, normal, pair, cushion, _, _, _, drift, _ = contact
-        push = *impulse[:2], impulse[2] if cushion is None else None
-        self.notes.append(("contact", t, a, b, cushion, *normal, *pair, *drift, *push))
-
-    def path(self, i: int, path: Any) -> None:
-        self.notes.append(("path", path.t, i, *path))
-
-    def roll(self, i: int, t: float) -> None:
-        self.notes.append(("roll", t, i))
-
-    def crossed(self, i: int, patch: int, t: float) -> None:
-        self.notes.append(("patch", t, i, patch))
-
-    def stop(self, i: int, t: float, position: Point) -> None:
-        self.notes.append(("stop", t, i, *position))
-
-    def pocketed(self, i: int, pocket: int, t: float, motion: Any, center: Point) -> None:
-        self.notes.append(("pocket", t, i, pocket, *motion, *center))
-
-    def jammed(self, i: int, wall: int, t: float) -> None:
-        self.notes.append(("jam", t, i, wall))
-
-    def zero_slip(self, contact: Any, t: float) -> None:
-        self.notes.append(("zero slip", t, *contact[:2]))
-
-    def no_end(self, contacts: Any, collapse: Any, t: float) -> None:
-        balls = sorted({i for contact in contacts for i in contact.balls})
-        self.notes.append(("collapse", t, *balls, *collapse))
-
-    def order_unknown(self, t: float) -> None:
-        self.notes.append(("order", t))
-
-
-class Old:
-    """The contact engine plays steps as a table of pymunk has it play them."""
-
-    def __init__(self, play: Play) -> None:
-        self.heard, self.play, scene = Heard(), play, play.scene
-        engine = self.engine = Watched(play.law, scene.pair, scene.surface, self.heard)
-        engine.latest = time.process_time() + TOO_LONG
-        engine.compiled = False
-        engine.lay(scene.surface, scene.ground)
-        start = scene.start(None)
-        rolls = start.roll or (NO_ROLL,) * len(scene.balls)
-        starts = zip(scene.balls, start.position, start.velocity, rolls, strict=True)
-        for i, (ball, *motion) in enumerate(starts):
-            engine.add_ball(engine.path_at(i, 0.0, *motion), ball.radius, ball.mass)
-        engine.walls = [*play.cushions(), *pockets_of(scene)]
-        self.sides: dict[int, Moving] = {}  # by the places of their walls
-        for k, one in enumerate(play.movers):
-            place, side = len(engine.walls), Moving(one.sides, engine)
-            number = len(scene.cushions) + k
-            engine.walls.append(MovingWall(side, one.restitution, one.friction, number, one.kick))
-            engine.movers[number], self.sides[place] = place, side
-        engine.near = boxes_around(engine.paths, engine.radii, len(engine.walls))
-        engine.tally = Tally(MOST, NEVER_SETTLES)
-        engine.predict([i for i, path in enumerate(engine.paths) if sets_off(path)])
-
-    def step(self, since: float, until: float, poses: Sequence[Pose]) -> bool:
-        """Play a step, and tell whether no contact has persisted in it."""
-        engine = self.engine
-        engine.struck.clear()
-        engine.met.clear()
-        engine.squeezed.clear()
-        for side, pose in zip(self.sides.values(), poses, strict=True):
-            side.move(*pose, since, until)
-        engine.now = since
-        try:
-            gone = {note[2] for note in self.heard.notes if note[0] == "pocket"}
-            for i, radius in enumerate(engine.radii):
-                for place, side in self.sides.items() if i not in gone else ():
-                    (x, y), _ = engine.paths[i].at(since)
-                    if side.gap(x, y, radius) >= -OVERLAP * radius:
-                        engine.jams.discard((i, place))
-                    engine.meet_wall(i, place)
-            engine.advance(until)
-        except Persists:
-            return False
-        return True
-
-    @property
-    def may_persist(self) -> bool:
-        """Tell whether a group might have begun."""
-        return self.engine.has_tried
-
-    def state(self) -> Note:
-        """Return what the engine counts, and all about balls that no note has."""
-        e, t = self.engine, self.engine.tally
-        counts = t.listed, t.unlisted, t.answered, e.collapses, e.is_finite
-        jams = sorted(e.jams), sorted(e.squeezed), sorted(e.struck.items()), sorted(e.met.items())
-        balls = [(*p, n, s, r) for p, n, s, r in zip(e.paths, e.noises, e.speeds, e.rested,
-                                                     strict=True)]  # fmt: skip
-        return e.now, *counts, *jams, *balls
-
-
-class CoreHeard(CoreRecorder):
-    """This keeps what the core tells, in the same words."""
+    """This keeps what the core tells."""
 
     def __init__(self) -> None:
         self.notes: list[Note] = []
 
-    def contact(self, one: CoreContact, t: float) -> None:
+    def contact(self, one: Contact, t: float) -> None:
         b, wall, pair = one.b, one.wall, one.pair
         self.notes.append((
             "contact", t, one.a.ball.number, -1 if b is None else b.ball.number,
@@ -238,7 +106,7 @@ class CoreHeard(CoreRecorder):
         ))  # fmt: skip
 
     def path(self, ball: Any, path: Any) -> None:
-        self.notes.append(("path", path.t, ball.number, *path_of(path)))
+        self.notes.append(("path", path.t, ball.number, *numbers_of(path)))
 
     def roll(self, ball: Any, t: float) -> None:
         self.notes.append(("roll", t, ball.number))
@@ -255,11 +123,11 @@ class CoreHeard(CoreRecorder):
     def jammed(self, ball: Any, wall: Any, t: float) -> None:
         self.notes.append(("jam", t, ball.number, wall.number))
 
-    def zero_slip(self, one: CoreContact, t: float) -> None:
+    def zero_slip(self, one: Contact, t: float) -> None:
         b = -1 if one.b is None else one.b.ball.number
         self.notes.append(("zero slip", t, one.a.ball.number, b))
 
-    def collapse(self, contacts: list[CoreContact], hits: int, is_over: bool, t: float) -> None:
+    def collapse(self, contacts: list[Contact], hits: int, is_over: bool, t: float) -> None:
         balls = {one.a.ball.number for one in contacts}
         balls |= {one.b.ball.number for one in contacts if one.b is not None}
         self.notes.append(("collapse", t, *sorted(balls), hits, is_over))
@@ -269,21 +137,21 @@ class CoreHeard(CoreRecorder):
 
 
 class New:
-    """The core plays the same steps."""
+    """The core plays the steps."""
 
     def __init__(self, play: Play) -> None:
-        self.heard, scene, pairs = CoreHeard(), play.scene, play.scene.restitution
-        walls = [wall_in_core(wall) for wall in play.cushions()]
+        self.heard, scene, pairs = Heard(), play.scene, play.scene.restitution
+        walls = play.cushions()
         walls += [Pocket(hole.position, hole.radius, k) for k, hole in enumerate(scene.pockets)]
-        self.movers: list[core_moving.MovingWall] = []
+        self.movers: list[moving.MovingWall] = []
         for k, one in enumerate(play.movers):
-            sides, number = [side_in_core(side) for side in one.sides], len(scene.cushions) + k
+            sides, number = one.sides, len(scene.cushions) + k
             self.movers.append(
-                core_moving.MovingWall(sides, one.restitution, one.friction, number, one.kick)
+                moving.MovingWall(sides, one.restitution, one.friction, number, one.kick)
             )
         e, cue = pairs.ball_ball or 0.0, pairs.cue_ball
         table = CoreTable(
-            [*walls, *self.movers], surface_in_core(scene.surface), patches_in_core(scene.ground),
+            [*walls, *self.movers], scene.surface, scene.ground,
             e, e if cue is None else cue, scene.friction.ball_ball,
         )  # fmt: skip
         balls = balls_of(scene, scene.start(None), table)
@@ -294,7 +162,7 @@ class New:
     def step(self, since: float, until: float, poses: Sequence[Pose]) -> bool:
         """Play a step, and tell whether no contact is about to persist."""
         for wall, pose in zip(self.movers, poses, strict=True):
-            wall.body = core_moving.Body(*pose, since, until)
+            wall.body = moving.Body(*pose, since, until)
         self.engine.begin_step(since)
         self.engine.advance(until)
         return not self.engine.persistence.declines
@@ -304,8 +172,25 @@ class New:
         e, s = self.engine, self.engine.squeezes
         counts = e.events, e.idle, e.answered, e.instant.collapses, e.is_finite
         jams = sorted(s.jams), sorted(s.squeezed), sorted(s.struck.items()), sorted(s.met.items())
-        balls = [(*path_of(b.path), b.noise, b.speed, b.rested) for b in e.balls]
+        balls = [(*numbers_of(b.path), b.noise, b.speed, b.rested) for b in e.balls]
         return e.now, *counts, *jams, *balls
+
+
+def numbers_of(path: Path) -> Note:
+    """Return the numbers of a path."""
+    return (path.t, path.x, path.y, path.vx, path.vy, path.ax, path.ay, path.end, path.slows,
+            path.wx, path.wy)  # fmt: skip
+
+
+def sides_of_shape(shape: pymunk.Shape) -> list[Side]:
+    """Return the sides of a shape, as the core has them."""
+    found: list[Any] = [*sides_of(shape)]
+    return [side if isinstance(side, Side) else in_core(side) for side in found]
+
+
+def in_core(side: Any) -> Side:
+    """Return a side of a table as the core has it."""
+    return Face(*side) if hasattr(side, "outward") else RoundSide(*side)
 
 
 # -- random plays ----------------------------------------------------------------------------------
@@ -329,7 +214,7 @@ def mover(rnd: random.Random, size: Point | None = None) -> Mover:
     its = pymunk.Poly.create_box(body, size) if size else shape(rnd, body)
     e, mu = rnd.choice((1.0, 1.0, 0.9, 0.5, 0.0)), rnd.choice((0.0, 0.0, 0.1, 0.5))
     kick = rnd.choice((0.0, 0.0, 0.0, 0.5, 2.0))
-    return Mover(sides_of(its), e, mu, kick)
+    return Mover(sides_of_shape(its), e, mu, kick)
 
 
 def velocity(rnd: random.Random, speeds: Sequence[float] = (0.0, 0.1, 0.5, 1.0, 3.0)) -> Point:
@@ -376,7 +261,7 @@ def closing(rnd: random.Random, dt: float, steps: int) -> tuple[list[Mover], lis
     Between them is a corner, perhaps a narrow one, out of which the law drives balls fast.
     """
     body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-    bar = sides_of(pymunk.Segment(body, (-0.4, 0.0), (0.4, 0.0), rnd.choice((0.0, 0.01))))
+    bar = sides_of_shape(pymunk.Segment(body, (-0.4, 0.0), (0.4, 0.0), rnd.choice((0.0, 0.01))))
     like, speed = mover(rnd)._replace(sides=bar), rnd.choice((0.1, 0.5, 1.0))
     angle, apart = rnd.choice((0.0, 0.01, 0.05, 0.3)), rnd.uniform(0.15, 0.25)
     tracks = [
@@ -465,80 +350,47 @@ def names(kinds: Sequence[str] = KINDS, first: int = BASE_SEED) -> Iterator[str]
     return (f"{kind} {seed}" for seed in count(first) for kind in kinds)
 
 
-# -- side by side ----------------------------------------------------------------------------------
+# -- walls on a plane ------------------------------------------------------------------------------
 
-SAME, PERSISTS, NEARLY, LEFT_OUT = "same", "persists", "nearly persists", "takes too long"
-NEEDLESS, DIFFERS = "DECLINED WITHOUT NEED", "DIFFERS"
-WRONG = (NEEDLESS, DIFFERS)
-
-
-class Verdict(NamedTuple):
-    """A verdict says in a word what came of a play, where it differs, and how much was heard."""
-
-    name: str
-    word: str
-    said: str = ""
-    heard: tuple[str, ...] = ()
+Pose_at = Callable[[float], Pose]  # of a time (s)
+KEPT: list[pymunk.Body] = []
 
 
-def verdict(name: str, play: Play, new: type[New] = New) -> Verdict:
-    """Play this by both engines, and compare after each step what they have heard."""
-    one, other, word, said = Old(play), new(play), SAME, ""
-    for k, poses in enumerate(play.steps):
-        since, until = k * play.dt, (k + 1) * play.dt
-        try:
-            goes_on = one.step(since, until, poses), other.step(since, until, poses)
-        except TooLong:
-            return Verdict(name, LEFT_OUT)
-        said, word = compared(one, other, *goes_on)
-        if word != SAME:
-            said = f"in step {k} from {since!r} s: {said}"
-            break
-    return Verdict(name, word, said, tuple(note[0] for note in other.heard.notes))
+def bar(a: Point, b: Point, e: float = 1.0, mu: float = 0.0) -> Mover:
+    """Return a thin wall between two places (m) of its frame."""
+    KEPT.append(pymunk.Body(body_type=pymunk.Body.KINEMATIC))  # A shape does not keep its body.
+    return Mover(sides_of_shape(pymunk.Segment(KEPT[-1], a, b, 0.0)), e, mu, 0.0)
 
 
-def compared(one: Old, other: New, goes_on: bool, its_goes_on: bool) -> tuple[str, str]:
-    """Compare two engines after a step; say where they differ, and what to call that."""
-    notes, its = one.heard.notes, other.heard.notes
-    if not its_goes_on:
-        notes = notes[: len(its)]
-    if said := first_difference(notes, its):
-        return said, DIFFERS
-    if not its_goes_on:
-        return "", PERSISTS if not goes_on else NEARLY if one.may_persist else NEEDLESS
-    if not goes_on:
-        return "the core plays on, but a contact persists", DIFFERS
-    said = first_difference(one.state(), other.state())
-    return said, DIFFERS if said else SAME
+def upright(e: float = 1.0, mu: float = 0.0) -> Mover:
+    """Return a thin wall across x."""
+    return bar((0.0, -1.0), (0.0, 1.0), e, mu)
 
 
-def first_difference(one: Sequence[Any], other: Sequence[Any]) -> str:
-    """Say where two lists differ first, by all digits of their numbers; nothing if they do not."""
-    for k, (a, b) in enumerate(zip_longest(one, other)):
-        if repr(a) != repr(b):
-            return f"{k} of {len(one)} is {b}, not {a}"
-    return ""
+def going(velocity: Point = (0.0, 0.0), turns: float = 0.0, place: Point = (0.0, 0.0)) -> Pose_at:
+    """Return how a wall moves evenly."""
+
+    def pose(t: float) -> Pose:
+        x, y = place[0] + t * velocity[0], place[1] + t * velocity[1]
+        return Pose((x, y), t * turns, velocity, turns)
+
+    return pose
 
 
-def main(many: int, kinds: Sequence[str], first: int) -> None:
-    """Play this many scenes, print what differs, and count the verdicts of each kind."""
-    counts: defaultdict[str, Counter[str]] = defaultdict(Counter)
-    heard, began = Counter[str](), time.perf_counter()
-    for name in islice(names(kinds, first), many):
-        each = verdict(name, play_of(name))
-        counts[name.rpartition(" ")[0]][each.word] += 1
-        heard.update(each.heard)
-        if each.word in WRONG:
-            print(f"{name}: {each.word} {each.said[:700]}", flush=True)
-    for kind, its in counts.items():
-        print(f"{kind:10}", ", ".join(f"{word} {n}" for word, n in its.most_common()))
-    print(dict(heard), f"{time.perf_counter() - began:.0f} s")
+def on_a_plane(
+    ball: Ball, movers: Sequence[tuple[Mover, Pose_at]], dt: float, until: float
+) -> Play:
+    """Return a ball on an open plane without friction, and walls that move, until a time (s)."""
+    poses = [tuple(pose(k * dt) for _, pose in movers) for k in range(round(until / dt))]
+    scene = Scene((ball,), None, Restitution(1.0), physics=Physics(max_time=until))
+    return Play(scene, LAWS["coulomb"], (), tuple(one for one, _ in movers), dt, tuple(poses))
 
 
-if __name__ == "__main__":
-    said = sys.argv[1:]
-    if said[0].isdigit():
-        chosen = said[1].split(",") if len(said) > 1 else KINDS
-        main(int(said[0]), chosen, int(said[2]) if len(said) > 2 else BASE_SEED)
-    else:
-        print(*verdict(said[0], play_of(said[0])), sep="\n")
+PISTON = 0.2  # m/s
+
+
+def piston(e: float, dt: float, until: float) -> Play:
+    """Return a ball between a piston that comes from x = 0, and a wall at x = 1."""
+    ball = Ball("a", (0.5, 0.0), R, M, velocity=(1.0, 0.0))
+    walls = (upright(e), going((PISTON, 0.0))), (upright(), going(place=(1.0, 0.0)))
+    return on_a_plane(ball, walls, dt, until)

@@ -1,13 +1,7 @@
-"""Random scenes of every kind for the new core, played beside the old engine, bit by bit.
+"""Random scenes of every kind for the core, and all that comes of a run, in lists.
 
-``python -m tests.core_scenes 5000`` plays this many, all kinds in turn, and prints each that
-differs, and at the end how many of each kind came out how. ``python -m tests.core_scenes 300
-lattice,grid 1000`` plays some kinds only, from seed 1000 on. ``python -m tests.core_scenes
-"lattice 17"`` plays one scene, and tells more of it. ``--kinds`` lists the kinds, and ``--digests
-50`` prints a hash of what comes of each of 50 scenes and of a shot of each bundled one.
-
-Where a contact persists in the old engine, the new core must decline the run. The run is then
-played again up to shortly before that, and there both must agree.
+``python -m tests.core_scenes --kinds`` lists the kinds, and ``--digests 50`` prints a hash of what
+comes of each of 50 scenes and of a shot of each bundled one.
 """
 
 from __future__ import annotations
@@ -15,8 +9,7 @@ from __future__ import annotations
 import math
 import random
 import sys
-import time
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
@@ -58,14 +51,13 @@ from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.table import may_press
-from pool_pymunk.engine.contacts import ContactEngine
 from pool_pymunk.laws.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
 from pool_pymunk.model.parts import STANDARD_GRAVITY
 from pool_pymunk.model.places import SUNK
 from pool_pymunk.results.trace import SLIPS, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.safety.files import bundled
-from pool_pymunk.solvers import event_driven, grouped
+from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.frozen import nudged
 from pool_pymunk.solvers.record import Settings
 
@@ -75,8 +67,6 @@ Point = tuple[float, float]
 R, M = 0.03, 0.17  # m, kg
 MOST = 300  # events of a run, unless a scene is cut off sooner
 LATEST = 3.0  # s; a run without friction of the surface ends then
-TOO_LONG = 4.0  # s of the processor; a run of the old engine that takes longer is left out
-SHORTLY = 1e-3  # A run is cut off by this share of the time before a contact persists.
 RECTANGLE, STADIUM = Table.rectangle(2.0, 1.0), Table.stadium(2.0, 1.0)
 ELL = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 0.9), (0.9, 0.9), (0.9, 2.0), (0.0, 2.0)))
 LAWS = ("coulomb", "published", "weakening")
@@ -580,10 +570,7 @@ def gone_on(rnd: random.Random, kind: str) -> tuple[Scene, State]:
     scene = drawn(rnd, kind)
     latest = 10 ** rnd.uniform(-1.5, 0.5)
     how = usual(scene)._replace(max_time=latest, max_events=rnd.choice((3, 10, MOST)))
-    try:
-        before = watched(Case("", scene, scene.start(None), how)).trace
-    except TooLong:
-        before = None
+    before = outcome(by_core, Case("", scene, scene.start(None), how)).trace
     if before is None:
         return gone_on(rnd, kind)
     start = end_of(scene, scene.start(None), before)
@@ -616,7 +603,7 @@ def own_shots(name: str) -> Iterator[Case]:
     for shot in scene.shots:
         start = scene.start(shot, end if shot.from_previous else None)
         yield Case(f"{name}, {shot.name}", scene, start, usual(scene))
-        end = end_of(scene, start, grouped.solve(scene, start, usual(scene)))
+        end = end_of(scene, start, event_driven.solve(scene, start, usual(scene)))
 
 
 def bundled_shot(name: str, seed: int) -> Case:
@@ -672,46 +659,14 @@ def names(kinds: Sequence[str] = (), first: int = BASE_SEED) -> Iterator[str]:
             seeds[chosen] += 1
 
 
-# -- the old engine --------------------------------------------------------------------------------
-
-
-class Persists(Exception):
-    """This exception says that a contact has begun to persist."""
-
-
-class TooLong(Exception):
-    """This exception says that the old engine takes long to play a run."""
-
-
-class Watched(ContactEngine):
-    """The old engine, which ends a run where a contact begins to persist."""
-
-    latest = math.inf  # s of the processor
-
-    def next(self) -> None:
-        super().next()
-        if self.groups.members or self.groups.persisted:
-            raise Persists
-        if time.process_time() > self.latest:
-            raise TooLong
-
-    @property
-    def has_tried(self) -> bool:
-        """Tell whether a group might have begun, or is due to begin, or a contact waits."""
-        due = len(self.queue.presses)
-        return self.groups.begun_t > -math.inf or self.groups.waits > 0 or due > 0
+# -- the core -------------------------------------------------------------------------------------
 
 
 class Outcome(NamedTuple):
-    """A run came to a trace, an error, or at a time (s) to a contact that ``persists``.
-
-    A contact ``nearly`` persisted where the engine has only looked whether it does.
-    """
+    """A run came to a trace, to an error, or to a contact that persists: then it has no trace."""
 
     trace: Trace | None
     error: str = ""
-    persists: float | None = None
-    nearly: bool = False
 
 
 def by_core(scene: Scene, start: State, settings: Settings) -> Trace | None:
@@ -730,27 +685,8 @@ def outcome(play: Callable[[Scene, State, Settings], Trace | None], case: Case) 
     """Play a case, and return its trace, or the error that it raises."""
     try:
         return Outcome(play(case.scene, case.start, case.settings))
-    except (Persists, TooLong):
-        raise
     except Exception as error:
         return Outcome(None, f"{type(error).__name__}: {error}")
-
-
-def watched(case: Case) -> Outcome:
-    """Play a case by the old engine, up to where a contact persists."""
-    engines: list[Watched] = []
-
-    def engine(*parts: Any) -> Watched:
-        engines.append(Watched(*parts))
-        engines[-1].latest = time.process_time() + TOO_LONG
-        return engines[-1]
-
-    with patch.object(grouped, "ContactEngine", engine):
-        try:
-            found = outcome(grouped.solve, case)
-        except Persists:
-            return Outcome(None, persists=engines[-1].now)
-    return found._replace(nearly=any(each.has_tried for each in engines))
 
 
 # -- two traces ------------------------------------------------------------------------------------
@@ -827,97 +763,8 @@ def digests(count: int) -> list[str]:
     return [f"{name}: {digest(outcome(by_core, case_of(name)))}" for name in chosen]
 
 
-# -- verdicts --------------------------------------------------------------------------------------
-
-SAME, RAISES, PERSISTS, NEARLY = "same", "same error", "persists", "nearly persists"
-NEEDLESS, DIFFERS, LEFT_OUT = "DECLINED WITHOUT NEED", "DIFFERS", "takes too long"
-WRONG = (NEEDLESS, DIFFERS)
-
-
-class Verdict(NamedTuple):
-    """A verdict says in a word what came of a case, where it differs, and how many events it had.
-
-    A case that persists has a second verdict, of its run up to shortly before that.
-    """
-
-    name: str
-    word: str
-    said: str = ""
-    events: int = 0
-
-
-def verdicts(case: Case, play: Any = None) -> list[Verdict]:
-    """Play a case by the old engine and by the new core, or by another one."""
-    play = play or by_core
-    try:
-        old = watched(case)
-    except TooLong:
-        return [Verdict(case.name, LEFT_OUT)]
-    found = [judged(case, old, outcome(play, case))]
-    if old.persists is not None and old.persists > 0.0:
-        until = (1.0 - SHORTLY) * old.persists
-        before = case._replace(
-            name=f"{case.name} up to {until!r} s", settings=case.settings._replace(max_time=until)
-        )
-        found += verdicts(before, play)
-    return found
-
-
-def judged(case: Case, old: Outcome, new: Outcome) -> Verdict:
-    """Compare what came of a case."""
-    name, trace = case.name, new.trace
-    if new.error or old.error:
-        said = f"it raises {new.error or 'nothing'!r}, not {old.error or 'nothing'!r}"
-        return Verdict(name, RAISES if new.error == old.error else DIFFERS, said)
-    if trace is None:
-        word = PERSISTS if old.persists is not None else NEARLY if old.nearly else NEEDLESS
-        return Verdict(name, word)
-    if old.trace is None:
-        return Verdict(name, DIFFERS, f"it is played, but a contact persists at {old.persists} s")
-    said = same(old.trace, trace)
-    return Verdict(name, DIFFERS if said else SAME, said, len(old.trace.events))
-
-
-# -- the command line ------------------------------------------------------------------------------
-
-
-def kind_of(name: str) -> str:
-    """Return the kind of a case by its name."""
-    return name.partition(" up to ")[0].rpartition(" ")[0]
-
-
-def main(count: int, kinds: Sequence[str], first: int) -> None:
-    """Play this many cases, print what differs, and count the verdicts of each kind."""
-    counts: defaultdict[str, Counter[str]] = defaultdict(Counter)
-    began, events = time.perf_counter(), 0
-    for name in islice(names(kinds, first), count):
-        for each in verdicts(case_of(name)):
-            counts[kind_of(name)][each.word] += 1
-            events += each.events
-            if each.word in WRONG:
-                print(f"{each.name}: {each.word} {each.said[:400]}", flush=True)
-    for kind, its in counts.items():
-        print(f"{kind:28}", ", ".join(f"{word} {n}" for word, n in its.most_common()))
-    total = sum(counts.values(), Counter())
-    print("all", dict(total), f"{events} events, {time.perf_counter() - began:.0f} s")
-
-
-def show(name: str) -> None:
-    """Play one case, and print what came of it."""
-    case = case_of(name)
-    print(case.scene, case.settings, sep="\n")
-    for each in verdicts(case):
-        print(f"{each.name}: {each.word}, {each.events} events", *each.said.split("; "), sep="\n  ")
-
-
 if __name__ == "__main__":
-    said = sys.argv[1:]
-    if said == ["--kinds"]:
+    if sys.argv[1] == "--kinds":
         print(*KINDS, *BUNDLED, sep="\n")
-    elif said[0] == "--digests":
-        print(*digests(int(said[1])), sep="\n")
-    elif len(said) == 1 and not said[0].isdigit():
-        show(said[0])
     else:
-        chosen = tuple(said[1].split(",")) if len(said) > 1 and said[1] != "all" else ()
-        main(int(said[0]), chosen, int(said[2]) if len(said) > 2 else BASE_SEED)
+        print(*digests(int(sys.argv[2])), sep="\n")

@@ -1,9 +1,8 @@
 """Half and twice a number of the engine: how many ends move, and how far.
 
-``python -m tests.halved NEARLY_NOW physics.laws.ZERO_SLIP`` plays 54 runs with half and with
-twice each of these numbers; without a module it is one of :mod:`pool_pymunk.engine.decisions`. Some
-of the runs have persistent contacts, an inelastic collapse or frozen balls. The contact engine
-plays them, because the core has its own numbers.
+``POOL_PYMUNK_PURE=1 python -m tests.halved core.variant.CONVERGED`` plays 54 runs as plain Python
+with half and with twice each number that is named, in all modules that have it. Some of the runs
+have persistent contacts, an inelastic collapse or frozen balls.
 """
 
 from __future__ import annotations
@@ -23,7 +22,6 @@ from frozen import FORMS, random_frozen_scene
 from scenes import TABLES, frozen_rack, random_scene
 
 from pool_pymunk import Friction, Restitution, Run, Scene, load, simulate
-from pool_pymunk.solvers import event_driven, grouped
 
 MOST = 2_000  # events a run
 MOVED = 1e-9  # m; an end that moves by less than this counts as the same
@@ -51,21 +49,27 @@ def runs() -> Iterator[Run]:
         yield simulate(scene, shot, solver="event-driven", max_events=MOST)
 
 
+def core_modules() -> list[Any]:
+    """Return the modules of the core."""
+    return [module for name, module in sys.modules.items() if name.startswith("pool_pymunk.core")]
+
+
 def main() -> None:
     """Print what half and twice of each number that is named move."""
-    event_driven.solve = grouped.solve
     base = list(runs())
     for name in sys.argv[1:]:
         place, _, number = name.rpartition(".")
-        module = import_module(f"pool_pymunk.{place or 'engine.decisions'}")
-        value = getattr(module, number)
+        value = getattr(import_module(f"pool_pymunk.{place}"), number)
+        homes = [home for home in core_modules() if vars(home).get(number) == value]
         for factor in (0.5, 2.0):
-            setattr(module, number, type(value)(factor * value))
+            for home in homes:
+                setattr(home, number, type(value)(factor * value))
             ends = [(a.end.position, b.end.position) for a, b in zip(base, runs(), strict=True)]
             moved = [max(map(math.dist, one, other)) for one, other in ends]
             count = sum(far > MOVED for far in moved)
             print(f"{name} x {factor:g}: {count} of {len(moved)} ends, by up to {max(moved):.2g} m")
-        setattr(module, number, value)
+        for home in homes:
+            setattr(home, number, value)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import pytest
 from worlds import PAIR, STEP, A, M, Point, R, ball, hexagon, plane, steps
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.physics.sides import Arc
+from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.world import ContactEvent, TableBall
 
 
@@ -298,7 +298,8 @@ def test_a_ball_is_placed_between_round_ends_of_ones_own() -> None:
     for x, first, last in ((-0.1, (0.0, 1.0), (0.0, -1.0)), (0.1, (0.0, -1.0), (0.0, 1.0))):
         disc = pymunk.Circle(space.static_body, 0.5, (x, 0.0))
         disc.sensor = True
-        table.add_wall(disc, 0.8, sides=(Arc((x, 0.0), 0.5, first, last, -1.0),))
+        side: Any = Arc((x, 0.0), 0.5, first, last, -1.0)
+        table.add_wall(disc, 0.8, sides=(side,))
     one = ball(table, -0.55)
     table.place(one, (0.0, 0.0))
     assert one.body.position == (0.0, 0.0)

@@ -1,4 +1,4 @@
-"""The core plays what the contact engine plays, bit by bit, and so it does compiled or not."""
+"""The core plays with the same bits, compiled or not."""
 
 from __future__ import annotations
 
@@ -6,73 +6,15 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
-from itertools import islice
+from collections.abc import Callable
 from typing import Any
 
 import core_scenes
 import pytest
-from core_scenes import (
-    BUNDLED,
-    DIFFERS,
-    NEEDLESS,
-    RAISES,
-    SAME,
-    WRONG,
-    Case,
-    bundled_shot,
-    by_core,
-    case_of,
-    digests,
-    names,
-    own_shots,
-    same,
-    verdicts,
-)
-from scenes import seeds, share_of
+from core_scenes import Case, by_core, digests, own_shots, same
 
 import pool_pymunk
-from pool_pymunk import NT, Law, Pair
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.results.variants import Variant
-
-SHOTS = 100  # random ones of each bundled scene
-MANY = 5_000  # random scenes; they are played by the HANDFUL, of which a few are QUICK
-HANDFUL, QUICK = 25, 24
-
-
-def wrong(cases: Iterable[Case]) -> list[str]:
-    """Return what is wrong with cases that both engines play."""
-    found = [each for case in cases for each in verdicts(case)]
-    return [f"{name}: {word} {said}" for name, word, said, _ in found if word in WRONG]
-
-
-# -- the same bits as the contact engine -----------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", BUNDLED)
-def test_the_own_shots_of_a_bundled_scene(name: str) -> None:
-    assert wrong(own_shots(name)) == []
-
-
-@pytest.mark.seeded
-@pytest.mark.parametrize("share", [0.1, pytest.param(1.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", BUNDLED)
-def test_random_shots_of_a_bundled_scene(name: str, share: float) -> None:
-    shots = seeds(round(share * SHOTS))
-    assert wrong(bundled_shot(name, seed) for seed in shots) == []
-
-
-@pytest.mark.seeded
-@pytest.mark.parametrize(
-    "handful",
-    [pytest.param(k, marks=[pytest.mark.slow] if k >= QUICK else [])
-     for k in range(share_of(MANY // HANDFUL))],
-)  # fmt: skip
-def test_random_scenes_of_all_kinds(handful: int) -> None:
-    chosen = islice(names(), HANDFUL * handful, HANDFUL * (handful + 1))
-    assert wrong(case_of(name) for name in chosen) == []
-
 
 # -- compiled or not -------------------------------------------------------------------------------
 
@@ -89,13 +31,6 @@ def test_compiled_code_and_plain_python_have_the_same_bits(count: int) -> None:
 
 
 # -- these tests can fail --------------------------------------------------------------------------
-
-
-class Raising(Law):
-    """This law answers no hit of two balls."""
-
-    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-        raise ValueError("nothing")
 
 
 def some_trace() -> Trace:
@@ -147,23 +82,3 @@ def test_the_sign_of_a_zero_and_a_whole_number_are_not_the_same() -> None:
         (t, _, *rest) = one.knots[0][0]
         one.knots[0][0], other.knots[0][0] = (t, 0.0, *rest), (t, number, *rest)
         assert same(one, other).startswith("breakpoint")
-
-
-def test_another_engine_is_found_to_differ() -> None:
-    case = own_case("report")
-
-    def found(play: Callable[..., Trace | None]) -> str:
-        return verdicts(case, play)[0].word
-
-    def rounded(scene: Any, start: Any, settings: Any) -> Trace | None:
-        return by_core(scene, start, settings._replace(variant=Variant(seed=1)))
-
-    def failing(*_: Any) -> Trace | None:
-        raise ValueError("nothing")
-
-    assert found(by_core) == SAME
-    assert found(rounded) == DIFFERS
-    assert found(failing) == DIFFERS
-    assert found(lambda *_: None) == NEEDLESS
-    raising = case._replace(settings=case.settings._replace(law=Raising()))
-    assert verdicts(raising)[0].word == RAISES

@@ -45,11 +45,9 @@ from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.near import Grid, Near
 from pool_pymunk.core.persistent.declined import Declined
 from pool_pymunk.core.record import Record
-from pool_pymunk.engine import near
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers import event_driven, grouped
+from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.in_core import balls_of, table_of
-from pool_pymunk.solvers.record import Settings
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
 Point = tuple[float, float]
@@ -487,18 +485,6 @@ def many_discs(surface: float) -> Scene:
         friction=Friction(surface),
         physics=Physics(max_time=1.0),
     )
-
-
-@pytest.mark.parametrize("surface", [0.0, 0.05])
-def test_boxes_in_an_array_are_as_good_as_one_by_one(
-    surface: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene, traces = many_discs(surface), list[Trace]()
-    for many in (1, 10**9):
-        monkeypatch.setattr(near, "MANY", many)
-        traces.append(grouped.solve(scene, scene.start(None), Settings(None, 1.0, compiled=False)))
-    assert len(traces[0].events) > 300
-    assert traces[0].knots == traces[1].knots
 
 
 @pytest.mark.parametrize("surface", [0.0, 0.05])

@@ -54,7 +54,7 @@ def normal_of(run: Run, event: Event) -> Vector:
     x, y = places[event.balls[0]].tolist()
     if event.cushion is not None:
         ball = run.scene.balls[run.scene.index[event.balls[0]]]
-        return run.scene.cushions[event.cushion].nearest(x, y, ball.radius).normal(x, y)
+        return run.scene.cushions[event.cushion].nearest(x, y, ball.radius, 0.0).normal(x, y)
     u, v = places[event.balls[1]].tolist()
     apart = math.hypot(u - x, v - y)
     return (u - x) / apart, (v - y) / apart

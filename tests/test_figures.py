@@ -38,8 +38,7 @@ from pool_pymunk import (
 from pool_pymunk.cli import main
 from pool_pymunk.core.contact import collapse, instant, rounds
 from pool_pymunk.core.motion.path import LOST
-from pool_pymunk.core.persistent import unseen
-from pool_pymunk.core.persistent.gatherings import SOON
+from pool_pymunk.core.persistent import gatherings, unseen
 from pool_pymunk.core.persistent.groups import WIDEST
 from pool_pymunk.render import FilmSettings
 from pool_pymunk.results.variants import FINER
@@ -248,10 +247,11 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
 
 def test_numbers_of_persistent_contacts() -> None:
     page = text("docs/how-it-works.md")
-    assert (unseen.EACH, unseen.FEW, SOON, unseen.GROWTH, unseen.MOST) == (0.3, 15, 0.05, 1.3, 1000)
-    assert "three tenths of the tolerance" in page
+    assert (unseen.EACH, unseen.MOST) == (0.3, 1_000.0)
+    assert r"$\varepsilon$ is 0.3 of the tolerance" in page
+    assert (unseen.FEW, gatherings.SOON, unseen.GROWTH) == (15, 0.05, 1.3)
     assert "After fifteen hits of a ball, each within 0.05 s of the one before" in page
-    assert "by a factor of 1.3 with each hit, up to 1,000 times" in " ".join(page.split())
+    assert "by a factor of 1.3 with each hit, a thousandfold at most" in page
     assert [variant.coarser for variant in FINER] == [1 / 3, 0.1]
     assert {variant.sure for variant in FINER} == {4.0}
     assert "at a third and at a tenth of its contact tolerance" in page

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from dataclasses import replace
 from typing import Any
 
@@ -15,14 +14,11 @@ from press_scenes import (
     IN_A_CORNER,
     ON_A_CIRCLE,
     press_scene,
-    r,
 )
 from scenes import seeds, share_of
 from shots import check_bits
 
 from pool_pymunk import Batch, Friction, Scene, load, simulate_many
-from pool_pymunk.engine.persisting import WEAR, is_slow
-from pool_pymunk.physics.persistent import persists
 
 
 def check(batch: Batch) -> None:
@@ -74,16 +70,3 @@ def test_breaks_have_the_bits_of_single_runs() -> None:
     rng, count = np.random.default_rng(seeds(1)[0]), share_of(100) // 2
     vary = {"speed": rng.uniform(0.5, 8.0, count), "turn": rng.uniform(-60.0, 60.0, count)}
     check(simulate_many(load("eight-ball"), 1, vary=vary))
-
-
-def test_what_parts_too_fast_for_the_strongest_pressing_never_persists() -> None:
-    """The cheap test leaves out no contact that the rule would hold, however worn it is."""
-    rnd, found = random.Random(1), 0
-    for _ in range(20_000):
-        pressing, e = rnd.uniform(0.1, 3.0), rnd.choice((0.0, 0.5))
-        parting, worn = 10 ** rnd.uniform(-7.0, -3.0), r * rnd.choice(WEAR)
-        if persists(parting, pressing, e, worn):
-            assert is_slow(parting, pressing, r)
-            found += 1
-    assert found > 1_000
-    assert not is_slow(1.0, 1.0, r)

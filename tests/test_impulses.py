@@ -7,78 +7,40 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
-from pool_pymunk.solvers.own import path_of
+from core_clusters import InCore
 
 from pool_pymunk import Law
 from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact import impulses
 from pool_pymunk.core.contact.contact import Contact as CoreContact
+from pool_pymunk.core.contact.together import at_once, discs_of
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.motion.patches import Patches
-from pool_pymunk.core.motion.path import sliding
-from pool_pymunk.core.motion.surface import Sliding as CoreSliding
-from pool_pymunk.core.persistent.declined import Declined
-from pool_pymunk.core.record import Recorder as CoreRecorder
-from pool_pymunk.core.table import Table as CoreTable
-from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.near import Boxes
-from pool_pymunk.engine.recorder import Recorder
-from pool_pymunk.laws import LAWS
-from pool_pymunk.laws.contact import NO_BALL, Contact, Impulse, Pair, Velocities
+from pool_pymunk.core.motion.path import Path, sliding
+from pool_pymunk.core.motion.surface import Sliding
+from pool_pymunk.core.persistent.persistence import Persistence
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.table import Table
+from pool_pymunk.core.walls.face import face_between
+from pool_pymunk.core.walls.wall import Wall
+from pool_pymunk.laws import LAWS, law_in_core
+from pool_pymunk.laws.contact import NO_BALL, Contact, Pair
 from pool_pymunk.laws.law import Coulomb
-from pool_pymunk.physics.impulses import Shared
-from pool_pymunk.physics.laws import respond
-from pool_pymunk.physics.path import Path, set_off
-from pool_pymunk.physics.sides import Wall, face_between
-from pool_pymunk.physics.surface import Sliding
-from pool_pymunk.physics.together import at_once
-from pool_pymunk.solvers.in_core import law_in_core, wall_in_core
 
 R = 0.05
 Row = tuple[float, float, float, float, float]  # x, y (m), vx, vy (m/s), mass (kg)
 
 
 class Notes(Recorder):
-    """This recorder keeps the impulses that it hears of."""
-
-    def __init__(self) -> None:
-        self.impulses: dict[tuple[int, ...], float] = {}
-        self.paths: list[Path] = []  # of the balls, after the first instant
-
-    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
-        self.impulses[(*contact.balls, contact.cushion or 0)] = impulse.normal
-
-
-def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float = 0.8) -> Notes:
-    """Return what is reported of the first instant of balls on a plane without friction.
-
-    The core reports the same.
-    """
-    notes, its = Notes(), played_by_core(law, rows, walls, e)
-
-    def pair(i: int, j: int) -> Pair:
-        return Pair(rows[i][4], rows[j][4], e, 0.1)
-
-    engine = ContactEngine(law, pair, Sliding(), notes)
-    engine.walls = list(walls)
-    engine.near = Boxes(len(rows), len(walls))
-    for x, y, vx, vy, mass in rows:
-        engine.add_ball(set_off(0.0, (x, y), (vx, vy), 0.0), R, mass)
-    for i, path in enumerate(engine.paths):
-        engine.near.begin(i, path, R, 0.0, math.inf)
-    engine.predict(range(len(rows)))
-    engine.next()
-    notes.paths = engine.paths
-    assert repr(its.impulses) == repr(notes.impulses)
-    assert repr([path_of(ball.path) for ball in its.balls]) == repr(notes.paths)
-    return notes
-
-
-class CoreNotes(CoreRecorder):
-    """This recorder keeps the impulses that it hears of from the core, and has its balls."""
+    """This recorder keeps the impulses that it hears of, and has the balls."""
 
     def __init__(self, balls: list[Ball]) -> None:
         self.impulses: dict[tuple[int, ...], float] = {}
         self.balls = balls
+
+    @property
+    def paths(self) -> list[Path]:
+        return [ball.path for ball in self.balls]
 
     def contact(self, one: CoreContact, t: float) -> None:
         balls = [disc.ball.number for disc in (one.a, one.b) if disc is not None]
@@ -86,16 +48,15 @@ class CoreNotes(CoreRecorder):
         self.impulses[(*balls, cushion)] = one.normal
 
 
-def played_by_core(law: Law, rows: Sequence[Row], walls: Sequence[Wall], e: float) -> CoreNotes:
-    """Return what the core reports of the first instant."""
+def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float = 0.8) -> Notes:
+    """Return what is reported of the first instant of balls on a plane without friction."""
     balls = [
         Ball(i, R, mass, sliding(0.0, (x, y), (vx, vy), 0.0))
         for i, (x, y, vx, vy, mass) in enumerate(rows)
     ]
-    its = [wall_in_core(wall) for wall in walls]
-    table = CoreTable(its, CoreSliding(0.0), Patches([], []), e, e, 0.1)
-    notes = CoreNotes(balls)
-    engine = Engine(table, balls, law_in_core(law), notes, Declined())
+    table = Table([*walls], Sliding(0.0), Patches([], []), e, e, 0.1)
+    notes = Notes(balls)
+    engine = Engine(table, balls, law_in_core(law), notes, Persistence())
     engine.begin_run()
     engine.advance(engine.upcoming())
     return notes
@@ -111,7 +72,7 @@ def test_a_single_hit(law: str) -> None:
 
 def test_a_cushion() -> None:
     """J_n = (1 + e) m v_n."""
-    wall = Wall((face_between((0.0, 1.0), (0.0, -1.0)),), 0.5, 0.2, 7)
+    wall = Wall([face_between((0.0, 1.0), (0.0, -1.0))], 0.5, 0.2, 7)
     notes = played(Coulomb(), [(0.5, 0.0, -2.0, 0.3, 0.2)], [wall])
     assert notes.impulses == {(0, 7): pytest.approx(0.2 * 1.5 * 2.0)}
 
@@ -190,22 +151,19 @@ def cluster() -> tuple[list[Contact], dict[int, tuple[float, float]]]:
 
 @pytest.mark.parametrize("law", [Coulomb(), Mean(), LAWS["published"]])
 def test_every_way_finds_the_same_impulses_where_there_is_one_answer(law: Law) -> None:
-    """Those of the calls, and of the solution, are those of least norm: they explain the change."""
-    contacts, before = cluster()
-    after, calls = dict(before), []
-
-    def one(contact: Contact, velocity: Velocities) -> None:
-        old = [velocity[i] for i in contact.balls]
-        respond(law, contact, velocity)
-        calls.append((contact, old, [velocity[i] for i in contact.balls]))
-
-    law.together(contacts, after, one)
-    shared, least = Shared(contacts, before, after, calls), Shared(contacts, before, after)
-    for contact in contacts:
+    """Those of the single hits, and of the solution, are those of least norm: they explain all."""
+    own, (contacts, before) = law_in_core(law), cluster()
+    found = InCore(contacts, before).contacts
+    impulses.begin(found)
+    if not own.together(found, impulses.NotedHits(own, (0.0, 0.0))):
+        impulses.explain(found)
+    shared = [(one.normal, one.along, one.along_first) for one in found]
+    impulses.find_least(found, discs_of(found))
+    for one, (normal, along, first) in zip(found, shared, strict=True):
         if law.name != "published":  # Its friction keeps no momentum.
-            for found, other in zip(shared.impulse(contact), least.impulse(contact), strict=True):
-                assert other is None or found == pytest.approx(other, rel=1e-6, abs=1e-12)
-        assert shared.impulse(contact).normal > 0.0
+            least = one.normal, one.along, one.along_first
+            assert (normal, along, first) == pytest.approx(least, rel=1e-6, abs=1e-12)
+        assert normal > 0.0
 
 
 def test_the_impulses_of_a_triangle_are_those_that_the_law_has_solved_for() -> None:
@@ -215,11 +173,10 @@ def test_the_impulses_of_a_triangle_are_those_that_the_law_has_solved_for() -> N
         Contact(i, j, normal, Pair(0.1 + 0.1 * i, 0.1 + 0.1 * j, 0.9, 0.2))
         for (i, j), normal in normals.items()
     ]
-    before = {0: (1.0, 0.7), 1: (-1.2, 0.4), 2: (0.1, -1.5)}
-    after = dict(before)
-    solved = at_once(contacts, after)
-    assert solved is not None
-    shared = Shared(contacts, before, after)
-    normal, tangential, first = zip(*map(shared.impulse, contacts), strict=True)
-    assert ([*normal], [*tangential]) == solved
-    assert first == tuple(-t for t in tangential)
+    found = InCore(contacts, {0: (1.0, 0.7), 1: (-1.2, 0.4), 2: (0.1, -1.5)}).contacts
+    impulses.begin(found)
+    assert at_once(found)
+    solved = [(one.normal, one.along) for one in found]
+    impulses.explain(found)
+    assert [(one.normal, one.along) for one in found] == solved
+    assert all(one.along_first == -one.along for one in found)

@@ -11,6 +11,7 @@ from itertools import combinations
 
 import pytest
 from clusters import ROUNDING, Cluster, answered, energy, random_cluster
+from core_clusters import InCore
 from hard_scenes import persistent
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -30,7 +31,6 @@ from pool_pymunk import (
     Table,
     simulate,
 )
-from pool_pymunk.engine.instants import is_same
 from pool_pymunk.laws import LAWS
 from pool_pymunk.laws.contact import NO_BALL
 from pool_pymunk.studies.stability import EXTREMES, Extreme, check
@@ -200,8 +200,9 @@ def test_the_mean_over_orders_keeps_momentum_and_gains_no_energy(seed: int) -> N
 def test_the_mean_over_orders_does_not_depend_on_the_listing(seed: int, rnd: random.Random) -> None:
     cluster = random_cluster(seed, widest=2.0)
     closing = cluster.closing()
+    its = InCore(closing, cluster.velocity).contacts
     contacts = [
-        one for k, one in enumerate(closing) if not any(is_same(one, each) for each in closing[:k])
+        one for k, one in enumerate(closing) if not any(its[k].is_same(each) for each in its[:k])
     ]
     places = [contact.point for contact in contacts]
     assume(all(math.dist(p, q) > 1e-6 for p, q in combinations(places, 2)))  # Nothing overlaps.

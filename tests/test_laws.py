@@ -8,14 +8,15 @@ from __future__ import annotations
 import math
 
 import pytest
-from core_both import LAWS, coulomb, cushion, decay, published
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from pool_pymunk.laws import Law
+from pool_pymunk.core.contact.laws import RATE, decay
+from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.laws.contact import NT, Pair
-from pool_pymunk.physics.laws import RATE, slips_by_rounding
 
+coulomb, published = LAWS["coulomb"].ball_ball, LAWS["published"].ball_ball
+cushion = LAWS["coulomb"].cushion
 EPSILON = 2.0**-52
 Vector = tuple[float, float]
 
@@ -395,8 +396,9 @@ def test_defect_relabelling_the_balls_changes_the_answer() -> None:
 
 
 def test_rounding_slips_are_told_from_real_ones() -> None:
-    assert slips_by_rounding(NT(1.0, 4e-14), NT(0.0, 0.0))
-    assert not slips_by_rounding(NT(1.0, 1e-8), NT(0.0, 0.0))
+    pair, jumps = Pair(1.0, 1.0, 0.5, 0.1), LAWS["published"].jumps
+    assert jumps(NT(1.0, 4e-14), NT(0.0, 0.0), pair)
+    assert not jumps(NT(1.0, 1e-8), NT(0.0, 0.0), pair)
 
 
 # -- cushions (Eq. 9) ----------------------------------------------------------------------------

@@ -6,12 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from core_both import slid, stopping_time
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pool_pymunk.physics.motion import kinetic_energy
-from pool_pymunk.physics.path import from_breakpoint, motion_at
+from pool_pymunk.core.motion.path import Path, sliding
+from pool_pymunk.core.motion.times import stopping_time
 from pool_pymunk.results.motion import free_motions
 
 EPSILON = 2.0**-52
@@ -37,8 +36,7 @@ def slide(
     x: float, y: float, vx: float, vy: float, deceleration: float, time: float
 ) -> tuple[float, float, float, float]:
     """Return position (m) and velocity (m/s) of a free disc after ``time`` (s)."""
-    found: tuple[float, float, float, float] = slid(x, y, vx, vy, deceleration, time)
-    return found
+    return sliding(0.0, (x, y), (vx, vy), deceleration).at(time)
 
 
 def stepped(speed: float, deceleration: float, time: float, slices: int) -> tuple[float, float]:
@@ -150,8 +148,9 @@ def test_free_motions_are_those_of_paths(
     ]
     at = np.array([row[0] for row in breakpoints]) + np.array([row[-1] for row in rows])
     position, velocity = free_motions(np.array(breakpoints).reshape(-1, 7), at)
-    for k, (t, *motion) in enumerate(breakpoints):
-        assert (*position[k], *velocity[k]) == motion_at(from_breakpoint(t, *motion), at[k])
+    for k, (t, x, y, vx, vy, ax, ay) in enumerate(breakpoints):
+        path = Path(t, x, y, vx, vy, ax, ay, math.inf, False, 0.0, 0.0)
+        assert (*position[k], *velocity[k]) == path.at(at[k])
 
 
 def test_free_motions_of_nothing() -> None:
@@ -166,7 +165,7 @@ def test_friction_does_the_work_that_the_energy_loses(
     """The closed form obeys Newton's second law: m v^2 / 2 - m v'^2 / 2 = m a s."""
     vx, vy = along(speed, angle)
     x, y, wx, wy = slide(0.0, 0.0, vx, vy, a, t)
-    lost = kinetic_energy(2.0, vx, vy) - kinetic_energy(2.0, wx, wy)
+    lost = vx * vx + vy * vy - wx * wx - wy * wy
     scale = speed**2 + 2.0 * a * math.hypot(x, y)
     assert lost == pytest.approx(2.0 * a * math.hypot(x, y), rel=0, abs=16 * EPSILON * scale)
 
@@ -179,7 +178,3 @@ def test_slide_by_hand() -> None:
     assert slide(1.0, 2.0, 3.0, -4.0, 2.0, 1.5) == pytest.approx(
         (1.0 + 0.6 * 5.25, 2.0 - 0.8 * 5.25, 0.6 * 2.0, -0.8 * 2.0), rel=4 * EPSILON, abs=0.0
     )
-
-
-def test_kinetic_energy_by_hand() -> None:
-    assert kinetic_energy(0.2, 3.0, 4.0) == 2.5

@@ -16,11 +16,11 @@ from moving_scenes import R, Scene
 from worlds import A, M, ball, fence, plane
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.physics.sides import RoundSide
+from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.world import ContactEvent, TableBall, TableState
 
 Point = tuple[float, float]
-OWN = (RoundSide((0.0, 0.0), 0.1),)
+OWN: Any = (RoundSide((0.0, 0.0), 0.1),)
 KEPT: list[pymunk.Body] = []
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,7 +45,6 @@ from pool_pymunk.laws import LAWS
 from pool_pymunk.laws.law import Coulomb, Published
 from pool_pymunk.page.content import content
 from pool_pymunk.page.live.answers import Answers
-from pool_pymunk.physics.laws import COMPILED
 from pool_pymunk.render.view import settings
 from pool_pymunk.studies.sensitivity import linear
 from pool_pymunk.studies.sweep.job import begin, play_part
@@ -143,18 +142,6 @@ def test_a_method_that_an_object_has_of_its_own_is_asked() -> None:
     batch = simulate_many(laid_out(), velocity=velocity, law=law)
     run = simulate(laid_out(), 1, solver="event-driven", law=law)
     np.testing.assert_array_equal(batch.final[0], run.end.position)
-
-
-def test_a_law_that_asks_its_object_is_not_compiled() -> None:
-    """The methods of a compiled law leave ``self`` alone: they answer without one."""
-    a, b, pair = NT(1.0, 0.4), NT(-0.5, 0.1), Pair(0.1, 0.2, 0.9, 0.3)
-    for kind in COMPILED:
-        nobody = cast("Law", None)
-        assert kind.ball_ball(nobody, a, b, pair) == kind().ball_ball(a, b, pair)
-        assert kind.cushion(nobody, NT(-1.0, 0.4), 0.8, 0.1) == kind().cushion(
-            NT(-1.0, 0.4), 0.8, 0.1
-        )
-        assert kind.jumps(nobody, a, b, pair) == kind().jumps(a, b, pair)
 
 
 def test_sweep_and_atlas_have_the_law(asked: str | Law, tmp_path: Path) -> None:

@@ -7,35 +7,34 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-import pymunk
 import pytest
 
 from pool_pymunk import (
     Ball,
-    Billiards,
     Friction,
     Restitution,
     Run,
     Scene,
     Shot,
     Table,
-    same_balls,
     simulate,
     simulate_many,
 )
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.walls.side import Side
+from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws.contact import Vector
-from pool_pymunk.physics.path import Path, set_off
-from pool_pymunk.physics.sides import Side, Wall
 
 CORNERS = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
 SIZE = 6.0  # m; the radius of the round ends
 DEEP = SIZE - math.sqrt(SIZE * SIZE - 0.25)  # m; so far they bulge out, by less than any ball
 
 
-class Hollow:
+class Hollow(Side):
     """A round end of the table, which bulges outwards."""
 
     def __init__(self, x: float, outward: float) -> None:
+        super().__init__()
         self.center = (x - outward * (SIZE - DEEP), 0.5)
 
     def gap(self, x: float, y: float, r: float) -> float:
@@ -55,7 +54,7 @@ class Hollow:
         end = min(path.end, path.t + 4.0 / path.speed)
 
         def closed(t: float) -> bool:
-            (x, y), (vx, vy) = path.at(t)
+            x, y, vx, vy = path.at(t)
             nx, ny = self.normal(x, y)
             return self.gap(x, y, r) <= 0.0 and vx * nx + vy * ny < 0.0
 
@@ -76,7 +75,7 @@ class Rounded(Table):
         ends: dict[int, Side] = {1: Hollow(2.0, 1.0), 3: Hollow(0.0, -1.0)}
         plain = Table(CORNERS).walls
         return tuple(
-            Wall((ends[k],) if k in ends else wall.sides, 0.0, 0.0, k)
+            Wall([ends[k]] if k in ends else wall.sides, 0.0, 0.0, k)
             for k, wall in enumerate(plain)
         )
 
@@ -112,7 +111,7 @@ def test_both_exact_solvers_agree_on_it() -> None:
     assert one == pytest.approx(other, abs=1e-9)
 
 
-def test_many_shots_take_python_for_it() -> None:
+def test_many_shots_play_it() -> None:
     scene = table()
     velocity = np.zeros((3, 2, 2))
     velocity[:, 0] = [(2.0, 0.9), (1.5, 0.2), (-1.0, 0.3)]
@@ -132,34 +131,3 @@ def test_derivatives_know_how_its_normal_turns() -> None:
             ends(simulate(replace(scene, shots=(shot,)), solver="event-driven")) for shot in shots
         )
         assert found[..., column] == pytest.approx((high - low) / (2 * step), rel=1e-4, abs=1e-4)
-
-
-class Old:
-    """A half plane that answers as sides did before."""
-
-    def gap(self, x: float, y: float, r: float) -> float:
-        return y - r
-
-    def normal(self, x: float, y: float) -> Vector:
-        return (0.0, 1.0)
-
-    def length_along(self, path: Path, r: float) -> float:
-        return (path.y - r) / -path.uy if path.uy < 0.0 else math.inf
-
-
-def test_sides_that_answer_lengths_go_on_working_with_a_warning() -> None:
-    space = pymunk.Space()
-    board = Billiards(space, 1 / 60, pair=same_balls(0.9, 0.0), deceleration=0.3)
-    ground = pymunk.Segment(space.static_body, (-9.0, 0.0), (9.0, 0.0), 0.0)
-    with pytest.warns(DeprecationWarning, match="Old.length_along"):
-        board.add_wall(ground, 0.8, 0.1, sides=(Old(),))  # type: ignore[arg-type]
-    body = pymunk.Body(0.2, math.inf)
-    body.position, body.velocity = (0.0, 0.5), (0.0, -1.0)
-    board.add_ball(pymunk.Circle(body, 0.1))
-    times: list[float] = []
-    board.on_contact = lambda contact: times.append(contact.t)
-    for _ in range(60):
-        space.step(1 / 60)
-    assert times == pytest.approx([(1.0 - math.sqrt(1.0 - 2 * 0.3 * 0.4)) / 0.3], abs=1e-12)
-    wall = Wall((Old(),), 0.8, 0.1, 0)  # type: ignore[arg-type]
-    assert wall.length_along(set_off(0.0, (0.0, 1.0), (0.0, -2.0), 0.0), 0.1) == pytest.approx(0.9)

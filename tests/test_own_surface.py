@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pool_pymunk import Ball, Physics, Restitution, Scene, Table, simulate
+from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.surface import Surface
 from pool_pymunk.laws.contact import Vector
-from pool_pymunk.physics.path import Path
-from pool_pymunk.physics.surface import NO_ROLL, Push
 
 R, PULL = 0.05, 0.5  # m, m/s^2
 
 
-class Tilted(NamedTuple):
+class Tilted(Surface):
     """Every ball is pulled along -y at ``pull`` (m/s^2), without end and without friction."""
 
-    pull: float
-    rolls: bool = False
+    def __init__(self, pull: float) -> None:
+        super().__init__(pull, pull, False)
 
-    def path(self, t: float, position: Vector, velocity: Vector, roll: Vector = NO_ROLL) -> Path:
-        return Path(t, *position, *velocity, 0.0, -self.pull, math.inf, slows=False)
-
-    def then(self, path: Path) -> None:
-        return
-
-    def roll(self, path: Path, t: float, pushes: Sequence[Push] = ()) -> Vector:
-        return NO_ROLL
+    def path(self, t: float, place: Vector, velocity: Vector, roll: Vector) -> Path:
+        return Path(t, *place, *velocity, 0.0, -self.pull, math.inf, False, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -465,4 +465,4 @@ def test_the_end_of_a_run_goes_on() -> None:
 
 
 def test_scenes_without_patches_ask_for_none() -> None:
-    assert load("report").ground.borders == ()
+    assert load("report").ground.borders == []

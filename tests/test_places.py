@@ -28,12 +28,12 @@ from pool_pymunk import (
 )
 from pool_pymunk.core import layouts
 from pool_pymunk.core.floor import TOUCHING, overlap
+from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.many.places import may_lie
 from pool_pymunk.model.places import SUNK, room_beside
 from pool_pymunk.model.quantities import Units
 from pool_pymunk.page.live.answers import Answers
-from pool_pymunk.physics.sides import RoundSide
 
 pytest.importorskip("gymnasium")
 
@@ -175,7 +175,8 @@ def table_of(scene: Scene, by_shapes: bool = False) -> Billiards:
     static = table.space.static_body
     for wall, edge in zip(scene.table.walls, scene.table.edges, strict=True):
         shape = pymunk.Segment(static, edge.start, edge.end, 0.0)
-        table.add_wall(shape, 0.8, sides=None if by_shapes else wall.sides)
+        own: Any = None if by_shapes else wall.sides
+        table.add_wall(shape, 0.8, sides=own)
     for hole in scene.pockets:
         table.add_pocket(hole.position, hole.radius)
     for ball in scene.balls[:-1]:
@@ -308,7 +309,7 @@ def test_layouts_keep_balls_off_pockets() -> None:
 
 def test_a_ball_whose_centre_is_within_a_post_lies_in_it() -> None:
     """What is behind a face is not in it; a round side is solid as far as its centre."""
-    corner = RoundSide((1.0, 0.0), 0.5)
+    corner: Any = RoundSide((1.0, 0.0), 0.5)
     for x in (1.0, 1.1, 1.499):
         assert room_beside([corner], x, 0.0, 0.1) < 0.0
     face = scene_at(0.0, 0.0).table

@@ -6,38 +6,32 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
-from core_both import BothSides, BothWalls
 from hard_scenes import R, disc, exact, persistent, squeezed
 from scenes import largest_distance
 from shots import some_scene
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
-from pool_pymunk.core.ball import Ball as CoreBall
+from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact as CoreContact
-from pool_pymunk.core.contact.laws import Coulomb as CoreCoulomb
+from pool_pymunk.core.contact.laws import Coulomb
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.path import sliding
-from pool_pymunk.core.motion.surface import Sliding as CoreSliding
-from pool_pymunk.core.persistent.declined import Declined
-from pool_pymunk.core.record import Recorder as CoreRecorder
+from pool_pymunk.core.motion.surface import Sliding
+from pool_pymunk.core.persistent.persistence import Persistence
+from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
-from pool_pymunk.engine.contacts import ContactEngine
-from pool_pymunk.engine.near import Boxes
-from pool_pymunk.engine.policies import Variant
-from pool_pymunk.engine.recorder import Recorder
+from pool_pymunk.core.walls.face import Face, face_between
+from pool_pymunk.core.walls.round import RoundSide
+from pool_pymunk.core.walls.side import Side
+from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import LAWS, Law
-from pool_pymunk.laws.contact import NT, Contact, Impulse, Pair, Respond, Vector, Velocities
-from pool_pymunk.physics.path import Path, set_off
-from pool_pymunk.physics.sides import Face, RoundSide, Wall, face_between
-from pool_pymunk.physics.surface import Sliding
-from pool_pymunk.physics.together import at_once
-from pool_pymunk.results import variants
+from pool_pymunk.laws.contact import NT, Contact, Pair, Respond, Vector, Velocities
 from pool_pymunk.results.trace import COLLAPSE
+from pool_pymunk.results.variants import Variant
 
 # -- one instant -----------------------------------------------------------------------------------
 
@@ -136,8 +130,7 @@ class HitByHit(Law):
         return False
 
     def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
-        if at_once(contacts, velocity) is None:
-            super().together(contacts, velocity, respond)
+        LAWS["coulomb"].together(contacts, velocity, respond)
 
 
 class Counted(HitByHit):
@@ -219,7 +212,7 @@ def test_variants_end_when_a_run_with_bounded_events_does() -> None:
     """Where contacts leave more out, they come to fewer events in the same time."""
     run = exact(some_scene("hard that rolls", 102), max_events=300)
     assert run.again is not None and run.status == "max_events"
-    coarser = [variants.Variant(coarser=times) for times in (30.0, 300.0)]
+    coarser = [Variant(coarser=times) for times in (30.0, 300.0)]
     assert all(run.again(each).duration <= run.duration for each in (*run.variants, *coarser))
 
 
@@ -238,21 +231,7 @@ def test_a_persistent_contact_is_no_row_of_events_and_each_ball_stops_once() -> 
 
 
 class Notes(Recorder):
-    """This recorder keeps what balls met."""
-
-    def __init__(self) -> None:
-        self.met: list[tuple[int, ...]] = []
-        self.stopped: list[int] = []
-
-    def contact(self, contact: Contact, impulse: Impulse, t: float) -> None:
-        self.met.append(contact.balls)
-
-    def stop(self, i: int, t: float, position: Vector) -> None:
-        self.stopped.append(i)
-
-
-class CoreNotes(CoreRecorder):
-    """This recorder keeps the same of the core."""
+    """This recorder keeps what balls met, and which ones stopped."""
 
     def __init__(self) -> None:
         self.met: list[tuple[int, ...]] = []
@@ -262,69 +241,37 @@ class CoreNotes(CoreRecorder):
         assert one.b is not None
         self.met.append((one.a.ball.number, one.b.ball.number))
 
-    def stop(self, ball: CoreBall, t: float, place: Vector) -> None:
+    def stop(self, ball: Ball, t: float, place: Vector) -> None:
         self.stopped.append(ball.number)
 
 
-class CoreEngine:
-    """This plays balls by the core, and is asked as the contact engine is."""
-
-    def __init__(self, engine: Engine) -> None:
-        self.engine = engine
-        self.advance, self.upcoming = engine.advance, engine.upcoming
-        engine.begin_run()
-
-    def remove_at(self, t: float, i: int) -> None:
-        self.engine.now = t
-        ball = self.engine.balls[i]
-        self.engine.remove(ball, ball.path.place(t))
-
-
-class OldEngine(ContactEngine):
-    """This is the contact engine."""
-
-    def remove_at(self, t: float, i: int) -> None:
-        self.now = t
-        self.remove(i)
-
-
-def row(*velocities: float, gap: float = 0.5) -> tuple[OldEngine, Notes]:
+def row(*velocities: float, gap: float = 0.5) -> tuple[Engine, Notes]:
     """Return balls in a row along x, equal and elastic, on an open plane."""
-    notes = Notes()
-    engine = OldEngine(LAWS["coulomb"], lambda i, j: Pair(1.0, 1.0, 1.0, 0.0), Sliding(), notes)
-    for k, v in enumerate(velocities):
-        engine.add_ball(set_off(0.0, (gap * k, 0.0), (v, 0.0), 0.0), R, 1.0)
-    engine.near = Boxes(len(velocities), 0)
-    for k, path in enumerate(engine.paths):
-        engine.near.begin(k, path, R, 0.0, math.inf)
-    engine.predict(range(len(velocities)))
+    balls = [
+        Ball(k, R, 1.0, sliding(0.0, (gap * k, 0.0), (v, 0.0), 0.0))
+        for k, v in enumerate(velocities)
+    ]
+    notes, table = Notes(), CoreTable([], Sliding(0.0), Patches([], []), 1.0, 1.0, 0.0)
+    engine = Engine(table, balls, Coulomb(), notes, Persistence())
+    engine.begin_run()
     return engine, notes
 
 
-def row_in_core(*velocities: float, gap: float = 0.5) -> tuple[CoreEngine, CoreNotes]:
-    """Return the same balls in the core."""
-    balls = [
-        CoreBall(k, R, 1.0, sliding(0.0, (gap * k, 0.0), (v, 0.0), 0.0))
-        for k, v in enumerate(velocities)
-    ]
-    notes, table = CoreNotes(), CoreTable([], CoreSliding(0.0), Patches([], []), 1.0, 1.0, 0.0)
-    return CoreEngine(Engine(table, balls, CoreCoulomb(), notes, Declined())), notes
+def remove_at(engine: Engine, t: float, i: int) -> None:
+    """Take a ball off the table at a time (s)."""
+    engine.now, ball = t, engine.balls[i]
+    engine.remove(ball, ball.path.place(t))
 
 
-rows = pytest.mark.parametrize("row", [row, row_in_core])
-
-
-@rows
-def test_a_hit_runs_down_a_row(row: Any) -> None:
+def test_a_hit_runs_down_a_row() -> None:
     engine, notes = row(1.0, 0.0, 0.0)
     engine.advance(2.0)
     assert notes.met == [(0, 1), (1, 2)]
     assert notes.stopped == [0, 1]
 
 
-@rows
 @pytest.mark.parametrize("when", [0.0, 0.2, 0.45])
-def test_a_ball_that_is_removed_is_met_by_nobody(row: Any, when: float) -> None:
+def test_a_ball_that_is_removed_is_met_by_nobody(when: float) -> None:
     """A ball is removed at the start, in motion, or between its hits.
 
     The balls behind it then pass where it was.
@@ -332,16 +279,15 @@ def test_a_ball_that_is_removed_is_met_by_nobody(row: Any, when: float) -> None:
     engine, notes = row(1.0, 0.0, 0.0)
     engine.advance(when)
     met = list(notes.met)
-    engine.remove_at(when, 1)
+    remove_at(engine, when, 1)
     engine.advance(3.0)
     passes = [(0, 2)] if when < 0.4 else []
     assert notes.met == met + passes
 
 
-@rows
-def test_a_moving_ball_that_is_removed_meets_nobody(row: Any) -> None:
+def test_a_moving_ball_that_is_removed_meets_nobody() -> None:
     engine, notes = row(1.0, 0.0)
-    engine.remove_at(0.0, 0)
+    remove_at(engine, 0.0, 0)
     engine.advance(3.0)
     assert notes.met == []
     assert engine.upcoming() == math.inf
@@ -353,25 +299,25 @@ def test_a_moving_ball_that_is_removed_meets_nobody(row: Any) -> None:
 def test_a_wall_with_two_faces_back_to_back_turns_the_nearer_one_to_the_ball() -> None:
     """A segment of no thickness, as most people write it, has two faces that are as near."""
     front, back = face_between((0.0, 0.0), (1.0, 0.0)), face_between((1.0, 0.0), (0.0, 0.0))
-    wall = BothWalls(Wall((front, back), 1.0, 0.0, 0))
+    wall = Wall([front, back], 1.0, 0.0, 0)
     for y in (R, -R):
-        side = wall.nearest(0.5, y, R)
+        side = wall.nearest(0.5, y, R, 0.0)
         assert side.normal(0.5, y) == (0.0, math.copysign(1.0, y))
         assert side.gap(0.5, y, R) == 0.0
 
 
 def test_a_wall_is_met_where_its_first_side_is() -> None:
-    sides = face_between((0.0, 0.0), (1.0, 0.0)), RoundSide((1.0, 0.0))
-    wall = BothWalls(Wall(sides, 1.0, 0.0, 0))
-    down: Path = set_off(0.0, (0.5, 1.0), (0.0, -1.0), 0.0)
-    past: Path = set_off(0.0, (1.0 + R / 2, 1.0), (0.0, -1.0), 0.0)
-    beside: Path = set_off(0.0, (1.0 + 2 * R, 1.0), (0.0, -1.0), 0.0)
+    sides: list[Side] = [face_between((0.0, 0.0), (1.0, 0.0)), RoundSide((1.0, 0.0))]
+    wall = Wall(sides, 1.0, 0.0, 0)
+    down = sliding(0.0, (0.5, 1.0), (0.0, -1.0), 0.0)
+    past = sliding(0.0, (1.0 + R / 2, 1.0), (0.0, -1.0), 0.0)
+    beside = sliding(0.0, (1.0 + 2 * R, 1.0), (0.0, -1.0), 0.0)
     assert wall.time_of_contact(down, R, 0.0) == pytest.approx(1.0 - R)
     assert wall.time_of_contact(past, R, 0.0) == pytest.approx(1.0 - R * math.sqrt(0.75))
     assert wall.time_of_contact(beside, R, 0.0) == math.inf
 
 
 def test_a_face_is_beside_whoever_has_its_foot_on_it() -> None:
-    face = BothSides(Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0))
+    face = Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0)
     assert face.gap(0.5, 0.3, R) == pytest.approx(0.3 - R)
     assert face.gap(1.1, 0.3, R) == math.inf

@@ -194,7 +194,8 @@ def deepest(run: Run) -> float:
     for wall in run.scene.cushions:
         for i, ball in enumerate(balls):
             gaps = (
-                wall.nearest(x, y, ball.radius).gap(x, y, ball.radius) for x, y in position[:, i]
+                wall.nearest(x, y, ball.radius, 0.0).gap(x, y, ball.radius)
+                for x, y in position[:, i]
             )
             least = min(least, *gaps)
     return -least

@@ -12,10 +12,10 @@ from typing import Any
 
 import pymunk
 import pytest
+from pool_pymunk.world.state import Phase
 
 from pool_pymunk import Billiards, same_balls
 from pool_pymunk.world import TableBall, TableState
-from pool_pymunk.world.state import Phase
 
 R, M, A = 0.03, 0.17, 0.4
 LONGEST = 1 / 20  # s; the longest step

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from core_both import BothSides
 from oracle.hard_reference import hard_run
 from oracle.reference import Refused
 from shots import check_bits, check_derivatives, some_scene
@@ -33,9 +32,9 @@ from pool_pymunk import (
     simulate,
     simulate_many,
 )
-from pool_pymunk.physics.path import Path, set_off
-from pool_pymunk.physics.sides import Arc
-from pool_pymunk.physics.surface import slide_or_roll
+from pool_pymunk.core.motion.path import Path, sliding
+from pool_pymunk.core.motion.surface import Rolling
+from pool_pymunk.core.walls.arc import Arc
 
 EXACT = (("event-driven", None), ("pymunk", 1 / 60))
 R, r = 0.5, 0.03  # m; of a round table, and of its ball
@@ -163,22 +162,22 @@ def play_shot(scene: Scene, k: int) -> Run:
 
 def test_an_arc_waits_for_the_second_crossing() -> None:
     """A parabola comes into the circle beside the arc, and leaves it there; then it meets it."""
-    arc = BothSides(Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), -1.0))
+    arc = Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), -1.0)
     path = Path(0.0, -3.0, 0.2, 2.0, 0.0, -0.1, 0.03, 5.0, False, 0.0, 0.0)
     t = arc.time_of_contact(path, 0.1, 0.0)
-    assert math.hypot(*path.at(t)[0]) == pytest.approx(0.9, abs=1e-14)
-    assert path.at(t)[0][0] > 0.0
-    away = set_off(0.0, (-3.0, 0.2), (-1.0, 0.0), 0.1)
+    assert math.hypot(*path.place(t)) == pytest.approx(0.9, abs=1e-14)
+    assert path.place(t)[0] > 0.0
+    away = sliding(0.0, (-3.0, 0.2), (-1.0, 0.0), 0.1)
     assert arc.time_of_contact(away, 0.1, 0.0) == math.inf
 
 
 def test_a_ball_behind_an_arc_meets_it_when_it_comes_back() -> None:
-    arc = BothSides(Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), 1.0))
-    assert arc.time_of_contact(set_off(0.0, (0.5, 0.0), (3.0, 0.0), 0.1), 0.1, 0.0) == math.inf
+    arc = Arc((0.0, 0.0), 1.0, (0.0, -1.0), (0.0, 1.0), 1.0)
+    assert arc.time_of_contact(sliding(0.0, (0.5, 0.0), (3.0, 0.0), 0.1), 0.1, 0.0) == math.inf
     path = Path(0.0, 0.5, 0.0, 3.0, 0.0, -2.0, 0.0, 10.0, False, 0.0, 0.0)
     t = arc.time_of_contact(path, 0.1, 0.0)
     assert t > 1.5
-    assert path.at(t)[0][0] == pytest.approx(1.1, abs=1e-13)
+    assert path.place(t)[0] == pytest.approx(1.1, abs=1e-13)
 
 
 # -- posts -----------------------------------------------------------------------------------------
@@ -274,12 +273,12 @@ def test_a_dull_hit_on_an_arc_inwards_is_one_hit() -> None:
 def test_a_ball_at_rest_that_its_roll_drives_along_an_arc_sets_off(turn: float) -> None:
     """It meets the arc when it is off the circle by rounding, and not at once, for ever."""
     (x, y), (cos, sin) = (0.3, 0.2), (math.cos(turn), math.sin(turn))
-    arc = BothSides(Arc((x, y), 1.0, (sin, -cos), (-sin, cos), -1.0))
+    arc = Arc((x, y), 1.0, (sin, -cos), (-sin, cos), -1.0)
     place, roll = (x + (1.0 - r) * cos, y + (1.0 - r) * sin), (-0.5 * sin, 0.5 * cos)
-    path = slide_or_roll(2.0, place, (0.0, 0.0), roll, 2.0, 0.1)
+    path = Rolling(2.0, 0.1).path(2.0, place, (0.0, 0.0), roll)
     t = arc.time_of_contact(path, r, 2.0)
     assert 1e-5 < t - 2.0 < 1e-3
-    assert abs(arc.gap(*path.at(t)[0], r)) < 1e-14
+    assert abs(arc.gap(*path.place(t), r)) < 1e-14
 
 
 STADIUM = Table.stadium(2.0, 1.0)

@@ -20,7 +20,6 @@ from oracle import reference
 from scenes import BASE_SEED, DATA, share_of
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Run, Scene, Table, simulate
-from pool_pymunk.solvers import event_driven, grouped
 from pool_pymunk.studies.changes import rounding
 
 SCENES = 40
@@ -208,11 +207,7 @@ def test_chaos_is_as_large_as_the_table_and_soon_known() -> None:
     assert run.rounding == math.hypot(2.0, 1.0)
 
 
-def test_the_figure_of_a_long_run_takes_no_longer_than_five_such_runs(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The contact engine plays them all."""
-    monkeypatch.setattr(event_driven, "solve", grouped.solve)
+def test_the_figure_of_a_long_run_takes_no_longer_than_five_such_runs() -> None:
     ball = Ball("a", (0.3, 0.4), 0.05, 0.2, velocity=(1.1, 0.7))
     scene = Scene((ball,), Table.rectangle(2.0, 1.0), Restitution(cushion=1.0),
                   physics=Physics(max_time=1e6))  # fmt: skip

@@ -162,7 +162,8 @@ def in_a_space(scene: Scene, **settings: Any) -> Billiards:
     for shape, wall in zip(cushion_shapes(scene, table.space), scene.cushions, strict=True):
         shape.sensor = True  # Guests are not to meet the hull of an arc.
         shape.filter = BALLS
-        table.add_wall(shape, wall.restitution, wall.friction, sides=wall.sides)
+        sides: Any = wall.sides
+        table.add_wall(shape, wall.restitution, wall.friction, sides=sides)
     for ball in scene.balls:
         body = pymunk.Body(ball.mass, 1e-4)
         body.position = ball.position

@@ -16,7 +16,7 @@ from pool_pymunk.core.contact.contact import Pair as CorePair
 from pool_pymunk.core.contact.laws import Coulomb, Published, Weakening
 from pool_pymunk.core.tangent.differences import OwnHit
 from pool_pymunk.core.tangent.slopes import Four, Hit, Nudge, known_hit
-from pool_pymunk.solvers.own import OwnLaw
+from pool_pymunk.laws.own import OwnLaw
 from pool_pymunk.studies.changes import played_again
 
 LAWS = [Coulomb(), Published(), Weakening()]

@@ -7,18 +7,35 @@ import random
 from typing import Any
 
 import pytest
-from core_both import BothSides, closing_acceleration, pair_time, path_to_disc, time_of_impact
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 from oracle.reference import DIGITS, product, real_roots, value
 
+from pool_pymunk.core.motion import pairs, times
+from pool_pymunk.core.motion.path import Path, sliding
+from pool_pymunk.core.motion.times import closing_acceleration, path_to_disc
+from pool_pymunk.core.walls.face import Face
+from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.laws.contact import Vector
-from pool_pymunk.physics.path import Path, set_off
-from pool_pymunk.physics.sides import Face, RoundSide
 
 EPSILON = 2.0**-52
 R = 0.05
+
+
+def time_of_impact(
+    offset: Vector,
+    velocity: Vector,
+    pull: Vector,
+    touching: float,
+    horizon: float,
+    noise: float = 0.0,
+) -> float:
+    return times.time_of_impact(offset, velocity, pull, touching, horizon, noise)
+
+
+def pair_time(a: Path, b: Path, touching: float, since: float, until: float) -> float:
+    return pairs.pair_time(a, b, touching, since, until, 0.0)
 
 
 def square_of(*motion: Vector) -> list[Any]:
@@ -160,7 +177,7 @@ def test_pressing_is_minus_the_second_derivative_of_the_distance() -> None:
 
 
 def slid(x: float, speed: float, deceleration: float = 0.5) -> Path:
-    return set_off(0.0, (x, 0.0), (speed, 0.0), deceleration)
+    return sliding(0.0, (x, 0.0), (speed, 0.0), deceleration)
 
 
 @pytest.mark.parametrize("short", [-1e-9, -1e-15, 0.0, 1e-15, 1e-9])
@@ -187,9 +204,9 @@ def test_a_contact_at_the_very_moment_the_other_stops_is_not_lost(late: float) -
 
 def test_a_fast_ball_passes_where_a_slow_one_is_to_rest() -> None:
     """A has crossed B's place of rest before B arrives there, from the side."""
-    a = set_off(0.0, (-0.5, 1.0), (9.0, 0.0), 0.5)
-    b = set_off(0.0, (0.0, 0.0), (0.0, 1.0), 0.5)
-    assert b.rest == (0.0, 1.0)
+    a = sliding(0.0, (-0.5, 1.0), (9.0, 0.0), 0.5)
+    b = sliding(0.0, (0.0, 0.0), (0.0, 1.0), 0.5)
+    assert b.place(b.end) == (0.0, 1.0)
     assert pair_time(a, b, 2 * R, 0.0, math.inf) == math.inf
 
 
@@ -200,12 +217,12 @@ def test_both_stop_before_they_meet() -> None:
 
 # -- walls -----------------------------------------------------------------------------------------
 
-FLOOR = BothSides(Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0))
-CORNER = BothSides(RoundSide((1.0, 0.0)))
+FLOOR = Face((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), 1.0)
+CORNER = RoundSide((1.0, 0.0))
 
 
 def flying(x: float, y: float, vx: float, vy: float) -> Path:
-    return set_off(0.0, (x, y), (vx, vy), 0.0)
+    return sliding(0.0, (x, y), (vx, vy), 0.0)
 
 
 def test_a_ball_that_touches_a_cushion_and_slides_along_it_does_not_hit_it() -> None:

@@ -13,7 +13,6 @@ from pool_pymunk import Run, Scene, State, load, simulate
 from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.laws.contact import NT, Pair
 from pool_pymunk.model import Ball, Friction, Physics, Restitution, Shot, Table
-from pool_pymunk.physics.laws import cushion, published
 from pool_pymunk.results.trace import Trace
 
 Point = tuple[float, float]
@@ -120,7 +119,7 @@ class PlainLoop:
     def eq_9(self, v: NT) -> NT:
         e = self.scene.restitution.cushion
         assert e is not None
-        return cushion(v, e, self.scene.friction.cushion)
+        return LAWS["coulomb"].cushion(v, e, self.scene.friction.cushion)
 
     def answer_ball(self, i: int, j: int) -> None:
         """Answer a pair once per overlap, and again only after it has separated."""
@@ -329,7 +328,7 @@ class FirstHit(Law):
         if math.isnan(self.slip):
             self.slip = a.t - b.t
             a = NT(a.n, b.t + self.factor * self.slip)
-        return published(a, b, pair)
+        return LAWS["published"].ball_ball(a, b, pair)
 
 
 def simulation_4(factor: float) -> tuple[float, Point]:

@@ -7,10 +7,8 @@ import random
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import combinations, permutations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -29,27 +27,11 @@ from pool_pymunk.core.contact import instant, rounds
 from pool_pymunk.core.contact import laws as core_laws
 from pool_pymunk.core.contact import together as core
 from pool_pymunk.core.contact.laws import HitsByLaw
+from pool_pymunk.core.motion.times import unit
 from pool_pymunk.core.variant import NO_SLIP
-from pool_pymunk.engine import answers, decisions, instants
-from pool_pymunk.engine.instants import is_same
-from pool_pymunk.laws import LAWS
-from pool_pymunk.laws.law import Coulomb
+from pool_pymunk.laws import LAWS, law_in_core, respond
+from pool_pymunk.laws.contact import NO_BALL, NT, Contact, Pair, Vector, Velocities, closing_speed
 from pool_pymunk.many.source import read_source
-from pool_pymunk.physics import collapse, impulses, laws, together
-from pool_pymunk.physics.contact import (
-    NO_BALL,
-    NT,
-    Contact,
-    Pair,
-    Vector,
-    Velocities,
-    closing_speed,
-    groups,
-)
-from pool_pymunk.physics.laws import coulomb, respond
-from pool_pymunk.physics.sides import unit
-from pool_pymunk.physics.together import at_once, find_impulses, mean_over_orders, room
-from pool_pymunk.solvers.in_core import law_in_core
 
 HOME = Path(pool_pymunk.__file__).parent.parent
 RIGHT, UP = (1.0, 0.0), (0.0, 1.0)
@@ -109,7 +91,8 @@ def test_the_same_cushion_twice_is_one_cushion() -> None:
     contacts = [wall(0, UP, 0.5, 0.2), wall(0, UP, 0.5, 0.2, number=1)]
     once, twice = (answered(t, {0: (1.0, -1.0)}) for t in (contacts[:1], contacts))
     assert twice[0] == pytest.approx(once[0], abs=1e-15)
-    assert is_same(*contacts)
+    one, other = InCore(contacts, {0: (1.0, -1.0)}).contacts
+    assert one.is_same(other)
 
 
 def test_contacts_that_share_no_ball_are_answered_as_if_alone() -> None:
@@ -123,7 +106,7 @@ def test_contacts_that_share_no_ball_are_answered_as_if_alone() -> None:
 
 def test_one_contact_is_the_law() -> None:
     after = answered([ball(0, 1, RIGHT, 0.9, 0.1)], {0: (1.0, 0.5), 1: (-0.2, 0.1)})
-    a, b = coulomb(NT(1.0, 0.5), NT(-0.2, 0.1), Pair(1.0, 1.0, 0.9, 0.1))
+    a, b = LAWS["coulomb"].ball_ball(NT(1.0, 0.5), NT(-0.2, 0.1), Pair(1.0, 1.0, 0.9, 0.1))
     assert after[0] == pytest.approx(tuple(a))
     assert after[1] == pytest.approx(tuple(b))
 
@@ -229,11 +212,8 @@ def test_turning_the_cluster_turns_the_outcome(seed: int, angle: float) -> None:
 
 def settle(contacts: Sequence[Contact], velocity: Velocities) -> None:
     """Answer contacts as a collapse that comes to its limit: without restitution and friction."""
-    plastic, law = with_pair(contacts, restitution=0.0, friction=0.0), Coulomb()
-    core = answered_in_core(plastic, velocity, law)
-    for group in groups(plastic):
-        law.together(group, velocity, partial(respond, law))
-    assert repr(core) == repr(velocity)
+    plastic = with_pair(contacts, restitution=0.0, friction=0.0)
+    velocity.update(answered_in_core(plastic, velocity, LAWS["coulomb"]))
 
 
 @given(seeds)
@@ -244,44 +224,28 @@ def test_settling_leaves_nothing_that_closes_and_adds_no_energy(seed: int) -> No
     settle(contacts, after)
     assert energy(masses, after) <= energy(masses, velocity) * (1 + ROUNDING)
     plastic = with_pair(contacts, restitution=0.0, friction=0.0)
-    together = (group for group in groups(plastic) if len(group) > 1)
+    groups = core_contact.groups(InCore(plastic, velocity).contacts)
     # This excludes one cluster in 3000.
-    assume(all(at_once(group, dict(velocity)) for group in together))
+    assume(all(core.at_once(group) for group in groups if len(group) > 1))
     assert all(closing_speed(contact, after) < 1e-7 for contact in contacts)
 
 
 def mean_of(contacts: Sequence[Contact], velocity: Velocities) -> Velocities:
     """Return the velocities after the mean over orders of contacts that share balls."""
-    after = dict(velocity)
-    for group in groups(contacts):
-        mean_over_orders(group, after, partial(respond, Coulomb()))
-    return after
-
-
-def mean_in_core(contacts: Sequence[Contact], velocity: Velocities) -> Velocities:
-    """Return the same, as the core finds it."""
     found = InCore(contacts, velocity)
     for group in core_contact.groups(found.contacts):
-        core.mean_over_orders(group, HitsByLaw(law_in_core(Coulomb()), NO_SLIP))
+        core.mean_over_orders(group, HitsByLaw(law_in_core(LAWS["coulomb"]), NO_SLIP))
     return found.velocity
 
 
 @pytest.mark.xfail(strict=True, reason="the mean over orders has not come to its limit")
-@pytest.mark.parametrize("mean", [mean_of, mean_in_core])
 @pytest.mark.parametrize("seed", [1648, 2117])
-def test_settling_where_impulses_are_given_up(seed: int, mean: Any) -> None:
+def test_settling_where_impulses_are_given_up(seed: int) -> None:
     """The mean over orders answers instead, and should leave no contact that closes."""
     # Some versions of NumPy round such that none are given up in the second of these clusters.
     _, contacts, velocity = random_cluster(seed, widest=6.0)
-    after = mean(with_pair(contacts, restitution=0.0, friction=0.0), velocity)
+    after = mean_of(with_pair(contacts, restitution=0.0, friction=0.0), velocity)
     assert all(closing_speed(contact, after) < 1e-7 for contact in contacts)
-
-
-@given(seeds)
-def test_the_core_takes_the_same_mean_over_orders(seed: int) -> None:
-    _, contacts, velocity = random_cluster(seed)
-    one, other = mean_of(contacts, velocity), mean_in_core(contacts, velocity)
-    assert repr(one) == repr(other)
 
 
 def complementarity(seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -299,13 +263,8 @@ def complementarity(seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]
 
 
 def solved(response: NDArray[np.float64], wanted: NDArray[np.float64]) -> list[float] | None:
-    """Return the impulses that solve a problem, or None if they are given up; so does the core."""
-    own = room(len(wanted))
-    own.wanted[:] = wanted.tolist()
-    own.response[:] = response.tolist()
-    found = own.pushes if find_impulses(own, len(wanted)) else None
-    assert repr(core.find_impulses(response.tolist(), wanted.tolist())) == repr(found)
-    return found
+    """Return the impulses that solve a problem, or None if they are given up."""
+    return core.find_impulses(response.tolist(), wanted.tolist())
 
 
 def test_impulses_are_hardly_ever_given_up() -> None:
@@ -438,8 +397,6 @@ def test_impulses_of_redundant_contacts_must_not_be_dropped(rows: int) -> None:
 def test_nothing_that_decides_an_end_rounds_as_its_machine_does() -> None:
     """BLAS and LAPACK do, and so do the functions of the C library except the square root."""
     rounding = r" @ |linalg|hypot|math\.(sin|cos|tan|atan2?|exp|log|pow)\b"
-    old = answers, collapse, decisions, impulses, instants, laws, together
-    new = core, core_collapse, core_contact, core_impulses, core_laws, instant, rounds
-    for module in (*old, *new):
+    for module in (core, core_collapse, core_contact, core_impulses, core_laws, instant, rounds):
         source = HOME.joinpath(*module.__name__.split(".")).with_suffix(".py")
         assert not re.search(rounding, source.read_text("utf-8")), module

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.core import present as engine
+from pool_pymunk.core.variant import NEARLY_CLOSED
 from pool_pymunk.laws.contact import Vector
 from pool_pymunk.model import Scene, State
 
@@ -22,8 +23,8 @@ from pool_pymunk.model import Scene, State
 NARROW, WIDE = 1e-13, (4e-6, 4e-8, 4e-10)
 TURN = 2e-11  # rad, and of a speed; rounding hides closing speeds of 4e-15 of the fastest one
 DECIDED = 1e-5  # m; a run that moves ends less by narrow gaps may only amplify them
-# of a radius and of a place; a gap up to so wide closes in a moment, says the contact engine
-CLOSED = 512.0 * EPSILON
+# of a radius and of a place; a gap up to so wide closes in a moment, says the engine
+CLOSED = NEARLY_CLOSED * engine.CLOSED
 HAIR = 1e-9  # of a radius and of a place; more than CLOSED
 PASSES = 8  # The gaps of a closed ring depend on each other; after a few passes no balls overlap.
 

@@ -30,7 +30,7 @@ class Side:
     the side, and not in it. Walls ask it, and need not know what kind of side it is.
     """
 
-    core: float
+    core: float = 0.0
 
     def __init__(self, core: float = 0.0) -> None:
         self.core = core
