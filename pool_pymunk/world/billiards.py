@@ -35,7 +35,7 @@ from pool_pymunk.world import checks
 from pool_pymunk.world.as_scene import scene_of
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
 from pool_pymunk.world.ground import read_patch
-from pool_pymunk.world.outlook import Prediction, free_spot, sketch
+from pool_pymunk.world.outlook import Prediction, check_free, check_place, free_spot, sketch
 from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.table import LiveTable, Phase
 from pool_pymunk.world.walls import STILL, Drawn, Obstacle, pocket_of, wall_of
@@ -274,7 +274,7 @@ class Billiards:
         if body.id in live.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
         place, number = argument("position", body.position, point), len(self.balls)
-        checks.check_place(place, circle.radius, live.discs(), self._walls.obstacles)
+        check_place(place, circle.radius, live.discs(), self._walls.obstacles)
         if (other := next(iter(live.ball_of.values()), None)) is not None:
             masses, table = (other.body.mass, body.mass), self.engine.table
             assert isinstance(table, OwnPairs)
@@ -365,7 +365,7 @@ class Billiards:
     def _put_if_free(self, obstacle: Obstacle) -> int:
         """Put up a wall or a pocket if no ball lies in it now, and return its number."""
         obstacle.shape.cache_bb()  # A shape outside of the space does not know where it is.
-        checks.check_free(obstacle, self.live.discs())
+        check_free(obstacle, self.live.discs())
         return self._walls.put(obstacle)
 
     def remove_wall(self, wall: int) -> None:
@@ -415,7 +415,7 @@ class Billiards:
         self._walls.refuse_changed()
         position = argument("position", position, point)
         live, obstacles = self.live, self._walls.obstacles
-        checks.check_place(position, ball.radius, live.discs(without=ball), obstacles)
+        check_place(position, ball.radius, live.discs(without=ball), obstacles)
         if ball.is_on_table:
             self._walls.refuse_off_table(live.place_of(ball), position)
         else:
@@ -490,7 +490,7 @@ class Billiards:
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
         for i, (x, y, _, _) in state.motions.items():  # Walls and pockets may have come since.
-            checks.check_place((x, y), self.balls[i].radius, {}, self._walls.obstacles)
+            check_place((x, y), self.balls[i].radius, {}, self._walls.obstacles)
         self.live.restore(state)
 
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:

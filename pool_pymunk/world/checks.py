@@ -6,24 +6,18 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from inspect import signature
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pymunk
 
-from pool_pymunk.core.floor import TOUCHING, overlap
 from pool_pymunk.core.motion.path import LOST, Motion
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
 from pool_pymunk.core.motion.times import EPSILON, Vector
-from pool_pymunk.core.walls.wall import Pocket
 from pool_pymunk.laws import Pair
-from pool_pymunk.model import places
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.plain import read_law as read_law
 from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown
-from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, Disc, TableBall
-
-if TYPE_CHECKING:
-    from pool_pymunk.world.walls import Obstacle
+from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, TableBall
 
 # Balls and walls of a table are in this group of filters, so that pymunk leaves their pairs out.
 GROUP = 0x42616C6C
@@ -230,37 +224,6 @@ def set_apart(shape: pymunk.Shape) -> None:
     """Let pymunk leave out the pairs of a ball or wall with others of the table."""
     own = shape.filter
     shape.filter = pymunk.ShapeFilter(GROUP, own.categories, own.mask)
-
-
-def check_free(obstacle: Obstacle, discs: Mapping[TableBall, Disc]) -> None:
-    """Refuse a wall or a pocket in which a ball lies now."""
-    wall = obstacle.wall
-    for ball, (place, radius) in discs.items():
-        if obstacle.holds(place, radius):
-            if isinstance(wall, Pocket):
-                message = "a ball lies within this pocket"
-                raise setting_error("position", list(wall.center), message)
-            room = obstacle.room(place, radius)
-            message = places.said(f"ball {ball.number}", "this wall", room, radius, None)
-            raise setting_error("shape", type(obstacle.shape).__name__, message)
-
-
-def check_place(
-    center: Vector, radius: float, discs: Mapping[TableBall, Disc], obstacles: Iterable[Obstacle]
-) -> None:
-    """Refuse a ball that lies in another ball, a wall or a pocket."""
-    for obstacle in obstacles:
-        if obstacle.holds(center, radius):
-            wall, room = obstacle.wall, obstacle.room(center, radius)
-            how, what = ("is within", "pocket") if wall.is_pocket else ("overlaps", "wall")
-            message = places.said("the ball", f"{what} {wall.number}", room, radius, None, how)
-            raise setting_error("position", list(center), message)
-    for ball, (place, other) in discs.items():
-        if overlap(center, radius, place, other, TOUCHING):
-            name = ball.number if ball.id is None else f'{ball.number} (id "{ball.id}")'
-            room = places.room_beside_ball(*center, radius, *place, other)
-            message = places.said("the ball", f"ball {name}", room, min(radius, other), None)
-            raise setting_error("position", list(center), message)
 
 
 def check_id(id_: Any, balls: Iterable[TableBall]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import Rim, RoundSide
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket
+from pool_pymunk.model import places
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.world.ball import HAIR, Disc, TableBall
 from pool_pymunk.world.walls import Obstacle
@@ -282,3 +283,34 @@ def crossings(one: Locus, other: Locus) -> list[Vector]:
     half = math.sqrt((other.radius - height) * (other.radius + height))
     x, y = other.center[0] - height * nx, other.center[1] - height * ny
     return [(x - half * ny, y + half * nx), (x + half * ny, y - half * nx)]
+
+
+def check_free(obstacle: Obstacle, discs: Mapping[TableBall, Disc]) -> None:
+    """Refuse a wall or a pocket in which a ball lies now."""
+    wall = obstacle.wall
+    for ball, (place, radius) in discs.items():
+        if obstacle.holds(place, radius):
+            if isinstance(wall, Pocket):
+                message = "a ball lies within this pocket"
+                raise setting_error("position", list(wall.center), message)
+            room = obstacle.room(place, radius)
+            message = places.said(f"ball {ball.number}", "this wall", room, radius, None)
+            raise setting_error("shape", type(obstacle.shape).__name__, message)
+
+
+def check_place(
+    center: Vector, radius: float, discs: Mapping[TableBall, Disc], obstacles: Iterable[Obstacle]
+) -> None:
+    """Refuse a ball that lies in another ball, a wall or a pocket."""
+    for obstacle in obstacles:
+        if obstacle.holds(center, radius):
+            wall, room = obstacle.wall, obstacle.room(center, radius)
+            how, what = ("is within", "pocket") if wall.is_pocket else ("overlaps", "wall")
+            message = places.said("the ball", f"{what} {wall.number}", room, radius, None, how)
+            raise setting_error("position", list(center), message)
+    for ball, (place, other) in discs.items():
+        if overlap(center, radius, place, other, TOUCHING):
+            name = ball.number if ball.id is None else f'{ball.number} (id "{ball.id}")'
+            room = places.room_beside_ball(*center, radius, *place, other)
+            message = places.said("the ball", f"ball {name}", room, min(radius, other), None)
+            raise setting_error("position", list(center), message)
