@@ -22,7 +22,7 @@ BOXES = {
         "Prediction\nwhen do two paths\nmeet, or a path and a wall?",
     ),
     "queue": (7.2, 2.8, 1.9, 1.2, "core", "Queue\nthe earliest\nprediction is next"),
-    "instant": (7.2, 0.9, 1.9, 1.2, "core/contact", "One instant\nall contacts whose\ngaps are closed"),
+    "instant": (7.2, 0.9, 1.9, 1.2, "core/contact", "One instant\nall contacts with\nclosed gaps"),
     "law": (4.2, 0.9, 2.2, 1.2, "core/contact", "Resolver and law\nvelocities after,\nor a policy"),
     "paths": (1.2, 0.9, 1.9, 1.2, "core", "New paths\nof the balls\nthat were hit"),
     "run": (4.2, -0.9, 2.2, 0.9, "results", "Recorder\nbreakpoints, events: a Run"),
