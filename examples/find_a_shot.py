@@ -7,7 +7,7 @@ This finds a shot that pots the 8 ball, and one that makes a carom, and draws bo
 ranks them by how often they still do so when the player errs, here by standard deviations of half a
 degree and 0.05 m/s.
 
-Run it with ``python examples/find_a_shot.py --out FOLDER``; it needs numba.
+Run it with ``python examples/find_a_shot.py --out FOLDER``.
 """
 
 from __future__ import annotations

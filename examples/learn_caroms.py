@@ -10,7 +10,7 @@ player's errors. What is played then errs by a degree and 0.05 m/s, so the plann
 that forgive errors. The picture shows how often shots score after each number of rounds; after
 none, play is random.
 
-Run it with ``python examples/learn_caroms.py --out FOLDER``; it needs Gymnasium and numba.
+Run it with ``python examples/learn_caroms.py --out FOLDER``; it needs Gymnasium.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ Two players play a rack of pool on a live table. Each tries two thousand shots b
 that pots balls and keeps the cue ball, also where its aim is off: its neighbours count, too. The
 players err by some tenths of a degree. A pocketed cue ball comes back by ``place``.
 
-Run it with ``python examples/pool_opponent.py --out FOLDER``; it needs numba.
+Run it with ``python examples/pool_opponent.py --out FOLDER``.
 """
 
 from __future__ import annotations

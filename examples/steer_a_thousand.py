@@ -8,7 +8,7 @@ the cue ball at one place.
 and speed. Each shot takes a step downhill, and a shorter one if this led uphill (Levenberg and
 Marquardt). Then all shots are played again. The picture shows the first and the last ends.
 
-Run it with ``python examples/steer_a_thousand.py --out FOLDER``; it needs numba.
+Run it with ``python examples/steer_a_thousand.py --out FOLDER``.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def rooms(modules: set[str]) -> set[str]:
 
 def test_a_first_run_imports_what_it_needs_alone() -> None:
     found = imported(FIRST_RUN.format(solver="event-driven"))
-    assert rooms(found) == {"core", "model", "physics", "results", "safety", "solvers"}
+    assert rooms(found) == {"core", "laws", "model", "results", "safety", "solvers"}
     assert not found & LIBRARIES
     others = {each.solve.name for each in SOLVERS.values() if isinstance(each.solve, InFile)}
     others = {f"pool_pymunk.solvers.{name}" for name in others - {"event_driven"}}
@@ -55,7 +55,7 @@ def test_a_first_run_imports_what_it_needs_alone() -> None:
 
 
 def test_a_run_in_which_a_contact_persists_imports_no_other_engine() -> None:
-    assert not rooms(imported(PRESSING)) & {"engine", "world"}
+    assert not rooms(imported(PRESSING)) & {"engine", "physics", "world"}
 
 
 def test_a_solver_that_is_asked_is_imported() -> None:
@@ -67,7 +67,8 @@ def test_a_solver_that_is_asked_is_imported() -> None:
 def test_the_names_of_solvers_import_none_of_them() -> None:
     found = imported("from pool_pymunk import SOLVERS\nassert len(SOLVERS) == 5")
     assert "pool_pymunk.solvers.registry" in found
-    assert not rooms(found) & {"core", "engine", "world"}
+    assert not rooms(found) & {"engine", "physics", "world"}
+    assert "pool_pymunk.core.engine" not in found
 
 
 def test_importing_the_package_imports_nothing_else() -> None:

@@ -29,8 +29,8 @@ from pool_pymunk import (
     simulate,
     simulate_all,
 )
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.page import write_page
-from pool_pymunk.physics.motion import Array
 from pool_pymunk.render.collision import collision_picture
 from pool_pymunk.render.residuals import residuals_picture
 from pool_pymunk.render.style import PALETTE, Style

@@ -10,20 +10,21 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 INK, FAINT = "#22262a", "#7d858d"
-ROOMS = {"solvers": "#e3eef7", "engine": "#fdf0d9", "physics": "#e2f2ea", "results": "#f1e7f3"}
+ROOMS = {"solvers": "#e3eef7", "core": "#fdf0d9", "core/motion": "#e2f2ea",
+         "core/contact": "#f7e3e0", "results": "#f1e7f3"}  # fmt: skip
 
 # Each box has its centre, its width, its height, its room and its text.
 BOXES = {
     "scene": (1.2, 4.6, 1.9, 0.9, "solvers", "Scene\nballs, walls, law"),
-    "near": (1.2, 2.8, 1.9, 1.2, "solvers", "Near\nevent-driven: boxes\npymunk: broad phase"),
+    "near": (1.2, 2.8, 1.9, 1.2, "core", "Near\nboxes around paths,\nand a grid"),
     "predict": (
-        4.2, 2.8, 2.2, 1.2, "physics",
+        4.2, 2.8, 2.2, 1.2, "core/motion",
         "Prediction\nwhen do two paths\nmeet, or a path and a wall?",
     ),
-    "queue": (7.2, 2.8, 1.9, 1.2, "engine", "Queue\nthe earliest\nprediction is next"),
-    "instant": (7.2, 0.9, 1.9, 1.2, "engine", "One instant\nall contacts whose\ngaps are closed"),
-    "law": (4.2, 0.9, 2.2, 1.2, "physics", "Resolver and law\nvelocities after,\nor a policy"),
-    "paths": (1.2, 0.9, 1.9, 1.2, "engine", "New paths\nof the balls\nthat were hit"),
+    "queue": (7.2, 2.8, 1.9, 1.2, "core", "Queue\nthe earliest\nprediction is next"),
+    "instant": (7.2, 0.9, 1.9, 1.2, "core/contact", "One instant\nall contacts with\nclosed gaps"),
+    "law": (4.2, 0.9, 2.2, 1.2, "core/contact", "Resolver and law\nvelocities after,\nor a policy"),
+    "paths": (1.2, 0.9, 1.9, 1.2, "core", "New paths\nof the balls\nthat were hit"),
     "run": (4.2, -0.9, 2.2, 0.9, "results", "Recorder\nbreakpoints, events: a Run"),
 }  # fmt: skip
 ARROWS = (
@@ -62,9 +63,9 @@ def draw(axes: Axes) -> None:
             arrowprops={"arrowstyle": "-|>", "color": INK, "shrinkA": 1, "shrinkB": 1},
         )
     for k, (room, color) in enumerate(ROOMS.items()):
-        axes.add_patch(FancyBboxPatch((3.4 + 1.25 * k, 4.5), 0.14, 0.14, boxstyle="square,pad=0",
+        axes.add_patch(FancyBboxPatch((2.4 + 1.25 * k, 4.5), 0.14, 0.14, boxstyle="square,pad=0",
                                       facecolor=color, edgecolor=FAINT))  # fmt: skip
-        axes.text(3.64 + 1.25 * k, 4.57, room, va="center", fontsize=8, color=INK)
+        axes.text(2.64 + 1.25 * k, 4.57, room, va="center", fontsize=8, color=INK)
 
 
 def main() -> None:
