@@ -31,7 +31,7 @@ def row(speeds: list[float], surface: Surface, e: float) -> Crowd:
     for k, v in enumerate(speeds):
         ball = Ball(k, R, M, standing(0.0, 2.0 * R * k, 0.0))
         roll = (v if surface.rolls else 0.0, 0.0)
-        members.append(Member(ball, scale, surface, (2.0 * R * k, 0.0, v, 0.0), roll))
+        members.append(Member(ball, scale, surface, (2.0 * R * k, 0.0, v, 0.0), roll, 0.0))
     pairs = itertools.pairwise(members)
     touches = [Touch(a, b, None, None, Pair(M, M, e, 0.0)) for a, b in pairs]
     return Crowd(members, touches, 0.0, scale, STEP)

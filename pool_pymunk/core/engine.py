@@ -322,7 +322,7 @@ class Engine(Present):
                     stops = False
             group = ball.group
             if group is not None:
-                if group.leader is ball:
+                if group.leader is ball and not group.halts:
                     self.queue.push(Due(path.end, PIECE, ball, None, None))
             elif stops and path.end < INF:
                 self.queue.push(Due(path.end, STOP, ball, None, None))
@@ -390,12 +390,17 @@ class Engine(Present):
         """Look for hits of walls that begin a new motion now (s)."""
         self.now = now
         self.squeezes.begin_step()
+        self.persistence.begin_step(self)
+        fresh = self.persistence.take_loose()
         for ball in self.balls:
             if not ball.is_off:
                 for wall in self.movers:
                     if self.squeezes.goes_through(ball, wall) and not self._lies_in(ball, wall):
                         self.squeezes.free(ball, wall)
-                    self._meet_wall(ball, wall)
+                    if not is_among(ball, fresh, len(fresh)):
+                        self._meet_wall(ball, wall)
+        self._predict(fresh)
+        self._begin_pressed()
 
     def _lies_in(self, ball: Ball, wall: Wall) -> bool:
         """Tell whether a ball lies in a wall now."""

@@ -54,10 +54,12 @@ class Table:
 
 
 def may_press(table: Table) -> bool:
-    """Tell whether anything presses balls together: friction of a surface, or a hollow wall."""
+    """Tell whether anything presses balls together: a surface, a hollow wall, one that moves."""
     if table.pull > 0.0:
         return True
     for wall in table.walls:
+        if wall.moves:
+            return True
         for side in wall.sides:
             if isinstance(side, Arc) and side.facing < 0.0:
                 return True

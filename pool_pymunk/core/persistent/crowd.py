@@ -54,8 +54,9 @@ class Crowd(Gathering):
             for each in self.members:
                 if t > self.began:
                     each.x, each.y = self.path(each).place(t)
+                    each.time = t
                 else:
-                    each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+                    each.go_back()
 
     def next_pace(self, room: float, least: float) -> float:
         """Return how long (s) a step may be, so that changes of velocity move no ball farther."""
@@ -77,12 +78,12 @@ class Crowd(Gathering):
 
     def step(self, h: float) -> float:
         for each in self.members:
-            each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+            each.go_back()
         before = self._energy
         self._press(h, 1.0)
         if self._energy > before:
             for each in self.members:
-                each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+                each.go_back()
             self._press(h, 0.0)
         self.played = h
         for one in self.touches:

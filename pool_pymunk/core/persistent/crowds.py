@@ -7,13 +7,13 @@ from typing import Final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
-from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.motion.times import INF, length_of
 from pool_pymunk.core.persistent.crowd import Crowd
 from pool_pymunk.core.persistent.gatherings import SOON, is_worn, put, wear_out
 from pool_pymunk.core.persistent.member import REST, Member
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
-from pool_pymunk.core.persistent.unseen import CROWD, MOST, Unseen
+from pool_pymunk.core.persistent.unseen import CROWD, MOST, SHORTEST, Unseen
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 
@@ -46,7 +46,7 @@ class Crowds(Unseen):
 
     def _crowd(self, present: Present, seeds: list[Ball]) -> bool:
         """Let a crowd begin around some balls, if there are enough."""
-        pace = math.sqrt(2.0 * MOST * self.tolerance / present.pull)
+        pace = math.sqrt(2.0 * MOST * self.tolerance / self.scale.pull)
         balls = self._near(present, seeds, pace)
         is_one_worn = any([is_worn(ball, present.now) for ball in seeds])
         if not (len(balls) > LARGE or (is_one_worn and is_crowd(balls, present.now))):
@@ -89,8 +89,10 @@ class Crowds(Unseen):
             speed = math.sqrt(each.vx * each.vx + each.vy * each.vy)
             if speed * pace > STRIDE * each.ball.radius:
                 pace = STRIDE * each.ball.radius / speed
+        pace = self._pace_beside_movers(present, members, pace)
         touches = self._reach(present, members)
         crowd = Crowd(members, touches, present.now, self.scale, pace)
+        crowd.halts = present.now + pace >= self._motions_end(present)
         for each in members:
             braked = self.braked.pop(each.ball.number, present.now)
             each.share = min(max((present.now + pace - braked) / pace, 0.0), 1.0)
@@ -128,19 +130,47 @@ class Crowds(Unseen):
             for wall in present.table.walls:
                 if wall.is_pocket or ball.ignores(wall.categories, wall.mask):
                     continue
-                side = wall.nearest(a.x, a.y, r, present.now)
-                if -SUNK * r <= side.gap(a.x, a.y, r) <= STRIDE * r:
+                if wall.moves and not self._may_press(present, ball, wall):
+                    continue
+                side = wall.side_beside(a.x, a.y, r, present.now)
+                far = 2.0 * STRIDE * r if wall.moves else STRIDE * r
+                if -SUNK * r <= side.gap(a.x, a.y, r) <= far:
                     pair = Pair(a.mass, INF, wall.restitution, wall.friction)
                     found.append(Touch(a, None, wall, side, pair))
         return found
+
+    def _pace_beside_movers(self, present: Present, members: list[Member], pace: float) -> float:
+        """Return how long (s) a step may be, so that walls that move come no farther than balls."""
+        now = present.now
+        pace = min(pace, self._motions_end(present) - now)
+        for wall in present.table.walls:
+            for each in members if wall.moves and wall.until > now else []:
+                r = each.ball.radius
+                speed = length_of(*wall.drift(each.x, each.y, r, now))
+                gap = wall.nearest(each.x, each.y, r, now).gap(each.x, each.y, r)
+                if speed * pace > max(gap - STRIDE * r, STRIDE * r):
+                    pace = STRIDE * r / speed
+        return pace
+
+    def _motions_end(self, present: Present) -> float:
+        """Return until when (s) all walls move as they do now."""
+        soon, end = present.now + SHORTEST * self.scale.least, INF
+        for wall in present.table.walls:
+            if wall.until > soon:
+                end = min(end, wall.until)
+        return end
 
     def _go_on_crowded(self, present: Present, crowd: Crowd) -> None:
         """Go on at the end of a step: parts with few hits go on as groups, or alone."""
         for each in crowd.members:
             each.ball.group = None
             wear_out(each.ball, present.now)
+        if any([one.has_sunk(STRIDE) for one in crowd.touches]):
+            for one in crowd.touches:
+                if one.on and one.wall is not None and one.wall.moves:
+                    present.jam(one.a.ball, one.wall)
         room = 2.0 * MOST * self.tolerance
-        least = math.sqrt(room / present.pull)
+        least = math.sqrt(room / self.scale.pull)
         for part in crowd.parts(self.tolerance):
             moves = any([each.phase != REST or not each.stands for each in part])
             if moves and is_crowd([each.ball for each in part], present.now):

@@ -84,6 +84,7 @@ class Forming(Crowds):
             if not fits:
                 self.misfits += 1
             keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
+            jam_around(present, touches)
             if all(keep):
                 for one in touches:
                     one.spare_friction(now)
@@ -135,7 +136,9 @@ class Forming(Crowds):
         for wall in present.table.walls:
             if wall.is_pocket or a.ball.ignores(wall.categories, wall.mask):
                 continue
-            side = wall.nearest(a.x, a.y, r, present.now)
+            if wall.moves and not self._may_press(present, a.ball, wall):
+                continue
+            side = wall.side_beside(a.x, a.y, r, present.now)
             if -SUNK * r <= side.gap(a.x, a.y, r) <= self.tolerance:
                 pair = Pair(a.mass, INF, wall.restitution, wall.friction)
                 one = Touch(a, None, wall, side, pair)
@@ -149,7 +152,7 @@ class Forming(Crowds):
         one.look()
         one.on = True
         e, v = one.pair.restitution, one.opening
-        pull = STRONGEST * present.pull + abs(one.bend) * one.slip * one.slip
+        pull = STRONGEST * present.pull + abs(one.lift)
         most = math.sqrt(2.0 * pull * self._tolerance(present, a, b))
         until = self.opened.get(sides_of(a, b, wall), -INF)
         return (
@@ -181,6 +184,8 @@ class Forming(Crowds):
         """Tell whether two sides that part (m/s) stay together, to the eye."""
         if not one.on:
             return one.opening >= -self.scale.none
+        if one.is_jammed:
+            return False
         e = one.pair.restitution
         v = parting if parting > 0.0 else -e * parting
         press = one.n * one.softness
@@ -197,6 +202,15 @@ class Forming(Crowds):
             if each is not None and each.phase == SLIP and each.fades_in() < bounces:
                 return False
         return True
+
+
+def jam_around(present: Present, touches: list[Touch]) -> bool:
+    """Let walls go through balls that have no room; tell whether one does."""
+    jammed = [one for one in touches if one.is_jammed]
+    for one in jammed:
+        if one.wall is not None:
+            present.jam(one.a.ball, one.wall)
+    return len(jammed) > 0
 
 
 def member_of(members: list[Member], ball: Ball) -> Member | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spells
@@ -15,7 +16,8 @@ class Gathering:
     """A gathering has members and the touches among them; its present piece began at ``began`` (s).
 
     The piece lasts for ``time`` (s), and the state is that after ``played`` (s) of it. Its end is
-    due for the ``leader``. A group and a crowd are gatherings: they differ in how they play.
+    due for the ``leader``. Walls move as they do now ``until`` (s); a gathering that has played up
+    to there ``halts``. A group and a crowd are gatherings: they differ in how they play.
     """
 
     def __init__(
@@ -27,6 +29,8 @@ class Gathering:
         self.began = now
         self.time = self.played = 0.0
         self.leader: Ball | None = None
+        self.until = min([one.until for one in touches], default=INF)
+        self.halts = False
 
     @property
     def answers_all(self) -> bool:
@@ -52,7 +56,7 @@ class Gathering:
             for each in self.members:
                 each.mode = each.phase
                 if t <= self.began:
-                    each.x, each.y, each.vx, each.vy, each.wx, each.wy = each.start
+                    each.go_back()
             if t > self.began:
                 self.step(t - self.began)
 

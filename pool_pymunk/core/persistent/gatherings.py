@@ -36,6 +36,12 @@ class Gatherings(Persistence):
         """Take the group of a ball apart, which is to go on otherwise."""
         self.take_apart(present, ball)
 
+    def begin_step(self, present: Present) -> None:
+        for ball in present.balls:
+            group = ball.group
+            if group is not None and (group.halts or group.answers_all):
+                self.take_apart(present, ball)
+
     def persisted(self, present: Present) -> list[Persisted]:
         for ball in present.balls:
             group = ball.group
@@ -86,6 +92,7 @@ class Gatherings(Persistence):
             present.table.surface_of(ball.patch),
             path.at(present.now),
             present.roll_of(ball),
+            present.now,
         )
 
 

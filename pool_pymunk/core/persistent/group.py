@@ -72,7 +72,7 @@ class Group(Gathering):
         pull = max([max(each.pull, each.drag) for each in members])
         for one in touches:
             one.look()
-            pull = max(pull, abs(one.bend) * one.slip * one.slip if one.b is None else 0.0)
+            pull = max(pull, abs(one.lift) if one.b is None else 0.0)
         self.weak = WEAK * pull
 
     @property
@@ -388,7 +388,7 @@ class Group(Gathering):
         for one in self.touches:
             if one.free > now:
                 h = min(h, one.free - now)
-        h = max(h, self.least)
+        h = min(max(h, self.least), self.until - now)
         for one in self.touches:
             one.at_start, one.kept = one.push, one.struck
         self._measure(self.before, now)
@@ -403,6 +403,7 @@ class Group(Gathering):
         if self.fell >= 0 and h > self._finest:
             h = self._locate(h, now)
         self.time = h
+        self.halts = h >= self.until - now
 
     def step(self, h: float) -> float:
         """Go on from the beginning for a time (s); return how many times too far off that is."""
@@ -466,10 +467,10 @@ class Group(Gathering):
                         if one.slides != 0.0
                         else (most - abs(one.t)) / one.unit
                     )
-                if one.wrings and one.a.phase == SLIP:
+                if one.wrings:
                     if one.turns != 0.0:
                         turns = one.turns * one.roll_in
-                    else:
+                    elif one.a.phase == SLIP:
                         turns = (2.5 * most - abs(one.i)) / one.unit
             found[k], found[k + 1], found[k + 2], found[k + 3] = force, slides, turns, end
             k += 4

@@ -14,13 +14,13 @@ from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.crowd import Crowd
-from pool_pymunk.core.persistent.forming import Cluster, Forming, parts_of
+from pool_pymunk.core.persistent.forming import Cluster, Forming, jam_around, parts_of
 from pool_pymunk.core.persistent.gatherings import put
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, STRONGEST
+from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, SHORTEST, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
@@ -78,7 +78,7 @@ class Groups(Forming):
             until = self.quiet.get(sides_of(a, b, wall), -INF)
             if until > present.now and hit_now.closing <= 2.0 * MOST * self.scale.hushed:
                 return until
-            if self.formed == present.now and hit_now.closing <= self._hushed(present, a, b):
+            if self.formed == present.now and self._is_slow(present, hit_now):
                 return self._wait(present, a, b, wall)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
                 if self._press(present, hit_now) > FAINT * present.pull:
@@ -90,7 +90,8 @@ class Groups(Forming):
         if not self.is_hushed:
             return t
         until = self.quiet.get(sides_of(a, b, wall), t)
-        return max(t, until) if until > t and self._is_slow(present, a, b, wall) else t
+        waits = until > t and self._is_slow(present, self._contact(present, a, b, wall))
+        return until if waits else t
 
     def _is_nothing(self, present: Present, due: Due) -> bool:
         """Tell whether a hit is one by rounding alone, or has waited until its sides had parted."""
@@ -134,8 +135,11 @@ class Groups(Forming):
             return dues
         found: list[Due] = []
         for due in dues:
-            if self._is_slow(present, due.a, due.b, due.wall):
+            if self._is_slow(present, self._contact(present, due.a, due.b, due.wall)):
                 self._wait(present, due.a, due.b, due.wall)
+                put(self.loose, due.a)  # A hit that was due has kept it from coming to an end.
+                if due.b is not None:
+                    put(self.loose, due.b)
             else:
                 found.append(due)
         return found
@@ -255,30 +259,43 @@ class Groups(Forming):
         regains = any([-INF < one.free <= now for one in group.touches])
         for one in group.touches:
             one.regain_friction(now)
-        if group.fell == NEVER and not regains:
-            self._play(present, group)
-        elif group.fell != NEVER and self._has_side_ended(group):
-            pass_on(present, group.touches[group.fell // 4].a)
+        if self._breaks(present, group):
             self.take_apart(present, ball)
             self._begin_in(present, self._form(present, [*self.loose]))
+        elif group.fell == NEVER and not regains:
+            self._play(present, group)
         else:
-            self._change(present, group)
-            if not group.decide(now, False):
-                self.misfits += 1
-            parts = parts_of(group, now)
-            if len(parts) == 1 and len(parts[0].members) == len(group.members):
-                group.touches = parts[0].touches
-                group.before, group.after = parts[0].before, parts[0].after
-                self._play(present, group)
-            else:
-                for member in group.members:
-                    member.ball.group = None
-                for part in parts:
-                    part.least, part.changed = group.least, now
-                    self._begin(present, part)
-                for member in group.members:
-                    if member.ball.group is None:
-                        self._let_go(present, member)
+            self._go_on_otherwise(present, group)
+
+    def _go_on_otherwise(self, present: Present, group: Group) -> None:
+        """Go on in another mode, as one group, or as its parts."""
+        now = present.now
+        self._change(present, group)
+        if not group.decide(now, False):
+            self.misfits += 1
+        parts = parts_of(group, now)
+        if len(parts) == 1 and len(parts[0].members) == len(group.members):
+            group.touches = parts[0].touches
+            group.before, group.after = parts[0].before, parts[0].after
+            self._play(present, group)
+            return
+        for member in group.members:
+            member.ball.group = None
+        for part in parts:
+            part.least, part.changed = group.least, now
+            self._begin(present, part)
+        for member in group.members:
+            if member.ball.group is None:
+                self._let_go(present, member)
+
+    def _breaks(self, present: Present, group: Group) -> bool:
+        """Tell whether a group has to form anew: a wall has no room, or a side has ended."""
+        if jam_around(present, group.touches):
+            return True
+        if group.fell == NEVER or not self._has_side_ended(group):
+            return False
+        pass_on(present, group.touches[group.fell // 4].a)
+        return True
 
     def _has_side_ended(self, group: Group) -> bool:
         return group.fell < 4 * len(group.touches) and group.fell % 4 == 3
@@ -298,7 +315,7 @@ class Groups(Forming):
                 self.opened[sides_of(one.a.ball, b, one.wall)] = one.later
             elif which % 4 == 1 and one.slides != 0.0:
                 one.stick()
-            elif which % 4 == 2 and one.turns != 0.0:
+            elif which % 4 == 2 and one.turns != 0.0 and one.a.phase == SLIP:
                 one.stop_turning()
         for each in group.members:
             left = each.left()
@@ -343,6 +360,9 @@ class Groups(Forming):
                 member.ball.group = None
                 self._rest(present, member)
             return
+        if group.until - present.now < SHORTEST * self.scale.least:
+            self.take_apart(present, group.members[0].ball)
+            return
         group.play(present.now)
         self.pace = min(max(2.0 * group.time, 100.0 * self.scale.least), self.scale.first)
         self.pieces += 1
@@ -369,8 +389,9 @@ def pass_on(present: Present, each: Member) -> None:
             continue
         side = wall.nearest(each.x, each.y, r, present.now)
         gap, (nx, ny) = side.gap(each.x, each.y, r), side.normal(each.x, each.y)
-        across = each.vx * nx + each.vy * ny
-        along = each.vx * ny - each.vy * nx
+        ux, uy, _spins, _lifts = wall.sweep(each.x, each.y, present.now)
+        across = (each.vx - ux) * nx + (each.vy - uy) * ny
+        along = (each.vx - ux) * ny - (each.vy - uy) * nx
         if abs(gap) <= far and abs(across) <= SMOOTH * abs(along):
             each.x, each.y = each.x - gap * nx, each.y - gap * ny
             each.vx, each.vy = each.vx - across * nx, each.vy - across * ny

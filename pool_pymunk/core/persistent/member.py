@@ -44,11 +44,11 @@ class Member:
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
                  "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "phase", "pull", "rolls",
-                 "scale", "second", "share", "start", "third", "vx", "vy", "wx", "wy", "x",
-                 "y")  # fmt: skip
+                 "scale", "second", "share", "since", "start", "third", "time", "vx", "vy", "wx",
+                 "wy", "x", "y")  # fmt: skip
 
     def __init__(
-        self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector
+        self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
     ) -> None:
         self.scale = scale
         self.ball = ball
@@ -66,6 +66,7 @@ class Member:
         self.hx, self.hy = 1.0, 0.0
         self.fx = self.fy = self.cx = self.cy = 0.0
         self.ax = self.ay = self.bx = self.by = 0.0
+        self.time = self.since = now  # s; of its state, and of the beginning of the piece
         self.start: State = self.state
         self.first: Rates = (0.0, 0.0, 0.0, 0.0)
         self.second: Rates = self.first
@@ -117,7 +118,12 @@ class Member:
         size = math.sqrt(x * x + y * y)
         if size > self.scale.faded:
             self.gx, self.gy = x / size, y / size
-        self.start = self.state
+        self.start, self.since = self.state, self.time
+
+    def go_back(self) -> None:
+        """Let the state be that of the beginning of the piece again."""
+        self.x, self.y, self.vx, self.vy, self.wx, self.wy = self.start
+        self.time = self.since
 
     def left(self) -> float:
         """Return the slip or the speed (m/s), negative once it has turned back."""
@@ -242,9 +248,11 @@ class Member:
 
     @property
     def stands(self) -> bool:
-        """This tells whether the ball stood at the beginning of the piece, too."""
-        _x, _y, vx, vy, wx, wy = self.start
-        return vx == 0.0 and vy == 0.0 and wx == 0.0 and wy == 0.0
+        """This tells whether the ball stood at the beginning of the piece, too, and there."""
+        x, y, vx, vy, wx, wy = self.start
+        moved = max(abs(self.x - x), abs(self.y - y))  # by a wall that moves
+        is_still = vx == 0.0 and vy == 0.0 and wx == 0.0 and wy == 0.0
+        return is_still and moved <= self.scale.tolerance
 
     def brake(self, h: float) -> None:
         """Find the mean rates of a step (s), in which the surface stops what it can.
@@ -283,6 +291,7 @@ class Member:
         self.vx, self.vy = self.vx + h * self.ax, self.vy + h * self.ay
         self.wx, self.wy = self.wx + h * self.bx, self.wy + h * self.by
         self.x, self.y = self.x + h * self.vx, self.y + h * self.vy
+        self.time = self.since + h
 
     def advance(self, h: float, share: float, rates: Rates, mean: Rates) -> None:
         """Let the state be that ``share h`` (s) after the beginning.
@@ -293,6 +302,7 @@ class Member:
         ax, ay, bx, by = rates
         mx, my, _x, _y = mean
         s = share * h
+        self.time = self.since + s
         self.x, self.y = x + s * (vx + s * mx / 2.0), y + s * (vy + s * my / 2.0)
         self.vx, self.vy = vx + s * ax, vy + s * ay
         self.wx, self.wy = wx + s * bx, wy + s * by

@@ -79,6 +79,9 @@ class Persistence:
     def go_on_from(self, present: Present, ball: Ball) -> None:
         """Let contacts persist around a ball that goes on otherwise."""
 
+    def begin_step(self, present: Present) -> None:
+        """Take groups apart that have gone on until now, when walls begin to move otherwise."""
+
     # -- at the end of a run -----------------------------------------------------------------------
 
     def persisted(self, present: Present) -> list[Persisted]:

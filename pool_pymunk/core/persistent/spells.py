@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import Vector, unit
 from pool_pymunk.core.persistent.persistence import Persisted
 from pool_pymunk.core.persistent.touch import Touch, is_of
+
+BREAK: Final = 1e-12  # of the time; what is shorter is rounding
 
 
 @final
@@ -85,7 +87,7 @@ class Spells:
             cushion = one.wall.number
         key = a, b, cushion
         spell = self.last.get(key)
-        if spell is None or since > spell.until:
+        if spell is None or since - spell.until > BREAK * since:
             if spell is not None:
                 self.over.append(spell)
             spell = self.last[key] = Spell(a, b, cushion, since, one)

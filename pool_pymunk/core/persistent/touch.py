@@ -10,12 +10,14 @@ from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.persistent.member import REST, ROLL, Member
+from pool_pymunk.core.walls.moving import Carried
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
 
 NORMAL: Final = 0  # kinds of forces: N, friction along the contact, friction that slows the roll
 ALONG: Final = 1
 INTO: Final = 2
+LEAST: Final = 0.1  # Where friction on a roll takes more of a push, a bit closes again.
 SLOW: Final = 1.0  # times what the surface takes in a step of a crowd; bounces are not slower
 
 
@@ -28,11 +30,16 @@ class Touch:
     they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
     without bounces have given to the last ball is ``struck`` (N s). Friction does not act before
     ``free`` (s), so long that N would have given the ``spared`` impulse (N s).
+
+    The normal turns at ``swing`` (rad/s). A wall that moves has the ``drift`` (m/s) along the
+    normal, and the ``shear`` along the tangent. If the ball had no acceleration, the speed at which
+    the gap opens would change by ``lift`` (m/s^2), and the slip by ``tug``.
     """
 
-    __slots__ = ("a", "at_start", "b", "bend", "closed", "free", "halfway", "i", "kept", "later",
-                 "least", "mu", "n", "nx", "ny", "on", "pair", "side", "slides", "slip", "spared",
-                 "struck", "t", "turns", "unit", "wall", "wrings")  # fmt: skip
+    __slots__ = ("a", "at_start", "b", "closed", "drift", "free", "halfway", "i", "kept", "later",
+                 "least", "lift", "mu", "n", "nx", "ny", "on", "pair", "shear", "side", "slides",
+                 "slip", "spared", "struck", "swing", "t", "tug", "turns", "unit", "wall",
+                 "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
@@ -50,7 +57,8 @@ class Touch:
         self.least = 0.0
         self.slides = self.turns = 0.0
         self.n = self.t = self.i = 0.0
-        self.nx, self.ny, self.bend, self.slip = 1.0, 0.0, 0.0, 0.0
+        self.nx, self.ny, self.slip = 1.0, 0.0, 0.0
+        self.swing = self.lift = self.tug = self.drift = self.shear = 0.0
         self.at_start: Vector = (0.0, 0.0)
         self.halfway: Vector = (0.0, 0.0)
         self.struck: Vector = (0.0, 0.0)
@@ -61,18 +69,38 @@ class Touch:
     # -- where it is ---------------------------------------------------------------------------
 
     def look(self) -> None:
-        """Find normal, bend (1/m) and slip (m/s)."""
+        """Find the normal, the slip (m/s), and how both change."""
         a, b, side = self.a, self.b, self.side
-        u, v = a.vx, a.vy
+        u, v, bend = a.vx, a.vy, 0.0
         if b is not None:
             dx, dy = b.x - a.x, b.y - a.y
             distance = math.sqrt(dx * dx + dy * dy)
-            self.nx, self.ny, self.bend = dx / distance, dy / distance, 1.0 / distance
+            self.nx, self.ny, bend = dx / distance, dy / distance, 1.0 / distance
             u, v = b.vx - u, b.vy - v
+        elif isinstance(side, Carried):
+            self._look_at_carried(side)
+            return
         elif side is not None:
             self.nx, self.ny = side.normal(a.x, a.y)
-            self.bend = side.curvature(a.x, a.y)
+            bend = side.curvature(a.x, a.y)
         self.slip = v * self.nx - u * self.ny
+        self.swing = bend * self.slip
+        self.lift = self.swing * self.slip
+
+    def _look_at_carried(self, side: Carried) -> None:
+        """Do so for a wall that moves: Coriolis and centrifugal forces act in its frame."""
+        a, turns = self.a, side.body.turns
+        side.set_to(a.time)
+        nx, ny = self.nx, self.ny = side.normal(a.x, a.y)
+        ux, uy, cx, cy = side.flow(a.x, a.y)
+        along = (a.vy - uy) * nx - (a.vx - ux) * ny
+        bend = side.curvature(a.x, a.y) * along
+        self.swing = bend + turns
+        self.lift = (bend + 2.0 * turns) * along + cx * nx + cy * ny
+        self.tug = cy * nx - cx * ny
+        self.drift = ux * nx + uy * ny
+        self.shear = uy * nx - ux * ny - turns * a.ball.radius
+        self.slip = self._present_slip
 
     @property
     def push(self) -> Vector:
@@ -86,6 +114,8 @@ class Touch:
             dx, dy = b.x - a.x, b.y - a.y
             return math.sqrt(dx * dx + dy * dy) - a.ball.radius - b.ball.radius
         assert side is not None, "a touch has another side"
+        if isinstance(side, Carried):
+            side.set_to(a.time)
         return side.gap(a.x, a.y, a.ball.radius)
 
     @property
@@ -93,13 +123,13 @@ class Touch:
         """The speed (m/s) at which the sides part."""
         a, b = self.a, self.b
         along = a.vx * self.nx + a.vy * self.ny
-        return along if b is None else b.vx * self.nx + b.vy * self.ny - along
+        return along - self.drift if b is None else b.vx * self.nx + b.vy * self.ny - along
 
     @property
     def _present_slip(self) -> float:
         a, b = self.a, self.b
         along = a.vy * self.nx - a.vx * self.ny
-        return along if b is None else b.vy * self.nx - b.vx * self.ny - along
+        return along - self.shear if b is None else b.vy * self.nx - b.vx * self.ny - along
 
     @property
     def roll_in(self) -> float:
@@ -111,6 +141,17 @@ class Touch:
         """The distance (m) to the end of the side."""
         side = self.side
         return INF if side is None else side.room(self.a.x, self.a.y) + 2e-8 * self.a.ball.radius
+
+    @property
+    def until(self) -> float:
+        """The time (s) until which a wall moves as it does now."""
+        return self.side.body.until if isinstance(self.side, Carried) else INF
+
+    @property
+    def is_jammed(self) -> bool:
+        """This tells whether a wall that moves closes, although the sides are in contact."""
+        is_carried = self.on and isinstance(self.side, Carried)
+        return is_carried and self.opening < -100.0 * self.a.scale.none
 
     @property
     def softness(self) -> float:
@@ -153,12 +194,15 @@ class Touch:
             return
         a, b = self.a, self.b
         rolls_in = self.wrings and a.mode == ROLL
-        n = -self.opening / (soft * (1.0 + self.mu) if rolls_in else soft)
-        most, slip, roll = self.mu * max(n, 0.0), self._present_slip, self.roll_in
+        opening, slip, roll = self.opening, self._present_slip, self.roll_in
+        if rolls_in:  # A wall that moves may drive a ball that rolls away from it.
+            soft *= max(1.0 - self.mu, LEAST) if roll > 0.0 > opening else 1.0 + self.mu
+        n = -opening / soft
+        most = self.mu * max(n, 0.0)
         self.spared -= min(n, 0.0)
         t, i = -math.copysign(1.0, slip) * most, -math.copysign(1.0, roll) * most / GYRATION
-        if abs(t) * soft > abs(slip):
-            t = -slip / soft
+        if abs(t) * self.softness > abs(slip):
+            t = -slip / self.softness
         if not self.wrings:
             i = 0.0
         elif not rolls_in and abs(i) > a.mass * abs(roll):
@@ -231,6 +275,10 @@ class Touch:
             self.b.brake(h)
         return change
 
+    def has_sunk(self, depth: float) -> bool:
+        """Tell whether the sides have sunk into each other by so many radii."""
+        return self.gap < -depth * self.a.ball.radius
+
     def part(self) -> None:
         """Move sides out of each other that have sunk in by the error of a step."""
         gap = self.gap
@@ -263,13 +311,13 @@ class Touch:
         if kind == INTO:
             if a.mode == ROLL:
                 return (a.cx - a.fx) * nx + (a.cy - a.fy) * ny
-            return a.bx * nx + a.by * ny + self.bend * self.slip * (a.wy * nx - a.wx * ny)
+            return a.bx * nx + a.by * ny + self.swing * (a.wy * nx - a.wx * ny)
         ax, ay = a.ax, a.ay
         if b is not None:
             ax, ay = b.ax - ax, b.ay - ay
         if kind == ALONG:
-            return ay * nx - ax * ny
-        return ax * nx + ay * ny + self.bend * self.slip * self.slip
+            return ay * nx - ax * ny + self.tug
+        return ax * nx + ay * ny + self.lift
 
     def speed(self, kind: int) -> float:
         """Return the speed (m/s) whose rate that is."""

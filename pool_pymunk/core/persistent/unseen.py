@@ -22,6 +22,7 @@ MOST: Final = 1000.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
 CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
+SHORTEST: Final = 1e-3  # of the shortest piece; a wall whose motion ends so soon presses no more
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
 
@@ -35,6 +36,11 @@ class Unseen(Gatherings):
     def _tolerance(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return what may go unseen (m)."""
         return self._wear(present, a, b) * self.tolerance
+
+    def _may_press(self, present: Present, ball: Ball, wall: Wall) -> bool:
+        """Tell whether a wall that moves may press on a ball: not if it goes through it."""
+        soon = present.now + SHORTEST * self.scale.least
+        return wall.until > soon and not present.squeezes.goes_through(ball, wall)
 
     def _wear(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return how many times more may go unseen, because these balls have hit often of late."""
@@ -64,7 +70,7 @@ class Unseen(Gatherings):
 
     def _unseen(self, present: Present, one: Contact, lost: float) -> float:
         """Return the speed (m/s) at which sides part unseen, whatever presses them."""
-        pull = STRONGEST * present.pull + abs(one.curvature) * one.slip * one.slip
+        pull = self._strongest(present, one)
         room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
         return math.sqrt(2.0 * pull * lost * room)
 
@@ -90,18 +96,39 @@ class Unseen(Gatherings):
         if one.b is not None:
             b = one.b.ball.path
             x, y = b.ax - x, b.ay - y
-        bend = one.curvature
-        if one.b is not None:
-            bend = 1.0 / (one.a.ball.radius + one.b.ball.radius)
-        return -(x * one.nx + y * one.ny) - bend * one.slip * one.slip
+        return -(x * one.nx + y * one.ny) - self._lift(present, one)
 
-    def _is_slow(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
-        """Tell whether two sides close so slowly that they may wait for a moment."""
-        return self._contact(present, a, b, wall).closing <= self._hushed(present, a, b)
+    def _lift(self, present: Present, one: Contact) -> float:
+        """Return the rate (m/s^2) at which sides would part ever faster without accelerations."""
+        if one.b is not None:
+            return 1.0 / (one.a.ball.radius + one.b.ball.radius) * one.slip * one.slip
+        if one.wall is None or not one.wall.moves:
+            return one.curvature * one.slip * one.slip
+        ux, uy, spins, lifts = one.wall.sweep(one.a.x, one.a.y, present.now)
+        along = (one.a.vy - uy) * one.nx - (one.a.vx - ux) * one.ny
+        return (one.curvature * along + 2.0 * spins) * along + lifts
+
+    def _strongest(self, present: Present, one: Contact) -> float:
+        """Return how strongly (m/s^2) two sides may be pressed together."""
+        bend = self._lift(present, one) if one.b is None else 0.0
+        return STRONGEST * present.pull + abs(bend)
+
+    def _is_slow(self, present: Present, one: Contact) -> bool:
+        """Tell whether two sides close so slowly that they may wait for a moment.
+
+        A wall that moves goes on closing, so it waits only until it has sunk in as far as may be.
+        """
+        a, b, wall = one.a, None if one.b is None else one.b.ball, one.wall
+        if wall is not None and wall.moves:
+            r = a.ball.radius
+            gap = wall.nearest(a.x, a.y, r, present.now).gap(a.x, a.y, r)
+            if gap < -self.tolerance:
+                return False
+        return one.closing <= self._hushed(present, a.ball, b)
 
     def _is_loud(self, present: Present, one: Contact, speed: float) -> bool:
         """Tell whether a speed (m/s) is above all that may go unseen."""
-        pull = STRONGEST * present.pull + abs(one.curvature) * one.slip * one.slip
+        pull = self._strongest(present, one)
         return (
             speed > 0.0
             and speed * speed

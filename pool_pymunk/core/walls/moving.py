@@ -101,6 +101,51 @@ class Body:
         return self.x + time * self.ux, self.y + time * self.uy, c, s
 
 
+@final
+class Carried(Side):
+    """A side of a body's shape is carried along: it answers where it is at the time it is set to.
+
+    Contacts that persist ask it.
+
+    >>> body = Body((0.0, 1.0), 0.0, (2.0, 0.0), 0.0, 0.0, 3.0)
+    >>> side = Carried(RoundSide((0.0, 0.0), 0.5), body, 1.0)
+    >>> side.normal(2.0, 3.0), side.gap(2.0, 3.0, 0.25), side.flow(2.0, 3.0)
+    ((0.0, 1.0), 1.25, (2.0, 0.0, 0.0, 0.0))
+    """
+
+    def __init__(self, side: Side, body: Body, time: float) -> None:
+        super().__init__(side.core)
+        self.side = side
+        self.body = body
+        self.frame = body.frame(time)
+
+    def set_to(self, time: float) -> None:
+        """Let it be where it is at a time (s)."""
+        self.frame = self.body.frame(time)
+
+    def gap(self, x: float, y: float, r: float) -> float:
+        u, v = in_frame(self.frame, x, y)
+        return self.side.gap(u, v, r)
+
+    def normal(self, x: float, y: float) -> Vector:
+        u, v = in_frame(self.frame, x, y)
+        return turned(self.side.normal(u, v), self.frame[2], self.frame[3])
+
+    def curvature(self, x: float, y: float) -> float:
+        u, v = in_frame(self.frame, x, y)
+        return self.side.curvature(u, v)
+
+    def room(self, x: float, y: float) -> float:
+        u, v = in_frame(self.frame, x, y)
+        return self.side.room(u, v)
+
+    def flow(self, x: float, y: float) -> tuple[float, float, float, float]:
+        """Return the frame's velocity (m/s) at a place, and its centrifugal acceleration there."""
+        body, w = self.body, self.body.turns
+        x, y = x - self.frame[0], y - self.frame[1]
+        return body.ux - w * y, body.uy + w * x, w * w * x, w * w * y
+
+
 STANDS: Final = Body(REST, 0.0, REST, 0.0, 0.0, -INF)
 
 
@@ -180,6 +225,14 @@ class MovingWall(Wall):
         px, py = x - px, y - py
         lifts = spins * spins * (px * nx + py * ny)
         return body.ux - spins * py, body.uy + spins * px, spins, lifts
+
+    @property
+    def until(self) -> float:
+        return self.body.until
+
+    def side_beside(self, x: float, y: float, r: float, now: float) -> Side:
+        u, v = in_frame(self.body.frame(now), x, y)
+        return Carried(self._nearest(u, v), self.body, now)
 
     # -- when a ball meets it ----------------------------------------------------------------------
 

@@ -47,9 +47,18 @@ class Wall:
             first = min(first, side.time_of_contact(path, r, now))
         return first
 
+    @property
+    def until(self) -> float:
+        """The time (s) until which the wall moves as it does now, or stands."""
+        return INF
+
     def nearest(self, x: float, y: float, r: float, now: float) -> Side:
         """Return the side whose surface is nearest to a ball of radius ``r`` at (x, y), now (s)."""
         return nearest_of(self.sides, x, y, r)
+
+    def side_beside(self, x: float, y: float, r: float, now: float) -> Side:
+        """Return the nearest side for a contact that persists: if the wall moves, the side does."""
+        return self.nearest(x, y, r, now)
 
     def drift(self, x: float, y: float, r: float, now: float) -> Vector:
         """Return the velocity (m/s) of the wall where a ball at (x, y) touches it: it stands."""
