@@ -467,7 +467,7 @@ class Group(Gathering):
                         if one.slides != 0.0
                         else (most - abs(one.t)) / one.unit
                     )
-                if one.wrings:
+                if one.wrings and (one.a.phase == SLIP or one.drift != 0.0):
                     if one.turns != 0.0:
                         turns = one.turns * one.roll_in
                     elif one.a.phase == SLIP:
