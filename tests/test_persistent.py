@@ -13,6 +13,7 @@ import numpy as np
 import pymunk
 import pytest
 from hard_scenes import disc, exact, persistent
+from pool_pymunk.physics.pressed import Press
 
 from pool_pymunk import (
     Ball,
@@ -29,7 +30,6 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.page.content import content
-from pool_pymunk.physics.pressed import Press
 from pool_pymunk.results.persistent import joined
 from pool_pymunk.results.trace import Persisted
 from pool_pymunk.solvers.pymunk_space import set_up
@@ -236,20 +236,17 @@ def test_a_page_has_how_a_pressed_ball_turns() -> None:
 # -- tables ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_a_table_tells_once_of_a_contact_that_is_over(alone: bool) -> None:
+def test_a_table_tells_once_of_a_contact_that_is_over() -> None:
     space, heard = pymunk.Space(), list[ContactEvent]()
     scene = persistent(0.0)
-    table = Billiards(
-        space, 1 / 60, deceleration=scene.deceleration, pair=same_balls(0.0, 0.0), alone=alone
-    )
+    table = Billiards(space, 1 / 60, deceleration=scene.deceleration, pair=same_balls(0.0, 0.0))
     for ball in scene.balls:
         body = pymunk.Body(ball.mass, math.inf)
         body.position = ball.position
         table.strike(table.add_ball(pymunk.Circle(body, ball.radius)), ball.velocity)
     table.on_contact = heard.append
     for _ in range(10):
-        table.step() if alone else space.step(1 / 60)
+        space.step(1 / 60)
     hit, lasted = heard
     run = simulate(scene, solver="pymunk", dt=1 / 60)  # It has the same engine.
     [contact] = run.persistent
