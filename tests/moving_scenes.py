@@ -17,7 +17,12 @@ from typing import Any, NamedTuple
 import pymunk
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.physics.path import Path, standing
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.motion.path import Path, standing
+from pool_pymunk.core.news import News
+from pool_pymunk.core.record import Recorder
+from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.world import TableBall
 
 WIDTH, HEIGHT, R = 2.0, 1.0, 0.03  # m
@@ -36,6 +41,31 @@ class Played(NamedTuple):
     longest: float  # the time that a step took
 
 
+class Spy(Recorder):
+    """This recorder notes the paths of pucks, and tells the table what it wants to hear."""
+
+    def __init__(self, news: News) -> None:
+        self.news, self.paths = news, list[tuple[int, Path]]()
+
+    def path(self, ball: Ball, path: Path) -> None:
+        self.paths.append((ball.number, path))
+
+    def stop(self, ball: Ball, t: float, place: tuple[float, float]) -> None:
+        self.paths.append((ball.number, standing(t, *place)))
+        self.news.stop(ball, t, place)
+
+    def contact(self, one: Contact, t: float) -> None:
+        self.news.contact(one, t)
+
+    def jammed(self, ball: Ball, wall: Wall, t: float) -> None:
+        self.news.jammed(ball, wall, t)
+
+
+def place_of(table: Billiards, number: int) -> int:
+    """Return the place of the wall of a number in the engine, by which jams are kept."""
+    return next(wall.place for wall in table.engine.movers if wall.number == number)
+
+
 class Scene:
     """A scene has a table with random mallets and pucks; walls and mallets may be bumpers."""
 
@@ -44,11 +74,7 @@ class Scene:
         self.turns, self.dt, self.space = turns, 1.0 / rnd.choice(RATES), pymunk.Space()
         e, mu, pull = (rnd.choice(each) for each in ((1.0, 0.9, 0.5, 0.0), (0, 0.1), (0, 0.1, 1)))
         rolling = 0.05 if pull and rnd.random() < 0.3 else None
-        how: dict[str, Any] = {
-            "deceleration": pull,
-            "rolling": rolling,
-            "alone": rnd.random() < 0.5,
-        }
+        how: dict[str, Any] = {"deceleration": pull, "rolling": rolling}
         self.table = Billiards(self.space, self.dt, pair=same_balls(e, mu), **how)
         kick = rnd.choice((0.1, 0.5, 2.0)) if kicks else 0.0
         corners = [(0, 0), (WIDTH, 0), (WIDTH, HEIGHT), (0, HEIGHT)]
@@ -103,36 +129,26 @@ class Scene:
 
     def play(self, seconds: float) -> Played:
         """Play the scene, and look where the pucks are."""
-        table, paths, recorder = self.table, list[tuple[int, Path]](), self.table.state.callbacks
-        lead, stop = recorder.path, recorder.stop
-        contacts, jams = list[object](), list[object]()
-
-        def note(i: int, path: Path) -> None:
-            paths.append((i, path))
-            lead(i, path)
-
-        def note_stop(i: int, t: float, place: Any) -> None:
-            paths.append((i, standing(t, *place)))
-            stop(i, t, place)
-
-        recorder.path, recorder.stop = note, note_stop  # type: ignore
+        table, contacts, jams = self.table, list[object](), list[object]()
+        table.engine.recorder = spy = Spy(table.engine.news)
+        paths = spy.paths
         table.on_contact, table.on_jam = contacts.append, lambda *said: jams.extend(said[:1])
         deepest = outside = fastest = longest = 0.0
         for k in range(int(seconds / self.dt)):
             self.steer(k)
             poses = [(*b.position, b.angle, *b.velocity, b.angular_velocity)
                      for b, _, _ in self.mallets]  # fmt: skip
-            jammed, began = set(table.engine.jams), table.time
+            jammed, began = set(table.engine.squeezes.jams), table.time
             paths.clear()
             since = time.perf_counter()
-            table.step() if table.alone else self.space.step(self.dt)
+            self.space.step(self.dt)
             longest = max(longest, time.perf_counter() - since)
-            jammed |= table.engine.jams
+            jammed |= table.engine.squeezes.jams
             for i, x, y, speed, late in self.places(paths, began):
                 fastest = max(fastest, speed)
                 outside = max(outside, R - x, x - WIDTH + R, R - y, y - HEIGHT + R)
                 for pose, (_, shape, number) in zip(poses, self.mallets, strict=True):
-                    if (i, table.engine.movers[number]) not in jammed:
+                    if (i, place_of(table, number)) not in jammed:
                         deepest = max(deepest, -gap(pose, late, shape, x, y))
         return Played(deepest, outside, fastest, len(contacts), len(jams), longest)
 
@@ -144,8 +160,8 @@ class Scene:
                 t = began + (self.table.time - began) * m / LOOKS
                 found = [path for path in its if path.t <= t]
                 if found or not its:
-                    path = found[-1] if found else self.table.engine.paths[puck.number]
-                    (x, y), (vx, vy) = path.at(t)
+                    path = found[-1] if found else puck.core.path
+                    x, y, vx, vy = path.at(t)
                     yield puck.number, x, y, math.hypot(vx, vy), t - began
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 
 import pytest
@@ -12,7 +14,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scenes import lines_run
 
-from pool_pymunk import simulate
+from pool_pymunk import load, simulate
 from pool_pymunk.laws.contact import Pair
 from pool_pymunk.model import (
     STANDARD_GRAVITY,
@@ -434,3 +436,14 @@ def test_units_by_hand() -> None:
     units = Units("in", "g", "in/s")
     assert units.to_si(100.0, "length") == units.to_si(100.0, "speed") == 2.54
     assert units.to_si(160.0, "mass") == 0.16
+
+
+@pytest.mark.parametrize("copied", [deepcopy, lambda scene: pickle.loads(pickle.dumps(scene))])
+def test_a_scene_that_was_played_can_be_copied(copied: Callable[[Scene], Scene]) -> None:
+    """What it keeps of the core has no copies, and is made anew."""
+    scene = load("stadium")
+    run = simulate(scene, 1, solver="event-driven")
+    assert scene.cushions and scene.surface and scene.ground and scene.table
+    other = copied(scene)
+    assert other == scene
+    assert simulate(other, 1, solver="event-driven").end == run.end

@@ -89,6 +89,12 @@ class Group(Gathering):
                 return False
         return True
 
+    @property
+    def creeps(self) -> bool:
+        """This tells whether a ball hardly moves, whose pieces cannot be short enough."""
+        is_short = self.time <= self.scale.least
+        return is_short and any([each.hardly_moves(self.time) for each in self.members])
+
     def has_alone(self, one: Touch) -> bool:
         """Tell whether no other contact of the group has a ball of this one."""
         for other in self.touches:
