@@ -329,7 +329,7 @@ class Groups(Forming):
             if each.phase != REST and (
                 left < 0.0
                 or (left <= 10.0 * self.scale.none and each.fades_in() < INF)
-                or (group.time <= self.scale.least and each.hardly_moves(group.time))
+                or group.lets_rest(each)
             ):
                 was = each.phase
                 each.settle()
