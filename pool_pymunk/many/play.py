@@ -33,7 +33,6 @@ from pool_pymunk.solvers.small_changes import corners_of, inputs_of
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
 Make = Callable[[], Beside]  # It returns a reference, with which shots are compared.
 
-HEAD, EACH = 7, 4  # numbers of a shot, and of each of its balls
 # The core plays so many shots at first, and then twice as many each time, while that takes less
 # than SHORT (s).
 FEWEST, MOST = 256, 1024
@@ -218,54 +217,62 @@ class Player:
         coefficients, is_sound = np.empty(0), None
         if self.has_coefficients:
             coefficients, is_sound = coefficients_of(scene, source.vary, part)
-        masses = source.vary["mass"][part].tobytes() if "mass" in source.vary else b""
-        rows = np.zeros((len(places), HEAD + EACH * places.shape[1]))
-        each = rows[:, HEAD:].reshape(*places.shape[:2], EACH)
-        each[..., :2], each[..., 2] = np.where(is_off[..., np.newaxis], np.nan, places), NOTHING
-        starts, out = starts_of(source, part, places, is_off), bytearray(rows)
-        given = [starts.tobytes(), others_of(starts), coefficients.tobytes(), masses]
+        masses = source.vary["mass"][part] if "mass" in source.vary else np.empty(0)
+        others, starts = starts_of(source, part, places, is_off)
         if self.follower is not None:
             self.follower.give(*changes_of_starts(source, part, is_off))
-        self.shots.play(given, out, Hearing())
-        derived = np.empty((*places.shape[:2], 2, len(source.by)))
+        given = batch.Given(others, starts, coefficients.ravel().tolist(), masses.ravel().tolist())
+        ends = self.shots.play(given, Hearing())
+        found = no_results(source, len(places), 0 if self.beside is None else 1 + places.shape[1])
+        read_ends(found, ends, places, is_off)
         if self.follower is not None:
-            derived[:] = np.frombuffer(self.follower.take()).reshape(derived.shape)
-        compared = np.empty((len(places), 0))
+            derived = np.frombuffer(self.follower.take())
+            found.derivatives[:] = derived.reshape(found.derivatives.shape)
         if self.beside is not None:
-            compared = np.frombuffer(self.beside.take()).reshape(len(places), -1)
-        found = results_of(np.frombuffer(out).reshape(rows.shape), derived, compared)
+            found.beside[:] = np.frombuffer(self.beside.take()).reshape(len(places), -1)
         if is_sound is not None:
-            found.status[~is_sound], derived[~is_sound] = CANNOT_START, np.nan
+            found.status[~is_sound], found.derivatives[~is_sound] = CANNOT_START, np.nan
         return found
 
 
-def others_of(starts: Floats) -> bytes:
-    """Return one byte for each start: 0 for one that is as in the shot before."""
-    bits = starts.view(np.int64)  # NaN is like NaN.
-    others = np.ones(starts.shape[:2], np.bool_)
-    others[1:] = (bits[1:] != bits[:-1]).any(axis=-1)
-    return others.tobytes()
+def starts_of(
+    source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]
+) -> tuple[bytes, list[float]]:
+    """Return how the balls of some shots begin that do not begin as in the shot before.
+
+    First come bytes that tell which balls these are, as the core reads it.
+    """
+    others = np.ones(is_off.shape, np.bool_)
+    others[1:] = is_off[1:] != is_off[:-1]
+    moving = [source.velocity] if source.roll is None else [source.velocity, source.roll]
+    columns = [places, *(each[part] for each in moving)]
+    for each in columns:
+        if each.strides[0] != 0:
+            bits = each.view(np.int64)
+            differ = bits[1:] != bits[:-1]
+            others[1:] |= differ[..., 0] | differ[..., 1]
+    starts = np.zeros((np.count_nonzero(others), 6))
+    for k, each in enumerate(columns):
+        starts[:, 2 * k : 2 * k + 2] = each[others]
+    starts[is_off[others], 2] = np.nan
+    return others.tobytes(), starts.ravel().tolist()
 
 
-def starts_of(source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]) -> Floats:
-    """Return how the balls of some shots begin, as the core reads it."""
-    starts = np.zeros((*is_off.shape, 6))
-    starts[..., :2], starts[..., 2:4] = places, source.velocity[part]
-    if source.roll is not None:
-        starts[..., 4:] = source.roll[part]
-    starts[is_off, 2] = np.nan
-    return starts
-
-
-def results_of(rows: Floats, derivatives: Floats, beside: Floats) -> Results:
-    """Return what the core has written as results."""
-    head, each = rows[:, :HEAD], rows[:, HEAD:].reshape(*derivatives.shape[:2], EACH)
-    status, duration, *counts, doubts = head.T
-    events, hits, cushions, first = (count.astype(np.int32) for count in counts)
-    return Results(
-        each[..., :2], duration, events, hits, cushions, first, each[..., 2].astype(np.int32),
-        each[..., 3] != 0.0, status.astype(np.int8), doubts != 0.0, derivatives, beside,
-    )  # fmt: skip
+def read_ends(found: Results, ends: batch.Ends, places: Floats, is_off: NDArray[np.bool_]) -> None:
+    """Put into results what the core says has become of shots."""
+    count = len(places)
+    counts = np.fromiter(ends.counts, np.int32, 6 * count).reshape(count, 6)
+    found.status[:], found.in_doubt[:] = counts[:, 0], counts[:, 5]
+    for k, each in enumerate((found.events, found.hits, found.cushions, found.first_hit), start=1):
+        each[:] = counts[:, k]
+    found.duration[:] = np.fromiter(ends.durations, float, count)
+    found.final[:] = places
+    moved = np.fromiter(ends.places, float, 2 * len(ends.moved)).reshape(-1, 2)
+    found.final.reshape(-1, 2)[np.fromiter(ends.moved, int, len(moved))] = moved
+    found.final[is_off] = np.nan
+    found.met.ravel()[np.array(ends.met, int)] = True
+    which, pockets = np.array(ends.pocketed, int).reshape(-1, 2).T
+    found.pocketed.ravel()[which] = pockets
 
 
 # -- small changes ---------------------------------------------------------------------------------
