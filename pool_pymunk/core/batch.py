@@ -55,16 +55,19 @@ class Given:
 class Ends:
     """This is what has become of some shots, one after the other.
 
-    ``counts`` has six numbers of each shot: its ending, how many events, hits and cushions there
-    were, the first ball that the watched one hit, and whether contacts had no known order (1).
-    ``durations`` are in s. Balls of all shots have numbers that go on from shot to shot. Those that
-    have ``moved`` lie at ``places``, x and y (m), those that the watched ball has ``met`` are named
-    as well, and those that are ``pocketed`` with their pockets.
+    ``counts`` has four numbers of each shot: how many events, hits and cushions there were, and the
+    first ball that the watched one hit. ``durations`` are in s. Shots that did not settle have
+    ``endings``, which follow their numbers, and in those of ``doubts`` contacts had no known order.
+    Balls of all shots have numbers that go on from shot to shot. Those that have ``moved`` lie at
+    ``places``, x and y (m), those that the watched ball has ``met`` are named as well, and those
+    that are ``pocketed``, which their pockets follow.
     """
 
     def __init__(self) -> None:
         self.counts: list[int] = []
         self.durations: list[float] = []
+        self.endings: list[int] = []
+        self.doubts: list[int] = []
         self.moved: list[int] = []
         self.places: list[float] = []
         self.met: list[int] = []
@@ -121,9 +124,9 @@ class Start:
     @property
     def is_touched(self) -> bool:
         """This tells whether a shot has moved the ball, or the watched one has met it."""
-        ball, path = self.ball, self.path
-        is_led = ball.path is not path or path.moves or ball.hits > 0 or ball.group is not None
-        return is_led or self.is_met
+        ball = self.ball
+        is_led = ball.path is not self.path or ball.rested > -INF
+        return is_led or ball.hits > 0 or ball.group is not None or self.is_met
 
 
 @final
@@ -281,7 +284,7 @@ class Shots:
         engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
         for k in range(len(given.others) // len(self.balls)):
             if not self._set_up(given, k):
-                self._skip(ends)
+                self._skip(ends, k)
                 continue
             tally.begin()
             engine.start_anew(tally)
@@ -293,7 +296,7 @@ class Shots:
             course = self._followed(tally)
             engine.begin_run_of(self.beginning)
             engine.advance(self.latest)
-            self._write(ends, k * len(self.balls), tally)
+            self._write(ends, k, tally)
             if course is not None and self.follower is not None:
                 self.follower.end(engine, course, self.latest)
         return ends
@@ -306,9 +309,10 @@ class Shots:
         self.engine.recorder = course
         return course
 
-    def _skip(self, ends: Ends) -> None:
-        """Leave out a shot that cannot start."""
-        ends.counts += [CANNOT_START, 0, 0, 0, NOBODY, 0]
+    def _skip(self, ends: Ends, k: int) -> None:
+        """Leave out shot ``k``, which cannot start."""
+        ends.endings += [k, CANNOT_START]
+        ends.counts += [0, 0, 0, NOBODY]
         ends.durations.append(0.0)
         for start in self.starts:
             start.is_over = True
@@ -376,21 +380,23 @@ class Shots:
 
     # -- after it ----------------------------------------------------------------------------------
 
-    def _write(self, ends: Ends, first: int, tally: Tally) -> None:
-        """Write down a shot, whose balls have numbers from the ``first`` one on."""
+    def _write(self, ends: Ends, k: int, tally: Tally) -> None:
+        """Write down what has become of shot ``k``."""
         engine, end = self.engine, tally.duration
         ending = engine.ending(self.latest)
         if ending != SETTLED:
             end = self.latest if ending == OUT_OF_TIME and self.latest < INF else engine.now
             engine.now = end
             engine.persistence.persisted(engine)
-        counts = ends.counts
-        counts.append(ending)
+            ends.endings.append(k)
+            ends.endings.append(ending)
+        if tally.is_in_doubt:
+            ends.doubts.append(k)
+        counts, first = ends.counts, k * len(self.balls)
         counts.append(min(engine.events, engine.most_events))
         counts.append(tally.hits)
         counts.append(tally.cushions)
         counts.append(tally.first_hit)
-        counts.append(1 if tally.is_in_doubt else 0)
         ends.durations.append(end)
         if self.beside is not None:
             self.beside.end(end)

@@ -16,7 +16,7 @@ from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
-from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.batch import CANNOT_START, SETTLED
 from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
 from pool_pymunk.many.workers import EACH as PIECES
 from pool_pymunk.many.workers import Workers, check_halt
@@ -261,10 +261,12 @@ def starts_of(
 def read_ends(found: Results, ends: batch.Ends, places: Floats, is_off: NDArray[np.bool_]) -> None:
     """Put into results what the core says has become of shots."""
     count = len(places)
-    counts = np.fromiter(ends.counts, np.int32, 6 * count).reshape(count, 6)
-    found.status[:], found.in_doubt[:] = counts[:, 0], counts[:, 5]
-    for k, each in enumerate((found.events, found.hits, found.cushions, found.first_hit), start=1):
+    counts = np.fromiter(ends.counts, np.int32, 4 * count).reshape(count, 4)
+    for k, each in enumerate((found.events, found.hits, found.cushions, found.first_hit)):
         each[:] = counts[:, k]
+    found.status[:] = SETTLED
+    which, endings = np.array(ends.endings, int).reshape(-1, 2).T
+    found.status[which], found.in_doubt[np.array(ends.doubts, int)] = endings, True
     found.duration[:] = np.fromiter(ends.durations, float, count)
     found.final[:] = places
     moved = np.fromiter(ends.places, float, 2 * len(ends.moved)).reshape(-1, 2)
