@@ -320,7 +320,7 @@ class Shots:
             self.beside.begin(self.balls)
             self.beside.end(0.0)
         if self.follower is not None:
-            self.follower.skip(len(self.balls))
+            self.follower.skip()
 
     # -- before a shot -----------------------------------------------------------------------------
 

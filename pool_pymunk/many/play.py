@@ -226,8 +226,7 @@ class Player:
         found = no_results(source, len(places), 0 if self.beside is None else 1 + places.shape[1])
         read_ends(found, ends, places, is_off)
         if self.follower is not None:
-            derived = np.frombuffer(self.follower.take())
-            found.derivatives[:] = derived.reshape(found.derivatives.shape)
+            read_changes(found.derivatives, self.follower)
         if self.beside is not None:
             found.beside[:] = np.frombuffer(self.beside.take()).reshape(len(places), -1)
         if is_sound is not None:
@@ -287,9 +286,18 @@ def follower_of(source: Source) -> Follower:
     return Follower(corners_of(source.scene), inputs_of(source.scene, none, numbers))
 
 
+def read_changes(derivatives: Floats, follower: Follower) -> None:
+    """Put what a follower has found into derivatives (S, N, 2, P)."""
+    rows = np.fromiter(follower.rows, float, len(follower.rows))
+    which, its = np.array(follower.changed, int), derivatives.shape[2:]
+    derivatives[:] = 0.0
+    derivatives.reshape(-1, *its)[which] = rows.reshape(-1, *its)
+    derivatives[np.array(follower.missing, int)] = np.nan
+
+
 def changes_of_starts(
     source: Source, part: slice, is_off: NDArray[np.bool_]
-) -> tuple[bytes, bytes]:
+) -> tuple[list[int], list[int], list[float]]:
     """Return how many numbers of each shot's start change, and which ones by how much."""
     struck = source.watched if source.watched >= 0 else None
     velocity = np.where(is_off[..., np.newaxis], 0.0, source.velocity[part])
@@ -298,8 +306,9 @@ def changes_of_starts(
         roll = np.where(is_off[..., np.newaxis], 0.0, source.roll[part])
     changes = inputs.starts_of(source.scene, source.by, struck, velocity, roll)
     shots, *which = np.nonzero(changes)
-    entries = np.column_stack([*which, changes[changes != 0.0]])
-    return np.bincount(shots, minlength=len(is_off)).astype(np.int64).tobytes(), entries.tobytes()
+    counts = np.bincount(shots, minlength=len(is_off))
+    values = changes[shots, *which]
+    return counts.tolist(), np.stack(which, axis=-1).ravel().tolist(), values.tolist()
 
 
 # -- coefficients ----------------------------------------------------------------------------------
