@@ -16,7 +16,7 @@ from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
-from pool_pymunk.many.batch import CANNOT_START, SETTLED
+from pool_pymunk.many.batch import CANNOT_START, NON_FINITE, SETTLED
 from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
 from pool_pymunk.many.workers import EACH as PIECES
 from pool_pymunk.many.workers import Workers, check_halt
@@ -37,8 +37,10 @@ Make = Callable[[], Beside]  # It returns a reference, with which shots are comp
 # than SHORT (s).
 FEWEST, MOST = 256, 1024
 SHORT = 0.1
+HANDFUL = 16  # at first, and for a worker, where each is played as a run, too
 LARGEST = 8_192  # shots are sent to a worker at once, at most
 MANY = 16  # processes, where their number is not known
+FIGURES = ("rounding", "policy_shift", "persistent_shift")
 COLUMNS = inputs.column_of("coefficients")
 OF_SURFACE = ("friction.surface", "friction.rolling")
 
@@ -58,6 +60,7 @@ class Results(NamedTuple):
     in_doubt: NDArray[np.bool_]
     derivatives: Floats  # (S, N, 2, P), by the inputs of the source
     beside: Floats  # (S, 1 + N): what was found beside a reference, or (S, 0)
+    figures: Floats  # (S, 3): how far (m) ends may have been moved, by each of ``FIGURES``, or none
 
     def put(self, part: slice, other: Results) -> None:
         """Put the results of some shots in their place."""
@@ -80,6 +83,7 @@ def no_results(source: Source, count: int, columns: int = 0) -> Results:
         status=np.full(count, CANNOT_START, np.int8), in_doubt=np.zeros(count, np.bool_),
         derivatives=np.full((count, balls, 2, len(source.by)), np.nan),
         beside=np.zeros((count, columns)),
+        figures=np.full((count, len(FIGURES) * source.has_figures), np.nan),
     )  # fmt: skip
 
 
@@ -114,8 +118,8 @@ def share_out(
     source: Source, workers: Workers, first: int, make: Make | None
 ) -> Iterator[tuple[slice, Results]]:
     """Let workers play the shots from the ``first`` one on; yield what comes of some of them."""
-    count = len(source.position)
-    size = min(LARGEST, max(FEWEST, (count - first) // (PIECES * (workers.count or MANY))))
+    count, fewest = len(source.position), HANDFUL if source.has_figures else FEWEST
+    size = min(LARGEST, max(fewest, (count - first) // (PIECES * (workers.count or MANY))))
     parts = (slice(k, min(k + size, count)) for k in range(first, count, size))
     head = replaced(source, lambda each: each[:0])
     return workers.share(play_some, (head, make), (some_of(source, part) for part in parts))
@@ -158,16 +162,28 @@ def play_some(common: tuple[Source, Make | None], some: SomeShots) -> tuple[slic
 
 def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice, Results]]:
     """Play the shots of a source, and yield what comes of some of them after the other."""
-    count, size, first = len(source.position), FEWEST, 0
+    count, first = len(source.position), 0
+    size = HANDFUL if source.has_figures else FEWEST
     beside = None if make is None else make()
     one_by_one = partial(play_singly, beside)
     play = one_by_one if has_scenes_of_its_own(source) else Player(source, beside).play
     while first < count:
         began = time.perf_counter()
         part = slice(first, min(first + size, count))
-        yield part, play(source, part)
+        found = play(source, part)
+        if source.has_figures:
+            put_figures(found, source, first)
+        yield part, found
         first = part.stop
         size = min(MOST, 2 * size) if time.perf_counter() - began < SHORT else size
+
+
+def put_figures(found: Results, source: Source, first: int) -> None:
+    """Put the figures of shots from the ``first`` one on into results; each is played as a run."""
+    for k in np.flatnonzero(found.status < NON_FINITE).tolist():
+        check_halt()
+        run = source.run(first + k)
+        found.figures[k] = [getattr(run, name) for name in FIGURES]
 
 
 def has_scenes_of_its_own(source: Source) -> bool:
