@@ -80,6 +80,21 @@ def test_figures_of_the_ends_are_shared_out(two: Workers) -> None:
     assert one.rounding is not None and one.rounding[59] == one.run(59).rounding
 
 
+def test_tables_of_an_environment_are_shared_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = pytest.importorskip("pool_pymunk.env")
+    monkeypatch.setattr(workers, "START", 0.0)
+    monkeypatch.setattr(workers, "SEND", 0.0)
+    one, other = env.PotVectorEnv(600), env.PotVectorEnv(600, workers=2)
+    for each in (one, other):
+        each.reset(seed=3)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (600, 2)).astype(np.float32)
+    for found, its in zip(one.step(actions)[:4], other.step(actions)[:4], strict=True):
+        np.testing.assert_array_equal(found, its)
+    assert other.game.workers.pool is not None
+    other.close()
+    assert other.game.workers.pool is None
+
+
 def test_an_executor_of_ones_own_plays() -> None:
     with ThreadPoolExecutor(2) as executor:
         check(some(), some(workers=executor))

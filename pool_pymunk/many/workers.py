@@ -80,9 +80,13 @@ class Workers:
         self, kind: type[BaseException] | None, error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:  # fmt: skip
+        self.end(kind is not None)
+
+    def end(self, halts: bool = False) -> None:
+        """End the processes, and if it ``halts``, what they are at, too; others may start later."""
         if self.pool is None:
             return
-        if kind is not None and self.halt is not None:
+        if halts and self.halt is not None:
             self.halt.set()
         self.pool.shutdown(wait=True, cancel_futures=True)
         self.pool = None
