@@ -184,7 +184,7 @@ def test_a_filter_lets_balls_through_each_other() -> None:
         body = pymunk.Body(M, 1e-4)
         body.position = (0.2 * k, 0.0)
         circle = pymunk.Circle(body, R)
-        circle.filter = pymunk.ShapeFilter(bits, bits)
+        circle.filter = pymunk.ShapeFilter(categories=bits, mask=bits)
         balls.append(table.add_ball(circle))
     table.strike(balls[0], (1.0, 0.0))
     steps(space, 4.0)
