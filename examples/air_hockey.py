@@ -39,7 +39,7 @@ class Game:
 
     def __init__(self) -> None:
         self.table = Billiards(
-            Space(), STEP, pair=same_balls(1.0, 0.0), deceleration=AIR, alone=True
+            Space(), STEP, pair=same_balls(1.0, 0.0), deceleration=AIR
         )
         ground = self.table.space.static_body
         for a, b in (

@@ -100,12 +100,11 @@ def test_fast_random_shots_stay_on_the_table(seed: int) -> None:
 # -- friction --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("friction", ["joint", "callback"])
-def test_bodies_follow_their_paths_step_by_step(friction: str) -> None:
+def test_bodies_follow_their_paths_step_by_step() -> None:
     """The bodies themselves are where Eq. 10 puts them, not only the paths kept of them."""
     space = pymunk.Space()
     table = Billiards(
-        space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5, friction=friction, alone=True  # type: ignore[arg-type]
+        space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5  # type: ignore[arg-type]
     )  # fmt: skip
     body = pymunk.Body(0.2, math.inf)
     ball = table.add_ball(pymunk.Circle(body, 0.05))
@@ -148,7 +147,7 @@ def test_a_part_that_is_left_out_costs_nothing() -> None:
         friction=Friction(surface=0.1),
     )
 
-    def installed(scene: Scene, friction: str) -> tuple[int, int, int, bool]:
+    def installed(scene: Scene) -> tuple[int, int, int, bool]:
         settings = Settings(0.01)
         world = pymunk_space.set_up(scene, scene.start(None), settings, friction)  # type: ignore[arg-type]
         (ball,), space = world.balls, world.space
@@ -171,7 +170,7 @@ def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:
         return Pair(0.17, 0.17, 0.9, 0.0)
 
     space = pymunk.Space()
-    table = Billiards(space, 1 / 60, pair=broken, alone=True)
+    table = Billiards(space, 1 / 60, pair=broken)
     balls = [_ball(table, (0.2 * k, 0.0)) for k in range(2)]
     table.strike(balls[0], (5.0, 0.0))
     with pytest.raises(RuntimeError, match="the pair is broken"):
@@ -207,14 +206,10 @@ def test_debug_draw_of_a_world() -> None:
 # -- pockets ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [False, True])
-@pytest.mark.parametrize("friction", ["joint", "callback"])
-def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
-    alone: bool, friction: FrictionBy
-) -> None:
+def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own() -> None:
     space, dt = pymunk.Space(), 1 / 60
     pair = same_balls(0.9, 0.05)
-    table = Billiards(space, dt, pair=pair, deceleration=0.5, friction=friction, alone=alone)
+    table = Billiards(space, dt, pair=pair, deceleration=0.5)
     first, second = (_ball(table, (x, 0.0)) for x in (-0.5, -0.8))
     number = table.add_pocket((0.0, 0.0), 0.05)
     taken: list[tuple[TableBall, int]] = []
@@ -223,7 +218,7 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
         table.strike(ball, (1.0, 0.0))
     bodies = len(space.bodies)
     for _ in range(180):
-        table.step() if alone else space.step(dt)
+        table.step()
     assert taken == [(first, number), (second, number)]
     assert len(space.bodies) == bodies - 2
     assert not [shape for shape in space.shapes if shape.body in (first.body, second.body)]
@@ -234,7 +229,7 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
     third = _ball(table, (-0.3, 0.0))
     table.strike(third, (1.0, 0.0))
     for _ in range(60):
-        table.step() if alone else space.step(dt)
+        table.step()
     assert [ball for ball, _ in taken] == [first, second, third]
 
 

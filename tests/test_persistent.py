@@ -236,12 +236,11 @@ def test_a_page_has_how_a_pressed_ball_turns() -> None:
 # -- tables ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_a_table_tells_once_of_a_contact_that_is_over(alone: bool) -> None:
+def test_a_table_tells_once_of_a_contact_that_is_over() -> None:
     space, heard = pymunk.Space(), list[ContactEvent]()
     scene = persistent(0.0)
     table = Billiards(
-        space, 1 / 60, deceleration=scene.deceleration, pair=same_balls(0.0, 0.0), alone=alone
+        space, 1 / 60, deceleration=scene.deceleration, pair=same_balls(0.0, 0.0)
     )
     for ball in scene.balls:
         body = pymunk.Body(ball.mass, math.inf)
@@ -249,7 +248,7 @@ def test_a_table_tells_once_of_a_contact_that_is_over(alone: bool) -> None:
         table.strike(table.add_ball(pymunk.Circle(body, ball.radius)), ball.velocity)
     table.on_contact = heard.append
     for _ in range(10):
-        table.step() if alone else space.step(1 / 60)
+        table.step()
     hit, lasted = heard
     run = simulate(scene, solver="pymunk", dt=1 / 60)  # It has the same engine.
     [contact] = run.persistent

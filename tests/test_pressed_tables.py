@@ -47,7 +47,7 @@ def put(table: Billiards, x: float, y: float) -> TableBall:
 
 def go(table: Billiards, dt: float = 1 / 60) -> None:
     """Make one step."""
-    table.step(dt) if table.alone else table.space.step(dt)
+    table.step(dt)
 
 
 def settle(table: Billiards, dt: float = 1 / 60) -> dict[int, tuple[float, float]]:
@@ -89,14 +89,13 @@ def farthest(ends: dict[int, Any], others: dict[int, Any]) -> float:
     return max(math.dist(ends[i], others[i]) for i in ends)
 
 
-@pytest.mark.parametrize("alone", [True, False])
 @pytest.mark.parametrize("dt", STEPS)
 @pytest.mark.parametrize("build", SETS)
 def test_a_state_of_a_contact_that_persists_goes_on_alike(
-    build: Any, dt: float, alone: bool
+    build: Any, dt: float
 ) -> None:
-    untouched = settle(build(alone=alone), dt)
-    table, states = build(alone=alone), []
+    untouched = settle(build(), dt)
+    table, states = build(), []
     until_pressed(table, dt)
     while table.engine.groups.members:
         states.append(table.save_state())
@@ -175,7 +174,7 @@ def test_a_ball_comes_to_rest_once_while_others_press_it() -> None:
 
 @pytest.mark.parametrize("pull", [0.05, 0.5])
 def test_gravity_and_forces_act_on_balls_that_press(pull: float) -> None:
-    table = two_that_press(alone=False)
+    table = two_that_press()
     table.space.gravity = (0.0, -pull)
     for _ in range(600):
         for ball in table.on_table():

@@ -54,19 +54,18 @@ def ends(steps: Iterator[float], x: float, spring: bool = False, **settings: Any
     else:
         balls[1].body.velocity = 0.5, -0.4  # set by hand
     while table.moving:
-        table.step(next(steps)) if table.alone else space.step(next(steps))
+        table.step(next(steps))
     return [*(place for each in balls for place in each.body.position), *stops]
 
 
 @every_step
-@pytest.mark.parametrize("friction", ["joint", "callback"])
 @pytest.mark.parametrize("x", [0.0, pytest.param(1000.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("spring", [False, True], ids=["no guest", "a guest on a spring"])
 def test_ends_are_those_of_contacts_at_exact_times(
-    steps: str, friction: str, x: float, spring: bool
+    steps: str, x: float, spring: bool
 ) -> None:
-    exact = ends(itertools.repeat(1 / 60), x, alone=True)
-    ours = ends(STEPS[steps](), x, spring, friction=friction)
+    exact = ends(itertools.repeat(1 / 60), x)
+    ours = ends(STEPS[steps](), x, spring)
     assert ours == pytest.approx(exact, abs=1e-12 + 4.0 * math.ulp(x))
 
 
@@ -197,13 +196,12 @@ def test_a_step_refused_for_a_wall_that_moved_is_made_again() -> None:
     space.step(LONGEST)
 
 
-@pytest.mark.parametrize("alone", [True, False], ids=["alone", "shared"])
-def test_nothing_grows_with_use(alone: bool) -> None:
+def test_nothing_grows_with_use() -> None:
     """Strikes without a step, and balls and walls that come and go, cost what they cost at first.
 
     Counted are the places where something could remain; the time is compared with that at first.
     """
-    space, table = plane(max_dt=LONGEST, alone=alone)
+    space, table = plane(max_dt=LONGEST)
     balls = [ball(table, 0.1 * k) for k in range(6)]
     for k in range(1_500):
         table.strike(balls[k % 6], (0.1, 1.0))
@@ -227,10 +225,9 @@ def test_nothing_grows_with_use(alone: bool) -> None:
     assert min(times[4:]) < 2.0 * max(times[:4])
 
 
-@pytest.mark.parametrize("alone", [True, False], ids=["alone", "shared"])
-def test_each_stop_is_told_once(alone: bool) -> None:
+def test_each_stop_is_told_once() -> None:
     """A ball that is struck or predicted again and again still stops once."""
-    space, table = plane(max_dt=LONGEST, alone=alone)
+    space, table = plane(max_dt=LONGEST)
     one, stops = ball(table, 0.0), list[float]()
     wall = table.add_wall(pymunk.Segment(space.static_body, (9, -1), (9, 1), 0.0), 0.8)
     table.on_stop = lambda _ball, t: stops.append(t)
@@ -239,7 +236,7 @@ def test_each_stop_is_told_once(alone: bool) -> None:
     table.set_out([one, one])
     table.remove_wall(wall)
     while table.moving:
-        table.step(LONGEST) if alone else space.step(LONGEST)
+        table.step(LONGEST)
     assert stops == [1.0]
 
 
@@ -275,7 +272,7 @@ def test_undo_gives_a_body_back_to_the_ball_that_it_was() -> None:
 
 def test_play_after_another_strike() -> None:
     """A table of its own is played to its end, struck, and played again."""
-    space, table = plane(alone=True)
+    space, table = plane()
     table.add_wall(pymunk.Segment(space.static_body, (0.2, -1), (0.2, 1), 0.0), 0.8)
     one = ball(table, 0.2 - 1.001 * R)
     for _ in range(2):
