@@ -43,7 +43,7 @@ def go(table: Billiards, seconds: float, dt: float | None = None) -> None:
     """Let time pass."""
     dt = table.max_dt if dt is None else dt
     for _ in range(round(seconds / dt)):
-        table.step(dt) if table.alone else table.space.step(dt)
+        table.space.step(dt)
 
 
 def upright(body: pymunk.Body, half: float = 1.0) -> pymunk.Segment:
@@ -177,7 +177,8 @@ def test_a_ball_that_a_wall_pushes_on_goes_as_fast_as_the_wall(e: float, dt: flo
     assert all(each.since is None for each in hits)
     assert lasted.since is not None
     assert lasted.t == pytest.approx(2.0, abs=1e-12)
-    assert lasted.impulse == pytest.approx(M * 2.0 * (lasted.t - lasted.since), abs=1e-6)
+    # Bounces that nobody sees give their impulses to the contact.
+    assert lasted.impulse == pytest.approx(M * 2.0 * (lasted.t - lasted.since), rel=2e-4)
     # The wall stops, and the ball slides on.
     assert one.body.position.x == pytest.approx(0.8 + R + 0.4**2 / 4.0, abs=1e-9)
     assert not table.moving
@@ -326,7 +327,7 @@ def test_air_hockey_with_a_mouse_that_jumps(seed: int) -> None:
         x, y = one.path.at(table.time)[0]
         assert R - 1e-9 <= x <= 2.0 - R + 1e-9
         assert R - 1e-9 <= y <= 1.0 - R + 1e-9
-        assert table.engine.jams or math.dist((x, y), body.position) >= 0.06 + R - 1e-7
+        assert table.engine.squeezes.jams or math.dist((x, y), body.position) >= 0.06 + R - 1e-7
         assert one.path.speed < 10.0
 
 
@@ -380,7 +381,7 @@ def test_a_ball_between_a_piston_and_a_wall_is_jammed_once(e: float, balls: int)
     assert heard
     body.velocity = -0.5, 0.0
     go(table, 1.0)
-    assert not table.engine.jams
+    assert not table.engine.squeezes.jams
     for puck in pucks:
         assert puck.body.position.x >= body.position.x + R - 1e-9
 
@@ -395,7 +396,7 @@ def test_a_mallet_pushes_a_puck_off_along_the_wall() -> None:
         go(table, 1 / 60)
         x, y = one.path.at(table.time)[0]
         assert x <= 2.0 - R + 1e-9
-        assert table.engine.jams or math.dist((x, y), body.position) > 0.06 + R - 1e-6
+        assert table.engine.squeezes.jams or math.dist((x, y), body.position) > 0.06 + R - 1e-6
     assert one.body.position.y < 0.45
 
 
@@ -424,7 +425,7 @@ def test_a_wall_that_is_put_on_balls_moves_them_aside() -> None:
     for puck in pucks:
         x, y = puck.body.position
         assert max(abs(x - 1.05), abs(y - 0.45)) >= 0.1 + R / 2
-        assert not table.engine.jams
+        assert not table.engine.squeezes.jams
 
 
 def test_predict_and_free_spot_see_walls_where_they_are() -> None:
@@ -452,7 +453,7 @@ def test_the_clock_and_the_wall_stand_at_a_contact_that_fails() -> None:
         return same_balls(1.0, 0.0)(i, j)
 
     first, _ = ball(table, 0.0, 0.0, (1.0, 0.0)), ball(table, 0.2)
-    table._said_pair = pair
+    table.engine.table.said = pair  # type: ignore[attr-defined]
     body = mover(0.0, 0.5, (0.3, 0.0))
     table.add_wall(pymunk.Circle(body, 0.05), 1.0)
     with pytest.raises(RuntimeError):
@@ -473,18 +474,18 @@ def test_play_goes_on_up_to_a_time_while_a_wall_moves() -> None:
     assert table.time == 0.999
     assert body.position.x == pytest.approx(0.5 * 0.999, abs=1e-12)
     hit = (0.5 - R) / 0.5
-    assert table.engine.paths[0].t == pytest.approx(hit, abs=1e-12)
+    assert table.engine.balls[0].path.t == pytest.approx(hit, abs=1e-12)
 
 
 def test_filters_hold_for_walls_that_move() -> None:
     _space, table = bare(1 / 60)
     shape = upright(mover(velocity=(1.0, 0.0)))
-    shape.filter = pymunk.ShapeFilter(group=1)
+    shape.filter = pymunk.ShapeFilter(categories=1)
     table.add_wall(shape, 1.0)
     body = pymunk.Body(M, 1e-4)
     body.position = 0.5, 0.0
     circle = pymunk.Circle(body, R)
-    circle.filter = pymunk.ShapeFilter(group=1)
+    circle.filter = pymunk.ShapeFilter(mask=2)
     one = table.add_ball(circle)
     go(table, 1.0)
     assert one.body.position.x == 0.5

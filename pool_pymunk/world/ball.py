@@ -50,6 +50,11 @@ class TablePath(NamedTuple):
     wx: float
     wy: float
 
+    @property
+    def speed(self) -> float:
+        """The speed (m/s) at the beginning."""
+        return math.sqrt(self.vx * self.vx + self.vy * self.vy)
+
     def at(self, t: float) -> tuple[Vector, Vector]:
         """Return place (m) and velocity (m/s) at a time (s), not before the path began."""
         x, y, vx, vy = Path(*self).at(t)

@@ -142,7 +142,7 @@ class Steps:
         """Let walls stand, do what handlers have asked for, and raise what went wrong."""
         live = self.live
         if live.walls.moving:
-            live.walls.stand()
+            live.walls.leave()
         later, self._later = self._later, []
         for call in later:
             try:

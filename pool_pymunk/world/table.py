@@ -302,7 +302,8 @@ class LiveTable:
                 if gap >= -OVERLAP * ball.radius:
                     squeezes.free(ball.core, wall)
                     continue
-                spot = self._spot_for(ball, (x, y), self.discs(without=ball), far)
+                most = math.inf if self.walls.is_put(each) else far
+                spot = self._spot_for(ball, (x, y), self.discs(without=ball), most)
                 if spot is None:
                     self.engine.jam(ball.core, wall)
                 else:

@@ -105,6 +105,7 @@ class Walls:
         self._shapes: list[Features] = []
         self._bodies: dict[pymunk.Body, Features] = {}
         self._turn = 0
+        self._left: dict[int, tuple[Vector, float]] = {}  # where steps have left walls that move
 
     @property
     def solid(self) -> list[Obstacle]:
@@ -177,6 +178,15 @@ class Walls:
             wall.body = Body(*pose(each.body), STILL, 0.0, now, now)
             each.shape.cache_bb()
 
+    def leave(self) -> None:
+        """Let walls that move stand where a step has left them."""
+        self.stand()
+        self._left = {wall.number: pose(each.body) for each, wall in self.moving}
+
+    def is_put(self, each: Obstacle) -> bool:
+        """Tell whether somebody has put a wall elsewhere since the last step."""
+        return pose(each.body) != self._left.get(each.wall.number)
+
     def plan(self, until: float) -> None:
         """Let walls move with their bodies from now until a time (s)."""
         now = self._engine.now
@@ -193,7 +203,7 @@ class Walls:
             (px, py), _ = pose(each.body)
             bx, by = each.body.position
             each.body.position = bx + x - px, by + y - py
-        self.stand()
+        self.leave()
 
     # -- what is refused ---------------------------------------------------------------------------
 

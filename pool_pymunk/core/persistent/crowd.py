@@ -106,6 +106,7 @@ class Crowd(Gathering):
         enough = 0.0
         for each in self.members:
             each.fx = each.fy = each.cx = each.cy = 0.0
+            each.face()
             each.brake(h)
             enough = max(enough, ENOUGH * h * each.pull)
         for one in self.touches:

@@ -12,7 +12,7 @@ from pool_pymunk.core.persistent.bounces import spare_drag
 from pool_pymunk.core.persistent.crowds import SUNK, Crowds
 from pool_pymunk.core.persistent.gathering import joined
 from pool_pymunk.core.persistent.group import Group
-from pool_pymunk.core.persistent.member import REST, SLIP, Member
+from pool_pymunk.core.persistent.member import FREE, REST, SLIP, Member
 from pool_pymunk.core.persistent.persistence import sides_of
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch, is_of
@@ -165,8 +165,11 @@ class Forming(Crowds):
     def _set_phase(self, present: Present, each: Member) -> None:
         """Find the phase of a member; a slip rolls that would fade unseen."""
         each.phase = SLIP
+        if each.own is not None:
+            each.phase = FREE
+            each.face()
         x, y = each.gliding
-        if x * x + y * y <= self._faint_slip(present):
+        if each.slows and x * x + y * y <= self._faint_slip(present):
             each.settle()
             each.is_struck = each.ball.hits > FEW  # It would slip into the same hit again.
         each.mode = each.phase

@@ -14,7 +14,7 @@ from typing import Final, final
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering
-from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member, Rates
+from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member, Rates
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
@@ -79,6 +79,8 @@ class Group(Gathering):
     def is_still(self) -> bool:
         """This tells whether the forces hold all its balls in their places."""
         for each in self.members:
+            if each.phase == FREE:
+                return False
             u, v, p, q = each.rates
             if max(abs(u), abs(v), abs(p), abs(q)) > 10.0 * self.weak:
                 return False
@@ -467,10 +469,10 @@ class Group(Gathering):
                         if one.slides != 0.0
                         else (most - abs(one.t)) / one.unit
                     )
-                if one.wrings:
+                if one.wrings and (one.a.phase >= SLIP or one.drift != 0.0):
                     if one.turns != 0.0:
                         turns = one.turns * one.roll_in
-                    elif one.a.phase == SLIP:
+                    elif one.a.phase >= SLIP:
                         turns = (2.5 * most - abs(one.i)) / one.unit
             found[k], found[k + 1], found[k + 2], found[k + 3] = force, slides, turns, end
             k += 4

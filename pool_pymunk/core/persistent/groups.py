@@ -315,7 +315,7 @@ class Groups(Forming):
                 self.opened[sides_of(one.a.ball, b, one.wall)] = one.later
             elif which % 4 == 1 and one.slides != 0.0:
                 one.stick()
-            elif which % 4 == 2 and one.turns != 0.0 and one.a.phase == SLIP:
+            elif which % 4 == 2 and one.turns != 0.0 and one.a.phase >= SLIP:
                 one.stop_turning()
         for each in group.members:
             left = each.left()

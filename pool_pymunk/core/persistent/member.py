@@ -7,7 +7,8 @@ slip u = v - w and the surface's decelerations ``pull`` of sliding and ``drag`` 
 - One that rolls has dv/dt = dw/dt = (5/7) f + (2/7) c - drag v/|v|, while (2/7) |f - c| <= pull.
 - One that rests stays while |(5/7) f + (2/7) c| <= drag.
 
-Discs have w = 0, and rest while |f| <= pull.
+Discs have w = 0, and rest while |f| <= pull. A surface of a user's own says by its paths how it
+accelerates a ball, and whether it slows it to rest; f and c are added to that.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Motion
-from pool_pymunk.core.motion.surface import GYRATION, Surface
+from pool_pymunk.core.motion.surface import GYRATION, Rolling, Sliding, Surface
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.persistent.scale import Scale
 
@@ -25,6 +26,7 @@ from pool_pymunk.core.persistent.scale import Scale
 REST: Final = 0
 ROLL: Final = 1
 SLIP: Final = 2
+FREE: Final = 3  # a ball that moves on a surface of a user's own
 
 SHARE: Final = 2.0 / 7.0  # This share of a slip is taken off the velocity until the ball rolls.
 
@@ -38,14 +40,15 @@ class Member:
 
     Surface friction points against (``hx``, ``hy``), which was (``gx``, ``gy``) at the beginning of
     a piece. The ``phase`` is that of its state, the ``mode`` what friction makes of it: the next
-    phase, if the pushes are too strong to hold. Until ``held`` (s) nothing lets it go. A group owns
-    it, and touches push it.
+    phase, if the pushes are too strong to hold. Until ``held`` (s) nothing lets it go. A surface of
+    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not. A
+    group owns it, and touches push it.
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
-                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "phase", "pull", "rolls",
-                 "scale", "second", "share", "since", "start", "third", "time", "vx", "vy", "wx",
-                 "wy", "x", "y")  # fmt: skip
+                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "phase", "pull",
+                 "px", "py", "rolls", "scale", "second", "share", "since", "slows", "start",
+                 "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -58,7 +61,10 @@ class Member:
         self.rolls = surface.rolls
         self.x, self.y, self.vx, self.vy = motion
         self.wx, self.wy = roll
-        self.phase = self.mode = SLIP
+        self.own = None if type(surface) is Sliding or type(surface) is Rolling else surface
+        self.px = self.py = 0.0
+        self.slows = True
+        self.phase = self.mode = SLIP if self.own is None else FREE
         self.held = -INF
         self.is_struck = False
         self.share = 1.0  # of a step of a crowd, in which the surface acts
@@ -105,12 +111,19 @@ class Member:
 
     def face(self) -> None:
         """Find the direction of friction; it does not turn back within a piece."""
+        if self.own is not None:
+            self._ask(self.own)
         x, y = self.gliding
         size = math.sqrt(x * x + y * y)
         if size > self.scale.faded and x * self.gx + y * self.gy > 0.0:
             self.hx, self.hy = x / size, y / size
         else:
             self.hx, self.hy = self.gx, self.gy
+
+    def _ask(self, own: Surface) -> None:
+        """Ask a surface of a user's own what it does to the ball as it moves now."""
+        path = own.path(self.time, (self.x, self.y), (self.vx, self.vy), (self.wx, self.wy))
+        self.px, self.py, self.slows = path.ax, path.ay, path.slows
 
     def begin(self) -> None:
         """Keep state and direction as those of the beginning of a piece."""
@@ -127,7 +140,7 @@ class Member:
 
     def left(self) -> float:
         """Return the slip or the speed (m/s), negative once it has turned back."""
-        if self.phase == REST:
+        if self.phase == REST or not self.slows:
             return INF
         x, y = self.gliding
         size = math.sqrt(x * x + y * y)
@@ -135,7 +148,7 @@ class Member:
 
     def fades_in(self) -> float:
         """Return the time (s) in which slip or speed fade at the present rates."""
-        if self.phase == REST:
+        if self.phase == REST or not self.slows:
             return INF
         x, y = self.gliding
         a, b = self.ax, self.ay
@@ -191,6 +204,9 @@ class Member:
             self.ax, self.ay = self.fx - x, self.fy - y
             if self.rolls:
                 self.bx, self.by = self.cx + x / GYRATION, self.cy + y / GYRATION
+        elif self.mode == FREE:
+            self.ax, self.ay = self.fx + self.px, self.fy + self.py
+            self.bx, self.by = self.cx, self.cy
         elif self.mode == ROLL:
             self.ax = self.bx = (1.0 - SHARE) * self.fx + SHARE * self.cx - self.drag * self.hx
             self.ay = self.by = (1.0 - SHARE) * self.fy + SHARE * self.cy - self.drag * self.hy
@@ -221,7 +237,7 @@ class Member:
 
     def spare(self, now: float) -> float:
         """Return how much more (m/s^2) static friction could hold."""
-        if self.phase == SLIP or self.mode != self.phase or now < self.held:
+        if self.phase >= SLIP or self.mode != self.phase or now < self.held:
             return INF
         x, y = self.drive
         most = self.drag if self.phase == REST and self.rolls else self.pull
@@ -236,7 +252,10 @@ class Member:
             x, y = self.drive
             size = math.sqrt(x * x + y * y)
             self.hx, self.hy = x / size, y / size
-            self.mode = ROLL if self.phase == REST and self.rolls else SLIP
+            if self.own is not None:
+                self.mode = FREE
+            else:
+                self.mode = ROLL if self.phase == REST and self.rolls else SLIP
 
     # -- in a step of a crowd ----------------------------------------------------------------------
 
@@ -259,8 +278,15 @@ class Member:
 
         The impulse that stops a slip u is 2/7 u; what it leaves rolls, and drag slows that.
         """
-        x, y = self.vx + h * self.fx, self.vy + h * self.fy
+        x, y = self.vx + h * (self.fx + self.px), self.vy + h * (self.fy + self.py)
         p, q = self.wx + h * self.cx, self.wy + h * self.cy
+        if self.own is not None:
+            turns_back = self.slows and x * self.vx + y * self.vy <= 0.0
+            self.phase = REST if turns_back else FREE
+            if turns_back:
+                x = y = p = q = 0.0
+            self._change_by(x, y, p, q, h)
+            return
         most, self.phase = h * self.share * self.pull, ROLL
         if self.rolls:
             ux, uy = x - p, y - q
@@ -283,6 +309,10 @@ class Member:
                 p, q = x, y
             else:
                 self.phase = SLIP
+        self._change_by(x, y, p, q, h)
+
+    def _change_by(self, x: float, y: float, p: float, q: float, h: float) -> None:
+        """Let the rates be those that lead to a velocity and a roll (m/s) in a time (s)."""
         self.ax, self.ay = (x - self.vx) / h, (y - self.vy) / h
         self.bx, self.by = (p - self.wx) / h, (q - self.wy) / h
 
