@@ -23,7 +23,6 @@ from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load
 from pool_pymunk.laws.contact import Pair
 from pool_pymunk.solvers import Settings, pymunk_space
 from pool_pymunk.world import Billiards, TableBall, same_balls
-from pool_pymunk.world.billiards import FrictionBy
 
 
 @pytest.mark.parametrize("table", ["rectangle", "hexagon", "L", "open plane"])
@@ -103,9 +102,7 @@ def test_fast_random_shots_stay_on_the_table(seed: int) -> None:
 def test_bodies_follow_their_paths_step_by_step() -> None:
     """The bodies themselves are where Eq. 10 puts them, not only the paths kept of them."""
     space = pymunk.Space()
-    table = Billiards(
-        space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5  # type: ignore[arg-type]
-    )  # fmt: skip
+    table = Billiards(space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5)
     body = pymunk.Body(0.2, math.inf)
     ball = table.add_ball(pymunk.Circle(body, 0.05))
     table.strike(ball, (1.0, 0.0))
@@ -136,7 +133,7 @@ def test_zero_slip_of_the_published_law_is_reported() -> None:
 
 
 def test_a_part_that_is_left_out_costs_nothing() -> None:
-    """Cushions, joints and callbacks are installed only where the scene asks for them."""
+    """There are cushions only where the scene asks for them, and nothing else ever."""
     bare = Scene(
         balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1)
     )
@@ -149,14 +146,13 @@ def test_a_part_that_is_left_out_costs_nothing() -> None:
 
     def installed(scene: Scene) -> tuple[int, int, int, bool]:
         settings = Settings(0.01)
-        world = pymunk_space.set_up(scene, scene.start(None), settings, friction)  # type: ignore[arg-type]
+        world = pymunk_space.set_up(scene, scene.start(None), settings)
         (ball,), space = world.balls, world.space
         is_bare = ball.body.velocity_func == pymunk.Body.update_velocity
-        return len(world.engine.walls), len(space.shapes), len(space.constraints), is_bare
+        return len(world.engine.table.walls), len(space.shapes), len(space.constraints), is_bare
 
-    for friction, joints in (("joint", 1), ("callback", 0)):
-        assert installed(bare, friction) == (0, 1, 0, True)
-        assert installed(whole, friction) == (4, 5, joints, friction == "joint")
+    assert installed(bare) == (0, 1, 0, True)
+    assert installed(whole) == (4, 5, 0, True)
     happened = [simulate(scene, solver="pymunk", dt=0.01).events for scene in (bare, whole)]
     assert [[event.kind for event in events] for events in happened] == [
         [], ["ball-cushion", "stop"],

@@ -487,7 +487,7 @@ def test_shapes_that_are_on_a_table_already_are_refused_in_words() -> None:
         (lambda body: setattr(body, "velocity", (-20.0, 0.0)), -20.0),
     ],
 )
-def test_a_callback_finds_the_balls_of_a_contact_as_they_are_after_it(
+def test_a_callback_finds_bodies_as_they_are_after_the_contact(
     change: Callable[[pymunk.Body], object], speed: float
 ) -> None:
     space, table = world(1.0)
