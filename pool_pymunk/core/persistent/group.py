@@ -30,6 +30,7 @@ GROWTH: Final = 4.0
 NEVER: Final = -1
 STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
+SHORT: Final = 10.0  # of the shortest pieces; what stops within one has moved 1e-11 m at most
 FINE: Final = 1e-3  # of the shortest piece; where it ends is found as finely
 
 
@@ -88,6 +89,15 @@ class Group(Gathering):
             if speed > self.scale.faded:
                 return False
         return True
+
+    @property
+    def creeps(self) -> bool:
+        """This tells whether a ball hardly moves, and turns so fast that pieces are very short."""
+        return any([self.lets_rest(each) for each in self.members])
+
+    def lets_rest(self, each: Member) -> bool:
+        """Tell whether a ball may rest that hardly moves in a very short piece."""
+        return self.time <= SHORT * self.scale.least and each.hardly_moves(self.time)
 
     def has_alone(self, one: Touch) -> bool:
         """Tell whether no other contact of the group has a ball of this one."""

@@ -20,7 +20,7 @@ from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, SHORTEST, STRONGEST
+from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, SHORTEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
@@ -64,6 +64,13 @@ class Groups(Forming):
         self.tried = self.formed = self.freed = -INF
         self.pace = self.scale.first
         self.pieces = self.misfits = self.begun = self.absorbed = self.crowds = 0
+
+    def begin_step(self, present: Present) -> None:
+        super().begin_step(present)
+        moving = [-1 - wall.place for wall in present.table.walls if wall.moves]
+        if len(moving) > 0:  # They may go on otherwise than they did, so nothing waits for them.
+            self.quiet = {k: t for k, t in self.quiet.items() if k[1] not in moving}
+            self.opened = {k: t for k, t in self.opened.items() if k[1] not in moving}
 
     # -- what is asked by the engine -----------------------------------------------------------
 
@@ -185,9 +192,9 @@ class Groups(Forming):
 
     def _wait(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> float:
         """Let a contact be none for a moment, in which nothing sinks in to be seen."""
-        press = self._press(present, self._contact(present, a, b, wall))
-        pull = max(STRONGEST * max(present.pull, 1e-9), press)
-        until = present.now + math.sqrt(2.0 * self.tolerance / pull)
+        one = self._contact(present, a, b, wall)
+        press = max(self._press(present, one), self._strongest(present, one))
+        until = present.now + math.sqrt(2.0 * self.tolerance / max(press, 1e-9))
         self.quiet[sides_of(a, b, wall)] = until
         self.is_hushed = True
         return until
@@ -262,7 +269,7 @@ class Groups(Forming):
         if self._breaks(present, group):
             self.take_apart(present, ball)
             self._begin_in(present, self._form(present, [*self.loose]))
-        elif group.fell == NEVER and not regains:
+        elif group.fell == NEVER and not regains and not group.creeps:
             self._play(present, group)
         else:
             self._go_on_otherwise(present, group)
@@ -320,7 +327,9 @@ class Groups(Forming):
         for each in group.members:
             left = each.left()
             if each.phase != REST and (
-                left < 0.0 or (left <= 10.0 * self.scale.none and each.fades_in() < INF)
+                left < 0.0
+                or (left <= 10.0 * self.scale.none and each.fades_in() < INF)
+                or group.lets_rest(each)
             ):
                 was = each.phase
                 each.settle()

@@ -243,6 +243,14 @@ class Member:
         most = self.drag if self.phase == REST and self.rolls else self.pull
         return most - math.sqrt(x * x + y * y)
 
+    def hardly_moves(self, time: float) -> bool:
+        """Tell whether the surface could stop the ball in a time (s), and hold it then."""
+        if self.phase == REST or (self.phase == SLIP and self.rolls):
+            return False
+        loss = self.drag if self.phase == ROLL else self.pull
+        x, y = self.ax + loss * self.hx, self.ay + loss * self.hy
+        return self.left() <= loss * time and x * x + y * y <= loss * loss
+
     def hold(self, now: float) -> None:
         """Let static friction hold the ball as it is, or let it go along its drive."""
         self.mode = self.phase
