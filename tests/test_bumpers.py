@@ -51,9 +51,7 @@ def go(table: Billiards, seconds: float) -> None:
 
 @pytest.mark.parametrize("u", [None, 0.0, 0.4, -0.3])
 @pytest.mark.parametrize(("e", "mu"), [(1.0, 0.0), (0.7, 0.2), (0.0, 0.1)])
-def test_a_kick_is_added_to_the_answer_of_the_law(
-    e: float, mu: float, u: float | None
-) -> None:
+def test_a_kick_is_added_to_the_answer_of_the_law(e: float, mu: float, u: float | None) -> None:
     """v_n' - u = e (u - v_n) + k, and the friction is that without the kick."""
     table = bare()
     body, heard = bumper(table, 0.0, e, mu, u), heard_by(table)

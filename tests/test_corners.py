@@ -10,9 +10,8 @@ import pytest
 from scenes import seeds
 from worlds import plane
 
-from pool_pymunk.core.live import SAME
-
 from pool_pymunk import same_balls
+from pool_pymunk.core.live import SAME
 
 R = 0.03  # m
 

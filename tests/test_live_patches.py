@@ -38,7 +38,7 @@ def end_of(v: float, *stretches: tuple[float, float], last: float = A) -> float:
 
 @pytest.mark.parametrize("pull", [SAND, ICE, 0.0])
 def test_a_ball_crosses_a_patch(pull: float) -> None:
-    space, table = plane()
+    _, table = plane()
     assert table.add_patch(square(0.5), pull) == 0
     moving, resting = ball(table, 0.0), ball(table, 0.0, 0.5)
     table.strike(moving, (1.2, 0.0))

@@ -31,8 +31,6 @@ from pool_pymunk import (
 from pool_pymunk.page.content import content
 from pool_pymunk.results.persistent import joined
 from pool_pymunk.results.trace import Persisted
-from pool_pymunk.solvers.pymunk_space import set_up
-from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world import ContactEvent
 
 EXACT = [("event-driven", None), ("pymunk", 1 / 60)]

@@ -227,7 +227,7 @@ def test_a_rolling_ball_leaves_a_hit_by_the_30_degree_rule(full: float, degrees:
     a = math.asin(1.0 - full)
     other = ball("1", 0.5 + 2 * R * math.cos(a), 2 * R * math.sin(a))
     friction = Friction(SLIDING, 0.0, 0.0, 0.0)
-    run = struck(1.0, 1.0, other, physics=Physics(max_time=2.0))
+    run = struck(1.0, 1.0, other, friction=friction, physics=Physics(max_time=2.0))
     vx, vy = run.end.velocity[0]
     expected = math.atan2(math.sin(a) * math.cos(a), math.sin(a) ** 2 + 0.4)
     assert math.degrees(expected) == pytest.approx(degrees, abs=0.005)

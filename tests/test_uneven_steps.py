@@ -58,9 +58,7 @@ def ends(steps: Iterator[float], x: float, spring: bool = False, **settings: Any
 @every_step
 @pytest.mark.parametrize("x", [0.0, pytest.param(1000.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("spring", [False, True], ids=["no guest", "a guest on a spring"])
-def test_ends_are_those_of_contacts_at_exact_times(
-    steps: str, x: float, spring: bool
-) -> None:
+def test_ends_are_those_of_contacts_at_exact_times(steps: str, x: float, spring: bool) -> None:
     exact = ends(itertools.repeat(1 / 60), x)
     ours = ends(STEPS[steps](), x, spring)
     assert ours == pytest.approx(exact, abs=1e-12 + 4.0 * math.ulp(x))
