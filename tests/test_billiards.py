@@ -452,7 +452,7 @@ def test_a_ball_within_a_pocket_or_a_wall() -> None:
     assert resting.is_on_table
 
 
-WALLS: dict[str, tuple[Callable[[pymunk.Body], pymunk.Shape], str]] = {
+WALLS: dict[str, tuple[Callable[[pymunk.Body], Any], str]] = {
     "segment through": (lambda b: pymunk.Segment(b, (0, -1), (0, 1), 0), "0.03 (1 radii)"),
     "segment at its rim": (lambda b: pymunk.Segment(b, (0.02, -1), (0.02, 1), 0), "0.01 (0.33 "),
     "segment that ends in it": (lambda b: pymunk.Segment(b, (0.01, 0), (1, 0), 0), "0.02"),
