@@ -32,7 +32,8 @@ from pool_pymunk import Ball, Law, Physics, Restitution, Scene, SceneError, Tabl
 from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.motion.path import Path
-from pool_pymunk.core.persistent.declined import Declined
+from pool_pymunk.core.persistent.groups import persistence_of
+from pool_pymunk.core.persistent.scale import TOLERANCE
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls import moving
@@ -155,17 +156,17 @@ class New:
             e, e if cue is None else cue, scene.friction.ball_ball,
         )  # fmt: skip
         balls = balls_of(scene, scene.start(None), table)
-        self.engine = Engine(table, balls, law_in_core(play.law), self.heard, Declined())
+        persistence = persistence_of(table, balls, TOLERANCE)
+        self.engine = Engine(table, balls, law_in_core(play.law), self.heard, persistence)
         self.engine.most_events = MOST
         self.engine.begin_run()
 
-    def step(self, since: float, until: float, poses: Sequence[Pose]) -> bool:
-        """Play a step, and tell whether no contact is about to persist."""
+    def step(self, since: float, until: float, poses: Sequence[Pose]) -> None:
+        """Play a step."""
         for wall, pose in zip(self.movers, poses, strict=True):
             wall.body = moving.Body(*pose, since, until)
         self.engine.begin_step(since)
         self.engine.advance(until)
-        return not self.engine.persistence.declines
 
     def state(self) -> Note:
         """Return what the engine counts, and all about balls that no note has."""

@@ -17,7 +17,6 @@ from hashlib import sha256
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
-from unittest.mock import patch
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -47,17 +46,13 @@ from pool_pymunk import (
     load,
     rack,
 )
-from pool_pymunk.core.persistent.declined import Declined
-from pool_pymunk.core.persistent.persistence import Persistence
-from pool_pymunk.core.table import Table as CoreTable
-from pool_pymunk.core.table import may_press
 from pool_pymunk.laws.contact import NO_BALL, Contact, Respond, Velocities, closing_speed
 from pool_pymunk.model.parts import STANDARD_GRAVITY
 from pool_pymunk.model.places import SUNK
 from pool_pymunk.results.trace import SLIPS, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.safety.files import bundled
-from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers.event_driven import solve
 from pool_pymunk.solvers.frozen import nudged
 from pool_pymunk.solvers.record import Settings
 
@@ -570,7 +565,7 @@ def gone_on(rnd: random.Random, kind: str) -> tuple[Scene, State]:
     scene = drawn(rnd, kind)
     latest = 10 ** rnd.uniform(-1.5, 0.5)
     how = usual(scene)._replace(max_time=latest, max_events=rnd.choice((3, 10, MOST)))
-    before = outcome(by_core, Case("", scene, scene.start(None), how)).trace
+    before = outcome(Case("", scene, scene.start(None), how)).trace
     if before is None:
         return gone_on(rnd, kind)
     start = end_of(scene, scene.start(None), before)
@@ -603,7 +598,7 @@ def own_shots(name: str) -> Iterator[Case]:
     for shot in scene.shots:
         start = scene.start(shot, end if shot.from_previous else None)
         yield Case(f"{name}, {shot.name}", scene, start, usual(scene))
-        end = end_of(scene, start, event_driven.solve(scene, start, usual(scene)))
+        end = end_of(scene, start, solve(scene, start, usual(scene)))
 
 
 def bundled_shot(name: str, seed: int) -> Case:
@@ -663,28 +658,16 @@ def names(kinds: Sequence[str] = (), first: int = BASE_SEED) -> Iterator[str]:
 
 
 class Outcome(NamedTuple):
-    """A run came to a trace, to an error, or to a contact that persists: then it has no trace."""
+    """A run came to a trace, or to an error."""
 
     trace: Trace | None
     error: str = ""
 
 
-def by_core(scene: Scene, start: State, settings: Settings) -> Trace | None:
-    """Play a run by the core; return None if a contact would persist in it."""
-    declined = Declined()
-
-    def persistence_of(table: CoreTable, *_: object) -> Persistence:
-        return declined if may_press(table) else Persistence()
-
-    with patch.object(event_driven, "persistence_of", persistence_of):
-        trace = event_driven.solve(scene, start, settings)
-    return None if declined.declines else trace
-
-
-def outcome(play: Callable[[Scene, State, Settings], Trace | None], case: Case) -> Outcome:
-    """Play a case, and return its trace, or the error that it raises."""
+def outcome(case: Case) -> Outcome:
+    """Play a case by the core, and return its trace, or the error that it raises."""
     try:
-        return Outcome(play(case.scene, case.start, case.settings))
+        return Outcome(solve(case.scene, case.start, case.settings))
     except Exception as error:
         return Outcome(None, f"{type(error).__name__}: {error}")
 
@@ -760,7 +743,7 @@ def digests(count: int) -> list[str]:
     Compiled or not, they are the same.
     """
     chosen = [*islice(names(), count), *(f"{name} {BASE_SEED}" for name in BUNDLED)]
-    return [f"{name}: {digest(outcome(by_core, case_of(name)))}" for name in chosen]
+    return [f"{name}: {digest(outcome(case_of(name)))}" for name in chosen]
 
 
 if __name__ == "__main__":

@@ -102,7 +102,9 @@ def test_fast_random_shots_stay_on_the_table(seed: int) -> None:
 def test_bodies_follow_their_paths_step_by_step() -> None:
     """The bodies themselves are where Eq. 10 puts them, not only the paths kept of them."""
     space = pymunk.Space()
-    table = Billiards(space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5)
+    table = Billiards(
+        space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5
+    )  # fmt: skip
     body = pymunk.Body(0.2, math.inf)
     ball = table.add_ball(pymunk.Circle(body, 0.05))
     table.strike(ball, (1.0, 0.0))
@@ -133,7 +135,7 @@ def test_zero_slip_of_the_published_law_is_reported() -> None:
 
 
 def test_a_part_that_is_left_out_costs_nothing() -> None:
-    """There are cushions only where the scene asks for them, and nothing else ever."""
+    """Cushions are installed only where the scene asks for them, and friction installs nothing."""
     bare = Scene(
         balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1)
     )
@@ -145,11 +147,10 @@ def test_a_part_that_is_left_out_costs_nothing() -> None:
     )
 
     def installed(scene: Scene) -> tuple[int, int, int, bool]:
-        settings = Settings(0.01)
-        world = pymunk_space.set_up(scene, scene.start(None), settings)
+        world = pymunk_space.set_up(scene, scene.start(None), Settings(0.01))
         (ball,), space = world.balls, world.space
         is_bare = ball.body.velocity_func == pymunk.Body.update_velocity
-        return len(world.engine.table.walls), len(space.shapes), len(space.constraints), is_bare
+        return len(world.walls), len(space.shapes), len(space.constraints), is_bare
 
     assert installed(bare) == (0, 1, 0, True)
     assert installed(whole) == (4, 5, 0, True)
@@ -214,7 +215,7 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own() -> None:
         table.strike(ball, (1.0, 0.0))
     bodies = len(space.bodies)
     for _ in range(180):
-        table.step()
+        space.step(dt)
     assert taken == [(first, number), (second, number)]
     assert len(space.bodies) == bodies - 2
     assert not [shape for shape in space.shapes if shape.body in (first.body, second.body)]
@@ -225,7 +226,7 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own() -> None:
     third = _ball(table, (-0.3, 0.0))
     table.strike(third, (1.0, 0.0))
     for _ in range(60):
-        table.step()
+        space.step(dt)
     assert [ball for ball, _ in taken] == [first, second, third]
 
 

@@ -43,7 +43,7 @@ from pool_pymunk import (
 from pool_pymunk.core.contact.laws import Coulomb
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.near import Grid, Near
-from pool_pymunk.core.persistent.declined import Declined
+from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.record import Record
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import event_driven
@@ -494,7 +494,7 @@ def test_a_grid_is_as_good_as_a_look_through_all_boxes(surface: float) -> None:
         table = table_of(scene)
         balls = balls_of(scene, scene.start(None), table)
         records.append(Record([[] for _ in balls], False))
-        engine = Engine(table, balls, Coulomb(), records[-1], Declined())
+        engine = Engine(table, balls, Coulomb(), records[-1], Persistence())
         engine.near = kind(balls)
         engine.begin_run()
         engine.advance(1.0)
@@ -512,7 +512,7 @@ def test_a_run_whose_instants_have_no_events_is_given_up() -> None:
     balls = balls_of(scene, start, table)
     trace = Trace(start)
     record = event_driven.Listener(trace, None)
-    engine = Engine(table, balls, Coulomb(), record, Declined())
+    engine = Engine(table, balls, Coulomb(), record, Persistence())
     engine.begin_run()
     engine.idle = NEVER_SETTLES - 1
     engine.advance(0.5)

@@ -28,7 +28,7 @@ def walled(corners: list[Point] = WIDE, radius: float = 0.0, **settings: Any) ->
 
 def play(table: Billiards, steps: int = 600) -> None:
     for _ in range(steps):
-        table.step()
+        table.space.step(table.max_dt)
 
 
 # -- balls that come back --------------------------------------------------------------------------

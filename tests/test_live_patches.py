@@ -38,12 +38,12 @@ def end_of(v: float, *stretches: tuple[float, float], last: float = A) -> float:
 
 @pytest.mark.parametrize("pull", [SAND, ICE, 0.0])
 def test_a_ball_crosses_a_patch(pull: float) -> None:
-    _, table = plane()
+    space, table = plane()
     assert table.add_patch(square(0.5), pull) == 0
     moving, resting = ball(table, 0.0), ball(table, 0.0, 0.5)
     table.strike(moving, (1.2, 0.0))
     for _ in range(600):
-        table.step()
+        space.step(STEP)
     expected = end_of(1.2, (A, 0.5), (pull, 0.2))
     assert moving.body.position.x == pytest.approx(expected, abs=1e-11)
     assert resting.body.position == (0.0, 0.5)
@@ -102,7 +102,7 @@ def test_a_live_table_plays_as_the_exact_solver(seed: int, shared: bool) -> None
     other, state = table.to_scene()
     assert len(other.patches) == len(scene.patches)
     for _ in range(2000):
-        table.step(STEP)
+        space.step(STEP)
         if not table.moving:
             break
     run = simulate(scene, solver="event-driven")

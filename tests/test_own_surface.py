@@ -114,8 +114,15 @@ def test_a_ball_in_a_bowl_swings_like_a_pendulum() -> None:
     assert math.dist(run.end.position[0], start) < 1e-8
 
 
-class Named(Sliding):
+class Named(Surface):
     """This surface is that of a scene, but a class of its own."""
+
+    def __init__(self, pull: float) -> None:
+        super().__init__(pull, pull, False)
+        self.slides = Sliding(pull)
+
+    def path(self, t: float, place: Vector, velocity: Vector, roll: Vector) -> Path:
+        return self.slides.path(t, place, velocity, roll)
 
 
 @dataclass(frozen=True)

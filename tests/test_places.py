@@ -325,8 +325,6 @@ def test_a_ball_whose_centre_is_within_a_post_lies_in_it() -> None:
 class Bowl(Side):
     """A side of a new kind: the inside of a circle, all of whose outside is solid."""
 
-    core = math.inf
-
     def gap(self, x: float, y: float, r: float) -> float:
         """Return the distance (m) from a ball within the circle."""
         return 1.0 - math.sqrt(x * x + y * y) - r
@@ -349,7 +347,7 @@ class Bowl(Side):
 def test_a_new_kind_of_side_needs_no_new_rule(x: float, is_free: bool) -> None:
     table = Billiards(pymunk.Space(), 1 / 60, pair=same_balls(0.9, 0.0))
     shape = pymunk.Circle(table.space.static_body, 1.0)
-    table.add_wall(shape, 0.8, sides=(Bowl(),))
+    table.add_wall(shape, 0.8, sides=(Bowl(core=math.inf),))
     assert accepted(lambda: put(table, (x, 0.0), 0.1)) == is_free
 
 

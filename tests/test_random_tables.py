@@ -161,7 +161,8 @@ class RandomTable:
         self.some().body.velocity = self.velocity()
 
     def nudge(self) -> None:
-        self.some().body.velocity += self.rnd.choice([1e-13, 1e-9, 1e-3]) * pymunk.Vec2d(1, 0)
+        ball = self.some()
+        ball.body.velocity += self.rnd.choice([1e-13, 1e-9, 1e-3]) * pymunk.Vec2d(1, 0)
 
     def take_out(self) -> None:
         ball = self.some()
@@ -197,9 +198,9 @@ class RandomTable:
         table, known = self.table, len(self.stops)
         table.save_state()  # follows what was done by hand
         before = set(table.moving)
-        if table.live.phase is Phase.BETWEEN:
+        if table.live.phase not in (Phase.PLAYING, Phase.TELLING):
             self.at_rest_by_hand.clear()
-        table.step(dt)
+        self.space.step(dt)
         rest = {i for i in before - set(table.moving) if table.balls[i].is_on_table}
         assert rest <= {i for i, _ in self.stops[known:]} | self.at_rest_by_hand
 
@@ -226,8 +227,8 @@ class RandomTable:
         there = {ball.body for ball in table.on_table()}
         dynamic = {each for each in self.space.bodies if each.body_type == pymunk.Body.DYNAMIC}
         assert there == dynamic
-        assert len(self.space.shapes) == len(there) + len(self.ends) + len(self.holes) + 1
-        assert not self.space.constraints
+        shapes = len(there) + len(self.ends) + len(self.holes) + 1
+        assert len(self.space.shapes) == shapes
 
     def anew(self) -> None:
         """A table that is set up from this one's state goes on as this one does, by other steps."""
@@ -245,11 +246,10 @@ class RandomTable:
         heard = table.on_contact, table.on_stop, table.on_pocket
         table.on_contact = table.on_stop = table.on_pocket = None
         self.guest.collision_type = 0
-        other.time = state.time
         other.restore_state(TableState(state.time, dict(enumerate(state.motions.values()))))
         while table.time < state.time + 0.3 - 1e-12:
             dt = min(self.rnd.uniform(1e-4, LONGEST), state.time + 0.3 - table.time)
-            table.step(dt)
+            self.space.step(dt)
         for _ in range(10):
             other.step(0.03)
         ends, twins = table.save_state().motions, other.save_state().motions
@@ -283,5 +283,5 @@ def play(seed: int, calls: int) -> RandomTable:
 
 
 def test_random_calls_from_everywhere() -> None:
-    for seed in range(3):
+    for seed in range(9):
         play(seed, 120)

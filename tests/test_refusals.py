@@ -90,14 +90,12 @@ def circle(
     kind: int = pymunk.Body.DYNAMIC,
 ) -> pymunk.Circle:  # fmt: skip
     BODIES.append(pymunk.Body(mass, 1e-4, kind))
-    made = pymunk.Circle(BODIES[-1], radius, offset)
-    return made
+    return pymunk.Circle(BODIES[-1], radius, offset)
 
 
 def segment(a: tuple[float, float], b: tuple[float, float]) -> pymunk.Segment:
     BODIES.append(pymunk.Body(body_type=pymunk.Body.STATIC))
-    made = pymunk.Segment(BODIES[-1], a, b, 0.0)
-    return made
+    return pymunk.Segment(BODIES[-1], a, b, 0.0)
 
 
 def ready(env: Any) -> Any:

@@ -111,7 +111,7 @@ def rest(table: Billiards, *lengths: float) -> list[float]:
     for k in range(100_000):
         if not table.moving:
             break
-        table.step(lengths[k % len(lengths)])
+        table.space.step(lengths[k % len(lengths)])
     return [number for each in table.balls for number in each.body.position]
 
 
@@ -153,7 +153,7 @@ def test_a_saved_state_has_the_roll_and_a_placed_ball_has_none() -> None:
     one = table.add_ball(circle())
     table.strike(one, (1.0, 0.0), roll=-2.0)
     for _ in range(5):
-        table.step(1 / 60)
+        table.space.step(1 / 60)
     saved = table.save_state()
     assert saved.rolls is not None and saved.rolls[0][0] < -1.5
     first = rest(table, 1 / 60)

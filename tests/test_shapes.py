@@ -177,12 +177,12 @@ def in_a_space(scene: Scene, **settings: Any) -> Billiards:
 def ends_as_the_exact_run(table: Billiards, scene: Scene) -> None:
     run = exact(scene)
     while table.moving:
-        table.step(1 / 60)
+        table.space.step(1 / 60)
     for ball, end in zip(table.balls, run.final.values(), strict=True):
         assert math.dist(ball.body.position, end) < 1e-10
 
 
-def by_billiards(scene: Scene, _: Path) -> None:
+def by_billiards_alone(scene: Scene, _: Path) -> None:
     ends_as_the_exact_run(in_a_space(scene), scene)
 
 
@@ -284,7 +284,7 @@ def by_pictures(scene: Scene, out: Path) -> None:
 User = Callable[[Scene, Path], None]
 USERS: list[User] = [
     by_event_driven, by_pymunk, by_time_slice, by_pymunk_discrete, by_pymunk_builtin,
-    by_billiards, by_billiards_with_a_guest, by_sensitivity, by_many_shots, by_derivatives,
+    by_billiards_alone, by_billiards_with_a_guest, by_sensitivity, by_many_shots, by_derivatives,
     by_sweep, by_atlas, by_environments, by_files, by_pages, by_pictures,
 ]  # fmt: skip
 NEEDS = {by_sweep: "pyarrow", by_environments: "gymnasium"}

@@ -14,7 +14,7 @@ from oracle.reference import DIGITS, product, real_roots, value
 
 from pool_pymunk.core.motion import pairs, times
 from pool_pymunk.core.motion.path import Path, sliding
-from pool_pymunk.core.motion.times import closing_acceleration, path_to_disc
+from pool_pymunk.core.motion.times import path_to_disc
 from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.laws.contact import Vector
@@ -159,6 +159,14 @@ def test_a_path_that_passes_within_a_hair_ends(miss: float) -> None:
     # Rounding of 8 EPSILON in the gap changes the time by this much.
     passes = pytest.approx(1e9, abs=math.sqrt(16.0 * EPSILON) * 1e9)
     assert t == math.inf or (t == passes and miss < 8.0 * EPSILON)
+
+
+def closing_acceleration(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
+    """Return the acceleration (m/s^2) at which two discs close: -d'' of their distance d."""
+    (dx, dy), (vx, vy), (ax, ay) = offset, velocity, acceleration
+    distance = math.hypot(dx, dy)
+    slip = (dx * vy - dy * vx) / distance
+    return -(dx * ax + dy * ay + slip * slip) / distance
 
 
 def test_pressing_is_minus_the_second_derivative_of_the_distance() -> None:

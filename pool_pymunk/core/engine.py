@@ -116,7 +116,7 @@ class Engine(Present):
     def advance(self, until: float) -> None:
         """Play what is due up to a time (s), within the bounds of the run."""
         queue = self.queue
-        while self.may_go_on and self.idle < NEVER_SETTLES and not self.persistence.declines:
+        while self.may_go_on and self.idle < NEVER_SETTLES:
             t = queue.upcoming()
             if t > until or t == INF:
                 break

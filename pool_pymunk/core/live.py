@@ -195,6 +195,10 @@ class LiveEngine(Engine):
         self.persistence.go_on_from(self, ball)
         put(self.persistence.loose, ball)
         self._predict_loose()
+        self._fall_in(ball)
+
+    def _fall_in(self, ball: Ball) -> None:
+        """Let a pocket take a ball in at once that somebody has put into it."""
         x, y = ball.path.place(self.now)
         for wall in self.table.walls:
             if isinstance(wall, Pocket) and wall.sides[0].gap(x, y, ball.radius) < 0.0:
@@ -279,6 +283,8 @@ class LiveEngine(Engine):
                 self.persistence.go_on_from(self, ball)
         self.pressed = []
         self._predict_loose()
+        for ball in there:
+            self._fall_in(ball)
 
     def _renew_persistence(self) -> None:
         """Let contacts persist as the present surface, walls and balls ask for."""

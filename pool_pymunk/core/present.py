@@ -8,7 +8,6 @@ from typing import Final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact, Disc, Pair
 from pool_pymunk.core.contact.laws import Law
-from pool_pymunk.core.facing import Facing
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
 from pool_pymunk.core.near import Near
@@ -108,8 +107,20 @@ class Present:
 
     def rubs(self, hit: Due) -> bool:
         """Tell whether two sides that touch close no faster than rounding explains."""
-        facing = Facing(hit, self.now)
-        return facing.closing <= facing.noise and self.is_closed(hit, 1.0)
+        a, b, wall, now = hit.a, hit.b, hit.wall, self.now
+        x, y, vx, vy = a.path.at(now)
+        noise = a.noise
+        if b is not None:
+            px, py, ux, uy = b.path.at(now)
+            nx, ny = unit(px - x, py - y)
+            closing = vx * nx + vy * ny - (ux * nx + uy * ny)
+            noise = max(noise, b.noise)
+        else:
+            assert wall is not None, "a hit has another side"
+            nx, ny = wall.nearest(x, y, a.radius, now).normal(x, y)
+            ux, uy, _spins, _lifts = wall.sweep(x, y, now)
+            closing = -((vx - ux) * nx + (vy - uy) * ny)
+        return closing <= noise and self.is_closed(hit, 1.0)
 
     def touching(self, hits: list[Due], balls: list[Ball]) -> list[Due]:
         """Return these hits, and all contacts in the cluster around their balls or ``balls``."""

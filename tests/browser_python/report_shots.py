@@ -17,7 +17,7 @@ from pool_pymunk.core.contact.laws import Published
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.surface import Sliding
-from pool_pymunk.core.persistent.declined import Declined
+from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.record import Record
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.face import Face
@@ -55,7 +55,7 @@ def played(shot: dict[str, Any]) -> list[Any]:
     paths = [each.path for each in discs]
     record = Record([], False)
     record.knots = [[(p.t, p.x, p.y, p.vx, p.vy, p.ax, p.ay)] for p in paths]
-    engine = Engine(table, discs, Published(), record, Declined())
+    engine = Engine(table, discs, Published(), record, Persistence())
     engine.begin_run()
     engine.advance(math.inf)
     return [as_hex(record.events), as_hex(record.knots)]

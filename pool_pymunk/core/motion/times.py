@@ -236,20 +236,3 @@ def time_of_impact(
         if t == before:
             return t
     return t
-
-
-def closing_acceleration(offset: Vector, velocity: Vector, acceleration: Vector) -> float:
-    """Return the acceleration (m/s^2) at which two discs close: -d'' of their distance d.
-
-    The arguments are those of :func:`time_of_impact`. A relative motion across the line of centres
-    drives the discs apart.
-
-    >>> closing_acceleration((2.0, 0.0), (0.0, 1.0), (-3.0, 0.0))
-    2.5
-    """
-    dx, dy = offset
-    vx, vy = velocity
-    ax, ay = acceleration
-    distance = math.sqrt(dx * dx + dy * dy)
-    slip = (dx * vy - dy * vx) / distance
-    return -(dx * ax + dy * ay + slip * slip) / distance

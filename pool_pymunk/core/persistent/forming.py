@@ -8,7 +8,7 @@ from typing import final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import INF
-from pool_pymunk.core.persistent.bounces import spare_drag
+from pool_pymunk.core.persistent.bounces import count_bounces
 from pool_pymunk.core.persistent.crowds import SUNK, Crowds
 from pool_pymunk.core.persistent.gathering import joined
 from pool_pymunk.core.persistent.group import Group
@@ -76,7 +76,7 @@ class Forming(Crowds):
             group = Group(members, touches, now, self.scale)
             group.decide(now, True)
             for one, v in zip(touches, parting):
-                spare_drag(one, v)
+                count_bounces(one, v)
             if group.strike():
                 group.decide(now, True)
             group.join()

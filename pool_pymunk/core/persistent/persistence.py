@@ -18,14 +18,12 @@ class Persistence:
 
     The engine and its instants ask this whether hits are hits, and tell it of those that were
     answered. ``loose`` are balls on new paths, which the engine is to predict, and ``seeds`` those
-    around which groups are to begin at the end of an instant. Once it
-    ``declines``, the run is to be played by somebody else.
+    around which groups are to begin at the end of an instant.
     """
 
     def __init__(self) -> None:
         self.loose: list[Ball] = []
         self.seeds: list[Ball] = []
-        self.declines = False
 
     def begin_run(self) -> None:
         """Forget all contacts that have persisted, for another run."""

@@ -9,7 +9,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
-from pool_pymunk.core.persistent.member import REST, ROLL, Member
+from pool_pymunk.core.persistent.member import REST, ROLL, SHARE, Member
 from pool_pymunk.core.walls.moving import Carried
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
@@ -195,12 +195,17 @@ class Touch:
         a, b = self.a, self.b
         rolls_in = self.wrings and a.mode == ROLL
         opening, slip, roll = self.opening, self._present_slip, self.roll_in
-        if rolls_in:  # A wall that moves may drive a ball that rolls away from it.
-            soft *= max(1.0 - self.mu, LEAST) if roll > 0.0 > opening else 1.0 + self.mu
+        wrings = self.mu
+        if rolls_in and roll > 0.0 > opening:  # A wall that moves drives it on.
+            soft *= max(1.0 - wrings, LEAST)
+        elif rolls_in:
+            wrings = min(wrings, GYRATION)  # The roll into it ends with the motion into it.
+            soft *= 1.0 + wrings
         n = -opening / soft
         most = self.mu * max(n, 0.0)
         self.spared -= min(n, 0.0)
-        t, i = -math.copysign(1.0, slip) * most, -math.copysign(1.0, roll) * most / GYRATION
+        t = -math.copysign(1.0, slip) * most
+        i = -math.copysign(1.0, roll) * wrings * max(n, 0.0) / GYRATION
         if abs(t) * self.softness > abs(slip):
             t = -slip / self.softness
         if not self.wrings:
@@ -225,15 +230,30 @@ class Touch:
         if self.free <= now:
             self.free, self.mu = -INF, self.pair.friction
 
+    @property
+    def press_on(self) -> float:
+        """How strongly (m/s^2) the sides would close without their forces."""
+        a = self.a
+        rolls_in = self.wrings and a.phase == ROLL
+        return self.n * self.softness + (SHARE * self.i / a.mass if rolls_in else 0.0)
+
+    def rub(self, n: float) -> None:
+        """Slow the slip as an impulse N (N s) along the normal does, and do not turn it round."""
+        if self.slides != 0.0 and self.softness > 0.0:
+            t = min(self.mu * n, abs(self._present_slip) / self.softness)
+            self._push_along(-self.slides * t)
+
     def stick(self) -> None:
         """Let a slip that has faded, or nearly so, be 0; no momentum is lost."""
         soft = self.softness
         if soft > 0.0:
-            t = -self._present_slip / soft
-            x, y = -t * self.ny, t * self.nx
-            self.a.kick((x, y) if self.b is None else (-x, -y), (0.0, 0.0))
-            if self.b is not None:
-                self.b.kick((x, y), (0.0, 0.0))
+            self._push_along(-self._present_slip / soft)
+
+    def _push_along(self, t: float) -> None:
+        x, y = -t * self.ny, t * self.nx
+        self.a.kick((x, y) if self.b is None else (-x, -y), (0.0, 0.0))
+        if self.b is not None:
+            self.b.kick((x, y), (0.0, 0.0))
 
     def stop_turning(self) -> None:
         """Let a roll into the cushion that has faded, or nearly so, be 0."""
