@@ -57,7 +57,7 @@ def sunk(seed: int) -> float:
 # Balls sank in by 1 to 28 mm beside these corners, or were hit without end.
 @pytest.mark.parametrize("seed", [386, 775, 946])
 def test_a_ball_goes_on_from_a_round_corner_to_a_face(seed: int) -> None:
-    assert sunk(seed) < 1e-9
+    assert sunk(seed) < 1e-7 * R  # as deep as in persistent contact
 
 
 @pytest.mark.slow
