@@ -14,7 +14,7 @@ from typing import Final, final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.persistent.gathering import Gathering, joined
-from pool_pymunk.core.persistent.member import Member
+from pool_pymunk.core.persistent.member import Member, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.walls.wall import Wall
@@ -47,6 +47,16 @@ class Crowd(Gathering):
         h = self.time
         vx, vy = (each.x - x) / h, (each.y - y) / h
         return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
+
+    def states_at(self, t: float) -> list[State]:
+        """Return the states at a time (s): velocities are those of the whole step."""
+        if t <= self.began:
+            return [each.start for each in self.members]
+        found = list[State]()
+        for each in self.members:
+            x, y = self.path(each).place(t)
+            found.append((x, y, each.vx, each.vy, each.wx, each.wy))
+        return found
 
     def go_to(self, t: float) -> None:
         """Let the state be that at a time (s): its velocities are those of the whole step."""
