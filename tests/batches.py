@@ -1,6 +1,7 @@
 """Batches beside single runs: shots of random scenes of every kind must have the same bits.
 
-``python -m tests.batches 2000`` plays this many scenes, three shots each, and prints what differs.
+``python -m tests.batches 2000`` plays this many scenes, three shots each, and prints what differs;
+``python -m tests.batches 2000 2`` shares all but the first shots out to two workers.
 """
 
 from __future__ import annotations
@@ -19,9 +20,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 from core_scenes import BUNDLED, MOST, Case, bundled_shot, case_of, names
 
 from pool_pymunk import Run, SceneError
+from pool_pymunk.many import play, workers
 from pool_pymunk.many.batch import CANNOT_START, STATUSES
 from pool_pymunk.many.play import Results, play_all
 from pool_pymunk.many.source import NOTHING, Source
+from pool_pymunk.many.workers import Workers
 from pool_pymunk.results.variants import AS_IT_IS
 from pool_pymunk.solvers import reference_solver
 from pool_pymunk.solvers.request import Request
@@ -82,11 +85,11 @@ def differences(source: Source, found: Results) -> Iterator[str]:
                 break
 
 
-def wrong(case: Case) -> list[str]:
-    """Return what is wrong with a case."""
+def wrong(case: Case, several: Workers | None = None) -> list[str]:
+    """Return what is wrong with a case, whose later shots are played by several workers."""
     source = shots_of(case)
     try:
-        found = play_all(source, lambda _: None)
+        found = play_all(source, lambda _: None, several)
     except Exception as error:
         try:
             for k in range(3):
@@ -97,12 +100,16 @@ def wrong(case: Case) -> list[str]:
     return [f"{case.name}: {said}" for said in differences(source, found)]
 
 
-def main(count: int) -> None:
+def main(count: int, processes: int = 1) -> None:
+    """Print what differs in so many cases."""
+    if processes > 1:
+        play.FEWEST, workers.START, workers.SEND = 1, 0.0, 0.0  # Any shot is worth a process.
     cases = [*(bundled_shot(name, seed) for name in BUNDLED for seed in range(count // 40))]
-    for case in (*cases, *map(case_of, islice(names(), count))):
-        for said in wrong(case):
-            print(said[:300], flush=True)
+    with Workers(processes) as several:
+        for case in (*cases, *map(case_of, islice(names(), count))):
+            for said in wrong(case, several):
+                print(said[:300], flush=True)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main(*map(int, sys.argv[1:]))

@@ -177,7 +177,7 @@ class LiveEngine(Engine):
         ball.patch = self.table.patches.at(x, y)
         path = self.table.surface_of(ball.patch).path(self.now, place, velocity, roll)
         ball.set_off(path)
-        ball.rested = INF if path.moves else self.now
+        ball.rested, ball.stopped = INF if path.moves else self.now, -INF
         self._look_for_loss(ball)
 
     def _lay(self, ball: Ball) -> None:
