@@ -13,8 +13,9 @@ from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering, joined
-from pool_pymunk.core.persistent.member import Member
+from pool_pymunk.core.persistent.member import REST, Member
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.walls.wall import Wall
@@ -49,14 +50,19 @@ class Crowd(Gathering):
         return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
 
     def go_to(self, t: float) -> None:
-        """Let the state be that at a time (s): its velocities are those of the whole step."""
+        """Let the state be that at a time (s): all impulses act evenly in a step."""
         if t < self.began + self.time:
+            self.played = max(t - self.began, 0.0)
             for each in self.members:
-                if t > self.began:
-                    each.x, each.y = self.path(each).place(t)
-                    each.time = t
-                else:
-                    each.go_back()
+                each.go_back_to(self.played / self.time)
+
+    def rests(self, each: Member) -> bool:
+        """Tell whether a member rests in all of this step, and no wall that moves takes it along."""
+        if each.phase != REST or not each.stands:
+            return False
+        return self.until == INF or not any(
+            [one.on and one.until < INF and one.a is each for one in self.touches]
+        )
 
     def next_pace(self, room: float, least: float) -> float:
         """Return how long (s) a step may be, so that changes of velocity move no ball farther."""
