@@ -57,7 +57,7 @@ class Crowd(Gathering):
                 each.go_back_to(self.played / self.time)
 
     def rests(self, each: Member) -> bool:
-        """Tell whether a member rests in all of this step, and no wall that moves takes it along."""
+        """Tell whether a member rests in this step, and no wall that moves takes it along."""
         if each.phase != REST or not each.stands:
             return False
         return self.until == INF or not any(
