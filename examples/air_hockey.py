@@ -38,9 +38,7 @@ class Game:
     """A game has a table with a puck and two mallets, of which the first one is the player's."""
 
     def __init__(self) -> None:
-        self.table = Billiards(
-            Space(), STEP, pair=same_balls(1.0, 0.0), deceleration=AIR, alone=True
-        )
+        self.table = Billiards(Space(), STEP, pair=same_balls(1.0, 0.0), deceleration=AIR)
         ground = self.table.space.static_body
         for a, b in (
             ((0, 0), (LENGTH, 0)), ((0, WIDTH), (LENGTH, WIDTH)),

@@ -41,7 +41,6 @@ class Game:
     def __init__(self) -> None:
         self.table = Billiards(
             Space(), STEP, pair=same_balls(0.9, 0.05), deceleration=SLIDES, rolling=ROLLS,
-            alone=True,
         )  # fmt: skip
         ground = self.table.space.static_body
         for a, b in zip(OUTLINE, (*OUTLINE[1:], OUTLINE[0]), strict=True):

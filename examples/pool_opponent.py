@@ -54,7 +54,7 @@ class Game:
         e, mu = SCENE.restitution, SCENE.friction
         assert SCENE.table and e.ball_ball and e.cushion and mu.rolling
         self.table = Billiards(
-            pymunk.Space(), STEP, alone=True, pair=same_balls(e.ball_ball, mu.ball_ball),
+            pymunk.Space(), STEP, pair=same_balls(e.ball_ball, mu.ball_ball),
             deceleration=SCENE.deceleration, rolling=mu.rolling * SCENE.physics.gravity,
         )  # fmt: skip
         ground = self.table.space.static_body

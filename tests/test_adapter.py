@@ -23,7 +23,6 @@ from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, load
 from pool_pymunk.laws.contact import Pair
 from pool_pymunk.solvers import Settings, pymunk_space
 from pool_pymunk.world import Billiards, TableBall, same_balls
-from pool_pymunk.world.billiards import FrictionBy
 
 
 @pytest.mark.parametrize("table", ["rectangle", "hexagon", "L", "open plane"])
@@ -100,12 +99,11 @@ def test_fast_random_shots_stay_on_the_table(seed: int) -> None:
 # -- friction --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("friction", ["joint", "callback"])
-def test_bodies_follow_their_paths_step_by_step(friction: str) -> None:
+def test_bodies_follow_their_paths_step_by_step() -> None:
     """The bodies themselves are where Eq. 10 puts them, not only the paths kept of them."""
     space = pymunk.Space()
     table = Billiards(
-        space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5, friction=friction, alone=True  # type: ignore[arg-type]
+        space, 1 / 60, pair=same_balls(1, 0, 0.2), deceleration=0.5
     )  # fmt: skip
     body = pymunk.Body(0.2, math.inf)
     ball = table.add_ball(pymunk.Circle(body, 0.05))
@@ -137,7 +135,7 @@ def test_zero_slip_of_the_published_law_is_reported() -> None:
 
 
 def test_a_part_that_is_left_out_costs_nothing() -> None:
-    """Cushions, joints and callbacks are installed only where the scene asks for them."""
+    """Cushions are installed only where the scene asks for them, and friction installs nothing."""
     bare = Scene(
         balls=(Ball("1", (0.5, 0.5), 0.05, 0.2, velocity=(1.0, 0.0)),), physics=Physics(max_time=1)
     )
@@ -148,16 +146,14 @@ def test_a_part_that_is_left_out_costs_nothing() -> None:
         friction=Friction(surface=0.1),
     )
 
-    def installed(scene: Scene, friction: str) -> tuple[int, int, int, bool]:
-        settings = Settings(0.01)
-        world = pymunk_space.set_up(scene, scene.start(None), settings, friction)  # type: ignore[arg-type]
+    def installed(scene: Scene) -> tuple[int, int, int, bool]:
+        world = pymunk_space.set_up(scene, scene.start(None), Settings(0.01))
         (ball,), space = world.balls, world.space
         is_bare = ball.body.velocity_func == pymunk.Body.update_velocity
-        return len(world.engine.walls), len(space.shapes), len(space.constraints), is_bare
+        return len(world.walls), len(space.shapes), len(space.constraints), is_bare
 
-    for friction, joints in (("joint", 1), ("callback", 0)):
-        assert installed(bare, friction) == (0, 1, 0, True)
-        assert installed(whole, friction) == (4, 5, joints, friction == "joint")
+    assert installed(bare) == (0, 1, 0, True)
+    assert installed(whole) == (4, 5, 0, True)
     happened = [simulate(scene, solver="pymunk", dt=0.01).events for scene in (bare, whole)]
     assert [[event.kind for event in events] for events in happened] == [
         [], ["ball-cushion", "stop"],
@@ -171,7 +167,7 @@ def test_an_exception_in_a_callback_comes_out_of_the_step() -> None:
         return Pair(0.17, 0.17, 0.9, 0.0)
 
     space = pymunk.Space()
-    table = Billiards(space, 1 / 60, pair=broken, alone=True)
+    table = Billiards(space, 1 / 60, pair=broken)
     balls = [_ball(table, (0.2 * k, 0.0)) for k in range(2)]
     table.strike(balls[0], (5.0, 0.0))
     with pytest.raises(RuntimeError, match="the pair is broken"):
@@ -207,14 +203,10 @@ def test_debug_draw_of_a_world() -> None:
 # -- pockets ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [False, True])
-@pytest.mark.parametrize("friction", ["joint", "callback"])
-def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
-    alone: bool, friction: FrictionBy
-) -> None:
+def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own() -> None:
     space, dt = pymunk.Space(), 1 / 60
     pair = same_balls(0.9, 0.05)
-    table = Billiards(space, dt, pair=pair, deceleration=0.5, friction=friction, alone=alone)
+    table = Billiards(space, dt, pair=pair, deceleration=0.5)
     first, second = (_ball(table, (x, 0.0)) for x in (-0.5, -0.8))
     number = table.add_pocket((0.0, 0.0), 0.05)
     taken: list[tuple[TableBall, int]] = []
@@ -223,7 +215,7 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
         table.strike(ball, (1.0, 0.0))
     bodies = len(space.bodies)
     for _ in range(180):
-        table.step() if alone else space.step(dt)
+        space.step(dt)
     assert taken == [(first, number), (second, number)]
     assert len(space.bodies) == bodies - 2
     assert not [shape for shape in space.shapes if shape.body in (first.body, second.body)]
@@ -234,7 +226,7 @@ def test_a_pocket_takes_body_and_shapes_out_of_a_world_of_ones_own(
     third = _ball(table, (-0.3, 0.0))
     table.strike(third, (1.0, 0.0))
     for _ in range(60):
-        table.step() if alone else space.step(dt)
+        space.step(dt)
     assert [ball for ball, _ in taken] == [first, second, third]
 
 

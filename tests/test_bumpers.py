@@ -43,20 +43,17 @@ def heard_by(table: Billiards) -> list[ContactEvent]:
 def go(table: Billiards, seconds: float) -> None:
     """Let time pass."""
     for _ in range(round(seconds * 60)):
-        table.step() if table.alone else table.space.step(1 / 60)
+        table.space.step(1 / 60)
 
 
 # -- closed forms ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [False, True])
 @pytest.mark.parametrize("u", [None, 0.0, 0.4, -0.3])
 @pytest.mark.parametrize(("e", "mu"), [(1.0, 0.0), (0.7, 0.2), (0.0, 0.1)])
-def test_a_kick_is_added_to_the_answer_of_the_law(
-    e: float, mu: float, u: float | None, alone: bool
-) -> None:
+def test_a_kick_is_added_to_the_answer_of_the_law(e: float, mu: float, u: float | None) -> None:
     """v_n' - u = e (u - v_n) + k, and the friction is that without the kick."""
-    table = bare(alone=alone)
+    table = bare()
     body, heard = bumper(table, 0.0, e, mu, u), heard_by(table)
     one, closing = ball(table, 0.5, 0.0, (-1.0, 0.5)), 1.0 + (u or 0.0)
     go(table, 1.0)

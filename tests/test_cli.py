@@ -84,7 +84,7 @@ def test_the_log_has_the_form_of_listing_1(report_run: tuple[str, Path]) -> None
 def test_the_json_has_everything(report_run: tuple[str, Path]) -> None:
     content = json.loads((report_run[1] / "all.json").read_text())
     assert content["scenario"] == "report"
-    assert content["solver"] == {"name": "pymunk", "dt": 1 / 240}
+    assert content["solver"] == {"name": "pymunk", "dt": 1 / 240, "contact_tolerance": 1e-7}
     first = content["shots"][0]
     assert first["name"] == "Simulation 1"
     assert first["ball"] == "C"

@@ -127,7 +127,7 @@ def test_a_finer_tolerance_takes_more_pieces_and_a_wide_one_is_a_share_of_a_radi
     assert bounced(1.0).end == bounced(1e-3 * R).end
 
 
-@pytest.mark.parametrize("solver", [name for name in SOLVERS if name != "event-driven"])
+@pytest.mark.parametrize("solver", [name for name in SOLVERS if not SOLVERS[name].to_tolerance])
 def test_a_solver_without_a_tolerance_takes_no_notice_of_it(solver: str) -> None:
     """So it is with the step of a solver that has none."""
     run = simulate(load("two-balls"), solver=solver, dt=1e-3, contact_tolerance=1e-3)

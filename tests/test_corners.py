@@ -11,6 +11,7 @@ from scenes import seeds
 from worlds import plane
 
 from pool_pymunk import same_balls
+from pool_pymunk.core.live import SAME
 
 R = 0.03  # m
 
@@ -44,7 +45,7 @@ def sunk(seed: int) -> float:
     ball = table.add_ball(pymunk.Circle(body, R))
     speed, ahead, into, roll = (rnd.uniform(0.0, most) for most in (0.3, 6.28, 6.28, 2.0))
     velocity = speed * math.cos(ahead), speed * math.sin(ahead)
-    table.state.send(ball, None, velocity, (roll * math.cos(into), roll * math.sin(into)))
+    table.live.send(ball, SAME, velocity, (roll * math.cos(into), roll * math.sin(into)))
     deepest = 0.0
     for _ in range(60):
         space.step(1 / 30)
@@ -56,7 +57,7 @@ def sunk(seed: int) -> float:
 # Balls sank in by 1 to 28 mm beside these corners, or were hit without end.
 @pytest.mark.parametrize("seed", [386, 775, 946])
 def test_a_ball_goes_on_from_a_round_corner_to_a_face(seed: int) -> None:
-    assert sunk(seed) < 1e-9
+    assert sunk(seed) < 1e-7 * R  # as deep as in persistent contact
 
 
 @pytest.mark.slow

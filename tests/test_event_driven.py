@@ -46,7 +46,7 @@ from pool_pymunk.core.near import Grid, Near
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.record import Record
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers import by_core
 from pool_pymunk.solvers.in_core import balls_of, table_of
 
 REFERENCES = json.loads((DATA / "reference_runs.json").read_text())
@@ -511,7 +511,7 @@ def test_a_run_whose_instants_have_no_events_is_given_up() -> None:
     start, table = scene.start(None), table_of(scene)
     balls = balls_of(scene, start, table)
     trace = Trace(start)
-    record = event_driven.Listener(trace, None)
+    record = by_core.Listener(trace, None)
     engine = Engine(table, balls, Coulomb(), record, Persistence())
     engine.begin_run()
     engine.idle = NEVER_SETTLES - 1
@@ -519,7 +519,7 @@ def test_a_run_whose_instants_have_no_events_is_given_up() -> None:
     assert engine.events > 0
     engine.idle = NEVER_SETTLES
     engine.advance(1.0)
-    event_driven.keep(trace, engine, record, 1.0)
+    by_core.keep(trace, engine, record, 1.0)
     assert trace.status == "max_events" and trace.duration == engine.now <= 0.5
     assert any("given up after 1000000 instants without an event" in line for line in trace.warned)
 

@@ -263,7 +263,7 @@ def test_a_run_of_a_batch_has_them_too() -> None:
 
 def test_callbacks_hear_of_the_tangential_impulse() -> None:
     space, heard = pymunk.Space(), list[ContactEvent]()
-    table = Billiards(space, 0.01, pair=same_balls(0.9, 0.1), alone=True)
+    table = Billiards(space, 0.01, pair=same_balls(0.9, 0.1))
     table.on_contact = heard.append
     for x, y, v in ((0.0, 0.0, 1.0), (0.3, 0.05, 0.0)):
         body = pymunk.Body(0.2, math.inf)

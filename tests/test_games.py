@@ -19,26 +19,23 @@ WIDE: list[Point] = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
 CORNERED: list[Point] = [*WIDE[:3], (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
 
 
-def walled(
-    corners: list[Point] = WIDE, radius: float = 0.0, alone: bool = True, **settings: Any
-) -> Billiards:
+def walled(corners: list[Point] = WIDE, radius: float = 0.0, **settings: Any) -> Billiards:
     """Return a table with walls all around."""
-    _, table = plane(**{"deceleration": 2.0, "rolling": 0.1, "alone": alone, **settings})
+    _, table = plane(**{"deceleration": 2.0, "rolling": 0.1, **settings})
     fence(table, corners, radius, 0.8, 0.1)
     return table
 
 
 def play(table: Billiards, steps: int = 600) -> None:
     for _ in range(steps):
-        table.step() if table.alone else table.space.step(table.max_dt)
+        table.space.step(table.max_dt)
 
 
 # -- balls that come back --------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_a_pocketed_ball_that_is_placed_is_the_same_ball(alone: bool) -> None:
-    table = walled(alone=alone)
+def test_a_pocketed_ball_that_is_placed_is_the_same_ball() -> None:
+    table = walled()
     hole = table.add_pocket((1.5, 0.5), 0.05)
     cue = ball(table, 0.5, 0.5)
     cue.data = "mine"
@@ -136,10 +133,9 @@ def test_slow_hits_are_not_told() -> None:
 # -- another cloth ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_the_cloth_may_change_in_play(alone: bool) -> None:
+def test_the_cloth_may_change_in_play() -> None:
     """A ball of 1 m/s slides at 2 m/s^2 for 0.2 s, at 0.5 m/s^2 for 0.2 s, and on at 1 m/s^2."""
-    _, table = plane(deceleration=2.0, alone=alone, max_dt=0.01)
+    _, table = plane(deceleration=2.0, max_dt=0.01)
     one = ball(table, 0.0)
     table.strike(one, (1.0, 0.0))
     for pull in (0.5, 1.0, 1.0):
@@ -152,11 +148,10 @@ def test_the_cloth_may_change_in_play(alone: bool) -> None:
     slid = (1.0 - 0.6**2) / 4.0 + (0.6**2 - 0.5**2) / 1.0 + 0.5**2 / 2.0
     assert one.body.position.x == pytest.approx(slid, abs=1e-12)
     assert not table.moving
-    assert table.joints == 0
 
 
 def test_a_swept_ball_rolls_on_farther_and_no_roll_is_lost() -> None:
-    _, table = plane(deceleration=2.0, rolling=0.2, alone=True, max_dt=0.01)
+    _, table = plane(deceleration=2.0, rolling=0.2, max_dt=0.01)
     one = ball(table, 0.0)
     table.strike(one, (1.0, 0.0), 1.0)
     play(table, 100)

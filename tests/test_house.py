@@ -19,10 +19,8 @@ HOME = Path(pool_pymunk.__file__).parent
 FLOORS = (
     ("safety", "core"),
     ("laws",),
-    ("physics",),
     ("model",),
     ("results",),
-    ("engine",),
     ("world",),
     ("solvers", "report"),
     ("many",),

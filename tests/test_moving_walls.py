@@ -61,12 +61,11 @@ def table_around(dt: float = 1 / 60, e: float = 0.9, **how: Any) -> tuple[Any, B
 # -- closed forms ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [False, True])
 @pytest.mark.parametrize("dt", [1 / 30, 1 / 240])
-def test_a_piston_keeps_length_times_relative_speed(alone: bool, dt: float) -> None:
+def test_a_piston_keeps_length_times_relative_speed(dt: float) -> None:
     """Between a piston at u and a wall, L (v - u) is the same after each hit on the piston."""
     u, width = 0.2, 1.0
-    space, table = bare(dt, alone=alone)
+    space, table = bare(dt)
     table.add_wall(pymunk.Segment(space.static_body, (width, -1), (width, 1), 0.0), 1.0)
     piston, one = mover(velocity=(u, 0.0)), ball(table, 0.5, 0.0, (1.0, 0.0))
     number, kept = table.add_wall(upright(piston), 1.0), list[float]()
@@ -466,7 +465,7 @@ def test_the_clock_and_the_wall_stand_at_a_contact_that_fails() -> None:
 
 
 def test_play_goes_on_up_to_a_time_while_a_wall_moves() -> None:
-    _, table = bare(1 / 60, alone=True)
+    _, table = bare(1 / 60)
     body = mover(velocity=(0.5, 0.0))
     table.add_wall(upright(body), 1.0)
     ball(table, 0.5)
@@ -547,7 +546,7 @@ def test_a_fast_spinner_without_restitution_loses_no_ball(seed: int) -> None:
     e, w = rnd.choice([0.0, 0.3, 0.9]), rnd.choice([3, 10, 30])
     pull, count = rnd.choice([0.0, 0.2]), rnd.choice([2, 4, 8])
     pair = same_balls(e, 0.05)
-    table = Billiards(pymunk.Space(), 1 / 60, pair=pair, deceleration=pull, alone=True)
+    table = Billiards(pymunk.Space(), 1 / 60, pair=pair, deceleration=pull)
     ground, corners = table.space.static_body, [(0, 0), (2, 0), (2, 1), (0, 1)]
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         table.add_wall(pymunk.Segment(ground, a, b, 0.0), 0.8, 0.1)
@@ -612,7 +611,7 @@ def test_a_ball_that_is_pressed_on_goes_round_the_end_of_a_wall(
     e: float, vx: float, radius: float
 ) -> None:
     """Its roll leads it round the end of a segment; it sank in by 1 cm, because nobody looked."""
-    space, table = bare(1 / 120, deceleration=1.0, rolling=0.01, alone=True)
+    space, table = bare(1 / 120, deceleration=1.0, rolling=0.01)
     wall = pymunk.Segment(space.static_body, (-1.0, 0.0), (0.0, 0.0), radius)
     table.add_wall(wall, e)
     one = ball(table, -0.01, R + radius)

@@ -29,11 +29,8 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.page.content import content
-from pool_pymunk.physics.pressed import Press
 from pool_pymunk.results.persistent import joined
 from pool_pymunk.results.trace import Persisted
-from pool_pymunk.solvers.pymunk_space import set_up
-from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world import ContactEvent
 
 EXACT = [("event-driven", None), ("pymunk", 1 / 60)]
@@ -236,20 +233,17 @@ def test_a_page_has_how_a_pressed_ball_turns() -> None:
 # -- tables ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_a_table_tells_once_of_a_contact_that_is_over(alone: bool) -> None:
+def test_a_table_tells_once_of_a_contact_that_is_over() -> None:
     space, heard = pymunk.Space(), list[ContactEvent]()
     scene = persistent(0.0)
-    table = Billiards(
-        space, 1 / 60, deceleration=scene.deceleration, pair=same_balls(0.0, 0.0), alone=alone
-    )
+    table = Billiards(space, 1 / 60, deceleration=scene.deceleration, pair=same_balls(0.0, 0.0))
     for ball in scene.balls:
         body = pymunk.Body(ball.mass, math.inf)
         body.position = ball.position
         table.strike(table.add_ball(pymunk.Circle(body, ball.radius)), ball.velocity)
     table.on_contact = heard.append
     for _ in range(10):
-        table.step() if alone else space.step(1 / 60)
+        space.step(1 / 60)
     hit, lasted = heard
     run = simulate(scene, solver="pymunk", dt=1 / 60)  # It has the same engine.
     [contact] = run.persistent
@@ -262,16 +256,6 @@ def test_a_table_tells_once_of_a_contact_that_is_over(alone: bool) -> None:
     given = [lasted.impulse * n + lasted.tangential * s
              for n, s in zip((nx, ny), across, strict=True)]  # fmt: skip
     assert given == pytest.approx(contact.impulse, abs=1e-12)
-
-
-def test_a_state_amid_a_contact_needs_no_earlier_press() -> None:
-    scene = persistent(0.0)
-    table = set_up(scene, scene.start(None), Settings(1 / 60), "joint")
-    table.step()
-    known, engine = table.save_state(), table.state.engine
-    assert engine.groups.members
-    engine.press = Press()  # Another one may come where a loop is loaded, or has no room.
-    assert table.save_state() == known
 
 
 def test_on_stop_revoked_does_nothing_and_says_so() -> None:

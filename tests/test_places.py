@@ -29,6 +29,7 @@ from pool_pymunk import (
 from pool_pymunk.core import layouts
 from pool_pymunk.core.floor import TOUCHING, overlap
 from pool_pymunk.core.walls.round import RoundSide
+from pool_pymunk.core.walls.side import Side
 from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.many.places import may_lie
 from pool_pymunk.model.places import SUNK, room_beside
@@ -321,10 +322,11 @@ def test_a_ball_whose_centre_is_within_a_post_lies_in_it() -> None:
     assert not accepted(lambda: put(table, (1.0, 0.0), 0.1))
 
 
-class Bowl:
+class Bowl(Side):
     """A side of a new kind: the inside of a circle, all of whose outside is solid."""
 
-    core = math.inf
+    def __init__(self) -> None:
+        super().__init__(math.inf)
 
     def gap(self, x: float, y: float, r: float) -> float:
         """Return the distance (m) from a ball within the circle."""

@@ -21,8 +21,6 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.model import State
-from pool_pymunk.solvers import grouped
-from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world import TableBall
 
 SIZE = 0.4  # m; the side of the table
@@ -31,7 +29,7 @@ STEPS = [1 / 30, 1 / 60, 1 / 240]
 
 def corner(e: float = 0.0, **settings: Any) -> Billiards:
     """Return a square table of spheres with dull cushions."""
-    settings = {"alone": True, "pair": same_balls(0.0, 0.05), **settings}
+    settings = {"pair": same_balls(0.0, 0.05), **settings}
     table = Billiards(pymunk.Space(), 1 / 30, deceleration=2.0, rolling=0.1, **settings)
     ends = [(0.0, 0.0), (SIZE, 0.0), (SIZE, SIZE), (0.0, SIZE)]
     for a, b in zip(ends, ends[1:] + ends[:1], strict=True):
@@ -47,7 +45,7 @@ def put(table: Billiards, x: float, y: float) -> TableBall:
 
 def go(table: Billiards, dt: float = 1 / 60) -> None:
     """Make one step."""
-    table.step(dt) if table.alone else table.space.step(dt)
+    table.step(dt)
 
 
 def settle(table: Billiards, dt: float = 1 / 60) -> dict[int, tuple[float, float]]:
@@ -60,9 +58,14 @@ def settle(table: Billiards, dt: float = 1 / 60) -> dict[int, tuple[float, float
     return {i: motion[:2] for i, motion in table.save_state().motions.items()}
 
 
+def pressed(table: Billiards) -> bool:
+    """Tell whether a contact persists."""
+    return any(ball.group is not None for ball in table.engine.balls)
+
+
 def until_pressed(table: Billiards, dt: float = 1 / 60) -> None:
     """Step until a contact presses."""
-    while not table.engine.groups.members:
+    while not pressed(table):
         assert table.moving
         go(table, dt)
 
@@ -89,16 +92,13 @@ def farthest(ends: dict[int, Any], others: dict[int, Any]) -> float:
     return max(math.dist(ends[i], others[i]) for i in ends)
 
 
-@pytest.mark.parametrize("alone", [True, False])
 @pytest.mark.parametrize("dt", STEPS)
 @pytest.mark.parametrize("build", SETS)
-def test_a_state_of_a_contact_that_persists_goes_on_alike(
-    build: Any, dt: float, alone: bool
-) -> None:
-    untouched = settle(build(alone=alone), dt)
-    table, states = build(alone=alone), []
+def test_a_state_of_a_contact_that_persists_goes_on_alike(build: Any, dt: float) -> None:
+    untouched = settle(build(), dt)
+    table, states = build(), []
     until_pressed(table, dt)
-    while table.engine.groups.members:
+    while pressed(table):
         states.append(table.save_state())
         go(table, dt)
     assert settle(table, dt) == untouched  # To look at balls changes nothing.
@@ -118,7 +118,7 @@ def test_a_ball_at_rest_that_its_roll_drives_into_a_cushion_stays_out_of_it(r: f
     assert run.knots[0][:, 1].max() == pytest.approx(1.0 - r, abs=1e-10)
 
 
-def test_a_table_whose_pair_fails_takes_its_groups_apart() -> None:
+def test_a_table_whose_pair_fails_amid_a_contact_goes_on() -> None:
     fails: list[bool] = []
 
     def pair(i: int, j: int) -> Any:
@@ -133,7 +133,6 @@ def test_a_table_whose_pair_fails_takes_its_groups_apart() -> None:
     fails.append(True)
     with pytest.raises(KeyError):
         settle(table)
-    assert not table.engine.groups.members
     fails.clear()
     settle(table)
 
@@ -175,7 +174,7 @@ def test_a_ball_comes_to_rest_once_while_others_press_it() -> None:
 
 @pytest.mark.parametrize("pull", [0.05, 0.5])
 def test_gravity_and_forces_act_on_balls_that_press(pull: float) -> None:
-    table = two_that_press(alone=False)
+    table = two_that_press()
     table.space.gravity = (0.0, -pull)
     for _ in range(600):
         for ball in table.on_table():
@@ -206,8 +205,6 @@ def test_steps_of_any_length_have_the_ends_of_no_steps(outline: Table, e: float,
         balls, outline, Restitution(e, cushion=0.0), Friction(0.2, 0.1, 0.05, rolling=0.02),
         shots=(Shot("s", "0", speed=0.8, angle=10.0, roll=3.0),),
     )  # fmt: skip
-    stepped = simulate(scene, solver="pymunk", dt=dt)  # It has the engine that was before the core.
-    whole = grouped.solve(scene, scene.start(scene.shots[0]), Settings(None))
-    assert len(whole.events) == len(stepped.events)
-    for one, rows in zip(stepped.end.position, whole.knots, strict=True):
-        assert math.dist(one, rows[-1][1:3]) < 1e-10
+    stepped = simulate(scene, solver="pymunk", dt=dt)
+    whole = simulate(scene, solver="event-driven")
+    assert (stepped.events, stepped.end) == (whole.events, whole.end)

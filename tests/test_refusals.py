@@ -87,19 +87,15 @@ BODIES: list[pymunk.Body] = []  # A shape of pymunk's does not keep its body ali
 
 def circle(
     *, offset: tuple[float, float] = (0.0, 0.0), mass: float = 0.17, radius: float = 0.03,
-    kind: int = pymunk.Body.DYNAMIC, number: int = 0,
+    kind: int = pymunk.Body.DYNAMIC,
 ) -> pymunk.Circle:  # fmt: skip
     BODIES.append(pymunk.Body(mass, 1e-4, kind))
-    made = pymunk.Circle(BODIES[-1], radius, offset)
-    made.collision_type = number
-    return made
+    return pymunk.Circle(BODIES[-1], radius, offset)
 
 
-def segment(a: tuple[float, float], b: tuple[float, float], number: int = 0) -> pymunk.Segment:
+def segment(a: tuple[float, float], b: tuple[float, float]) -> pymunk.Segment:
     BODIES.append(pymunk.Body(body_type=pymunk.Body.STATIC))
-    made = pymunk.Segment(BODIES[-1], a, b, 0.0)
-    made.collision_type = number
-    return made
+    return pymunk.Segment(BODIES[-1], a, b, 0.0)
 
 
 def ready(env: Any) -> Any:

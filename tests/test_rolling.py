@@ -111,18 +111,14 @@ def rest(table: Billiards, *lengths: float) -> list[float]:
     for k in range(100_000):
         if not table.moving:
             break
-        (table.step if table.alone else table.space.step)(lengths[k % len(lengths)])
+        table.space.step(lengths[k % len(lengths)])
     return [number for each in table.balls for number in each.body.position]
 
 
 @pytest.mark.parametrize("lengths", [(1 / 30,), (1 / 30, 1e-3, 1 / 240)])
-@pytest.mark.parametrize("friction", ["joint", "callback"])
-@pytest.mark.parametrize("alone", [True, False])
-def test_ends_of_tables_are_those_of_the_exact_solver(
-    alone: bool, friction: str, lengths: tuple[float, ...]
-) -> None:
+def test_ends_of_tables_are_those_of_the_exact_solver(lengths: tuple[float, ...]) -> None:
     """The object ball bounces off a side of the box and comes back to the one that follows it."""
-    table = table_of(1 / 30, alone=alone, friction=friction)
+    table = table_of(1 / 30)
     corners = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
     for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
         table.add_wall(pymunk.Segment(table.space.static_body, a, b, 0.0), 0.8, 0.1)
@@ -135,12 +131,10 @@ def test_ends_of_tables_are_those_of_the_exact_solver(
     )  # fmt: skip
     ends = [number for place in exact(what).final.values() for number in place]
     assert rest(table, *lengths) == pytest.approx(ends, abs=1e-12)
-    assert table.joints == len(table.state.damped) == 0
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_a_ball_does_not_stop_while_it_has_a_roll(alone: bool) -> None:
-    table, heard = table_of(alone=alone), list[str]()
+def test_a_ball_does_not_stop_while_it_has_a_roll() -> None:
+    table, heard = table_of(), list[str]()
     cue, other = table.add_ball(circle()), table.add_ball(circle(0.5))
     table.on_contact = lambda contact: heard.append("hit")
     table.on_stop = lambda ball, t: heard.append(f"stop {ball.number}")
@@ -154,13 +148,12 @@ def test_a_ball_does_not_stop_while_it_has_a_roll(alone: bool) -> None:
     assert len(seen.way) == len(seen.other_way) + 1 == 4
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_a_saved_state_has_the_roll_and_a_placed_ball_has_none(alone: bool) -> None:
-    table = table_of(alone=alone)
+def test_a_saved_state_has_the_roll_and_a_placed_ball_has_none() -> None:
+    table = table_of()
     one = table.add_ball(circle())
     table.strike(one, (1.0, 0.0), roll=-2.0)
     for _ in range(5):
-        (table.step if alone else table.space.step)(1 / 60)
+        table.space.step(1 / 60)
     saved = table.save_state()
     assert saved.rolls is not None and saved.rolls[0][0] < -1.5
     first = rest(table, 1 / 60)

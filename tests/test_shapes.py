@@ -177,13 +177,13 @@ def in_a_space(scene: Scene, **settings: Any) -> Billiards:
 def ends_as_the_exact_run(table: Billiards, scene: Scene) -> None:
     run = exact(scene)
     while table.moving:
-        (table.step if table.alone else table.space.step)(1 / 60)
+        table.space.step(1 / 60)
     for ball, end in zip(table.balls, run.final.values(), strict=True):
         assert math.dist(ball.body.position, end) < 1e-10
 
 
 def by_billiards_alone(scene: Scene, _: Path) -> None:
-    ends_as_the_exact_run(in_a_space(scene, alone=True), scene)
+    ends_as_the_exact_run(in_a_space(scene), scene)
 
 
 def by_billiards_with_a_guest(scene: Scene, _: Path) -> None:

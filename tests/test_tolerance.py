@@ -197,7 +197,7 @@ def test_where_every_step_is_exact_no_step_is_searched_for() -> None:
     [(run, choice)] = simulate_within(scene, [None], 1e-9, on_run=asked.append)
     assert asked == [run.dt] == [SOLVERS["pymunk"].dt]
     assert choice.reached and choice.runs == 1 and choice.error == run.rounding < 1e-12
-    [(_, choice)] = simulate_within(scene, [None], 1e-9, friction="callback")
+    [(_, choice)] = simulate_within(scene, [None], 1e-9)
     assert choice.reached and choice.runs == 1
     [(_, choice)] = simulate_within(scene, [None], 1e-18)
     assert not choice.reached and "rounding" in choice.reason

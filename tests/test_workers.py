@@ -71,6 +71,30 @@ def test_what_differs_from_shot_to_shot_is_sent(two: Workers) -> None:
     check(some(**radii), some(**radii, workers=two))
 
 
+def test_figures_of_the_ends_are_shared_out(two: Workers) -> None:
+    scene = load("nine-ball")
+    vary = {"angle": np.linspace(-3.0, 3.0, 60), "speed": np.full(60, 6.0)}
+    one, other = (simulate_many(scene, vary=vary, figures=True, workers=w) for w in (None, two))
+    for name in ("final", "rounding", "policy_shift", "persistent_shift"):
+        assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), name
+    assert one.rounding is not None and one.rounding[59] == one.run(59).rounding
+
+
+def test_tables_of_an_environment_are_shared_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = pytest.importorskip("pool_pymunk.env")
+    monkeypatch.setattr(workers, "START", 0.0)
+    monkeypatch.setattr(workers, "SEND", 0.0)
+    one, other = env.PotVectorEnv(600), env.PotVectorEnv(600, workers=2)
+    for each in (one, other):
+        each.reset(seed=3)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (600, 2)).astype(np.float32)
+    for found, its in zip(one.step(actions)[:4], other.step(actions)[:4], strict=True):
+        np.testing.assert_array_equal(found, its)
+    assert other.game.workers.pool is not None
+    other.close()
+    assert other.game.workers.pool is None
+
+
 def test_an_executor_of_ones_own_plays() -> None:
     with ThreadPoolExecutor(2) as executor:
         check(some(), some(workers=executor))
@@ -154,6 +178,16 @@ def test_a_script_without_a_guard_hears_one_sentence(tmp_path: Path) -> None:
     assert found.returncode == 1
     assert found.stderr.count("Traceback") == 1
     assert "RuntimeError: workers = 2: no process can start from this script" in found.stderr
+
+
+@pytest.mark.slow
+def test_a_script_that_is_no_file_hears_another_sentence() -> None:
+    found = subprocess.run(
+        [sys.executable, "-"], input=f"{SCRIPT}{GUARD}play(2_000)\n",
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert found.returncode == 1
+    assert "RuntimeError: workers = 2: no process can start from a script that is" in found.stderr
 
 
 @pytest.mark.slow

@@ -31,7 +31,7 @@ class Ball:
     __slots__ = ("categories", "creep", "crossed", "crossings", "end", "group", "high_x", "high_y",
                  "hit", "hits", "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass",
                  "noise", "number", "patch", "path", "radius", "rested", "seen",
-                 "speed")  # fmt: skip
+                 "speed", "stopped")  # fmt: skip
 
     def __init__(
         self, number: int, radius: float, mass: float, path: Path, is_cue: bool = False
@@ -56,6 +56,7 @@ class Ball:
         self.categories: i64 = EVERYTHING
         self.mask: i64 = EVERYTHING
         self.group: Gathering | None = None  # in which it stays in contact
+        self.stopped = -INF  # s; when the recorder has last heard of a stop
         self.seen = 0  # the number of the search for near balls that last saw it
         self.low_x = INF
         self.low_y = INF
@@ -69,7 +70,7 @@ class Ball:
         self.end = self.horizon = INF
         self.is_off = False
         self.patch = OPEN
-        self.crossed = self.hit = -INF
+        self.crossed = self.hit = self.stopped = -INF
         self.crossings = self.hits = self.seen = 0
         self.noise = self.speed = self.creep = 0.0
         self.group = None

@@ -1,4 +1,4 @@
-"""A batch plays many shots, one after the other: numbers come in as bytes, and go out as bytes.
+"""A batch plays many shots, one after the other: only what differs comes in, and goes out.
 
 Balls, engine and queue are made once. Each shot has the bits of a run of its own.
 """
@@ -6,7 +6,6 @@ Balls, engine and queue are made once. Each shot has the bits of a run of its ow
 from __future__ import annotations
 
 import gc
-from struct import Struct
 from typing import Final, final
 
 from mypy_extensions import i64
@@ -18,8 +17,9 @@ from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.engine import OUT_OF_TIME, SETTLED, Engine
 from pool_pymunk.core.floor import Floor, overlap
 from pool_pymunk.core.motion.path import Motion, Path
-from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
+from pool_pymunk.core.motion.surface import NO_ROLL, Rolling, Sliding, Surface
 from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.near import FEW
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
@@ -31,47 +31,87 @@ CANNOT_START: Final = 4  # The other endings are those of the engine.
 SUNK: Final = 1e-2  # of a radius; balls that overlap by less may start
 NOBODY: Final = -1  # stands for no ball, and for no pocket
 
-# A start has x, y (m), vx, vy, wx, wy (m/s) of a ball; NaN as vx: it is off the table.
-START: Final = Struct("6d")
-# A shot has its ending, its duration (s), the numbers of events, hits and cushions, the first ball
-# that was hit, and whether contacts had no known order. Then come each ball's x, y (m), its pocket,
-# and whether the watched ball has met it.
-SHOT: Final = Struct("7d")
-BALL: Final = Struct("4d")
-NUMBER: Final = Struct("d")
-COEFFICIENTS: Final = Struct("7d")
 
-Seven = tuple[float, float, float, float, float, float, float]
+@final
+class Given:
+    """Some shots are given by what differs from shot to shot.
+
+    ``others`` has one byte for each ball of each shot: 0 for one that begins as in the shot before.
+    ``starts`` has x, y (m), vx, vy, wx, wy (m/s) of all others; NaN as vx: it is off the table.
+    ``coefficients`` and ``masses`` (kg) are those of all shots, or none if these do not differ.
+    """
+
+    def __init__(
+        self, others: bytes, starts: list[float], coefficients: list[float], masses: list[float]
+    ) -> None:
+        self.others = others
+        self.starts = starts
+        self.coefficients = coefficients
+        self.masses = masses
+        self.next = 0  # the next of the starts
+
+
+@final
+class Ends:
+    """This is what has become of some shots, one after the other.
+
+    ``counts`` has four numbers of each shot: how many events, hits and cushions there were, and the
+    first ball that the watched one hit. ``durations`` are in s. Shots that did not settle have
+    ``endings``, which follow their numbers, and in those of ``doubts`` contacts had no known order.
+    Balls of all shots have numbers that go on from shot to shot. Those that have ``moved`` lie at
+    ``places``, x and y (m), those that the watched ball has ``met`` are named as well, and those
+    that are ``pocketed``, which their pockets follow.
+    """
+
+    def __init__(self) -> None:
+        self.counts: list[int] = []
+        self.durations: list[float] = []
+        self.endings: list[int] = []
+        self.doubts: list[int] = []
+        self.moved: list[int] = []
+        self.places: list[float] = []
+        self.met: list[int] = []
+        self.pocketed: list[int] = []
 
 
 @final
 class Start:
     """A start is how a ball begins a shot, and what becomes of it there.
 
-    ``is_new`` tells whether it lies elsewhere than in the shot before.
+    ``is_new`` tells whether it lies elsewhere than in the shot before, and ``is_over`` whether the
+    shot before has moved it, so that it has to begin anew.
     """
 
     def __init__(self, ball: Ball) -> None:
         self.ball = ball
         self.path: Path = ball.path
         self.x = self.y = INF
+        self.velocity: Vector = NO_ROLL
+        self.roll: Vector = NO_ROLL
         self.patch = NOBODY
         self.is_off = False
         self.is_new = True
+        self.is_over = True
         self.is_met = False
         self.pocket = NOBODY
 
-    def read(self, record: bytes, table: Table) -> None:
+    def read(self, given: Given) -> None:
         """Read place, velocity and roll."""
-        numbers: tuple[float, float, float, float, float, float] = START.unpack(record)
-        x, y, vx, vy, wx, wy = numbers
+        numbers, k = given.starts, given.next
+        given.next = k + 6
+        x, y, vx, vy = numbers[k], numbers[k + 1], numbers[k + 2], numbers[k + 3]
         is_off = vx != vx
-        if is_off:
-            vx = vy = wx = wy = 0.0
         self.is_new = x != self.x or y != self.y or is_off != self.is_off
         self.x, self.y, self.is_off = x, y, is_off
-        self.patch = table.patches.at(x, y)
-        self.path = table.surface_of(self.patch).path(0.0, (x, y), (vx, vy), (wx, wy))
+        self.velocity = NO_ROLL if is_off else (vx, vy)
+        self.roll = NO_ROLL if is_off else (numbers[k + 4], numbers[k + 5])
+
+    def lay(self, table: Table) -> None:
+        """Find the first path of the ball on a table."""
+        self.patch = table.patches.at(self.x, self.y)
+        surface = table.surface_of(self.patch)
+        self.path = surface.path(0.0, (self.x, self.y), self.velocity, self.roll)
+        self.is_over = True
 
     def begin(self) -> None:
         """Let the ball begin a shot."""
@@ -79,6 +119,14 @@ class Start:
         self.ball.patch = self.patch
         self.pocket = NOBODY
         self.is_met = False
+        self.is_over = False
+
+    @property
+    def is_touched(self) -> bool:
+        """This tells whether a shot has moved the ball, or the watched one has met it."""
+        ball = self.ball
+        is_led = ball.path is not self.path or ball.rested > -INF
+        return is_led or ball.hits > 0 or ball.group is not None or self.is_met
 
 
 @final
@@ -164,14 +212,14 @@ class Coefficients:
         self.rub = rub
         self.own = own
 
-    def put(self, rows: bytes, k: int) -> bool:
+    def put(self, rows: list[float], k: int) -> bool:
         """Put the coefficients of shot ``k`` on the table; tell whether its surface is another one.
 
-        They are the restitutions of two balls, with the cue ball, and of cushions, the deceleration
-        (m/s^2) of sliding, the frictions of cushions and of two balls, and that of rolling.
+        The seven are the restitutions of two balls, with the cue ball, and of cushions, the
+        deceleration (m/s^2) of sliding, the frictions of cushions and of two balls, and that of
+        rolling.
         """
-        numbers: Seven = COEFFICIENTS.unpack_from(rows, k * COEFFICIENTS.size)
-        e, cue, cushion, pull, rubbing, mu, drag = numbers
+        e, cue, cushion, pull, rubbing, mu, drag = rows[7 * k : 7 * k + 7]
         table = self.table
         table.restitution, table.cue_restitution, table.friction = e, cue, mu
         for wall in self.bounce:
@@ -216,30 +264,27 @@ class Shots:
         self.latest = INF
         self.tolerance = 1e-7
         self.is_free = False  # All lie where they may.
+        self.beginning: list[Ball] = []  # They begin the present shot anew.
 
-    def play(self, given: list[bytes], out: bytearray, listener: Recorder) -> None:
-        """Play shots, and write down what comes of them.
-
-        ``given`` are the starts, one byte each that is 0 for one as in the shot before, and where
-        they differ coefficients and masses, or no bytes.
-        """
+    def play(self, given: Given, listener: Recorder) -> Ends:
+        """Play shots, and return what comes of them."""
         is_collecting = gc.isenabled()
         gc.disable()  # A shot leaves no circles of references.
         try:
-            self._play_all(given, out, Tally(self.starts, self.watched, listener, self.beside))
+            tally = Tally(self.starts, self.watched, listener, self.beside)
+            return self._play_all(given, tally)
         finally:
             for ball in self.balls:
                 ball.group = None
             if is_collecting:
                 gc.enable()
 
-    def _play_all(self, given: list[bytes], out: bytearray, tally: Tally) -> None:
-        engine, size = self.engine, SHOT.size + BALL.size * len(self.balls)
+    def _play_all(self, given: Given, tally: Tally) -> Ends:
+        engine, ends = self.engine, Ends()
         engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
-        for k in range(len(out) // size):
+        for k in range(len(given.others) // len(self.balls)):
             if not self._set_up(given, k):
-                NUMBER.pack_into(out, k * size, CANNOT_START)
-                self._skip()
+                self._skip(ends, k)
                 continue
             tally.begin()
             engine.start_anew(tally)
@@ -249,11 +294,12 @@ class Shots:
             if self.beside is not None:
                 self.beside.begin(self.balls)
             course = self._followed(tally)
-            engine.begin_run()
+            engine.begin_run_of(self.beginning)
             engine.advance(self.latest)
-            self._write(out, k * size, tally)
+            self._write(ends, k, tally)
             if course is not None and self.follower is not None:
                 self.follower.end(engine, course, self.latest)
+        return ends
 
     def _followed(self, tally: Tally) -> Course | None:
         """Let the course of a shot be noted if small changes are to follow it."""
@@ -263,41 +309,51 @@ class Shots:
         self.engine.recorder = course
         return course
 
-    def _skip(self) -> None:
-        """Leave out a shot that cannot start."""
+    def _skip(self, ends: Ends, k: int) -> None:
+        """Leave out shot ``k``, which cannot start."""
+        ends.endings += [k, CANNOT_START]
+        ends.counts += [0, 0, 0, NOBODY]
+        ends.durations.append(0.0)
+        for start in self.starts:
+            start.is_over = True
         if self.beside is not None:
             self.beside.begin(self.balls)
             self.beside.end(0.0)
         if self.follower is not None:
-            self.follower.skip(len(self.balls))
+            self.follower.skip()
 
     # -- before a shot -----------------------------------------------------------------------------
 
-    def _set_up(self, given: list[bytes], k: int) -> bool:
+    def _set_up(self, given: Given, k: int) -> bool:
         """Let all balls begin shot ``k``; tell whether they may lie where they are."""
         is_other, is_moved = self._put_numbers(given, k), False
-        starts, others, table = given[0], given[1], self.table
-        size: i64 = START.size
+        are_many = len(self.balls) >= FEW  # Then all of their boxes are put anew.
         at: i64 = k * len(self.balls)
+        self.beginning.clear()
         for start in self.starts:
             start.is_new = False
-            if is_other or others[at] != 0:
-                start.read(starts[at * size : (at + 1) * size], table)
+            if given.others[at] != 0:
+                start.read(given)
+                start.lay(self.table)
                 is_moved = is_moved or start.is_new
+            elif is_other:
+                start.lay(self.table)
             at += 1
-            start.begin()
+            if start.is_over or are_many:
+                start.begin()
+                self.beginning.append(start.ball)
         if is_moved or not self.is_free:
             self._find_room()
         return self.is_free
 
-    def _put_numbers(self, given: list[bytes], k: int) -> bool:
+    def _put_numbers(self, given: Given, k: int) -> bool:
         """Put the coefficients and masses of shot ``k``; tell whether all paths are others."""
-        if len(given[3]) > 0:
-            at = k * len(self.balls) * NUMBER.size
+        if len(given.masses) > 0:
+            at = k * len(self.balls)
             for ball in self.balls:
-                (ball.mass,) = NUMBER.unpack_from(given[3], at)
-                at += NUMBER.size
-        if self.coefficients is None or not self.coefficients.put(given[2], k):
+                ball.mass = given.masses[at]
+                at += 1
+        if self.coefficients is None or not self.coefficients.put(given.coefficients, k):
             return False
         self.engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
         return True
@@ -324,29 +380,44 @@ class Shots:
 
     # -- after it ----------------------------------------------------------------------------------
 
-    def _write(self, out: bytearray, at: int, tally: Tally) -> None:
-        """Write down a shot, and the balls that it has moved."""
+    def _write(self, ends: Ends, k: int, tally: Tally) -> None:
+        """Write down what has become of shot ``k``."""
         engine, end = self.engine, tally.duration
         ending = engine.ending(self.latest)
         if ending != SETTLED:
             end = self.latest if ending == OUT_OF_TIME and self.latest < INF else engine.now
             engine.now = end
             engine.persistence.persisted(engine)
-        events = min(engine.events, engine.most_events)
-        SHOT.pack_into(
-            out, at, ending, end, events, tally.hits, tally.cushions, tally.first_hit,
-            tally.is_in_doubt,
-        )  # fmt: skip
+            ends.endings.append(k)
+            ends.endings.append(ending)
+        if tally.is_in_doubt:
+            ends.doubts.append(k)
+        counts, first = ends.counts, k * len(self.balls)
+        counts.append(min(engine.events, engine.most_events))
+        counts.append(tally.hits)
+        counts.append(tally.cushions)
+        counts.append(tally.first_hit)
+        ends.durations.append(end)
         if self.beside is not None:
             self.beside.end(end)
-        at += SHOT.size
         for start in self.starts:
-            ball = start.ball
-            has_moved = ball.path is not start.path or ball.path.moves or start.is_met
-            if has_moved and not start.is_off:
-                x, y = self._place_of(ball, end)
-                BALL.pack_into(out, at, x, y, start.pocket, start.is_met)
-            at += BALL.size
+            if start.is_touched:
+                start.is_over = True
+                self._write_ball(ends, first + start.ball.number, start, end)
+
+    def _write_ball(self, ends: Ends, number: int, start: Start, end: float) -> None:
+        """Write down what has become of a ball by the end (s) of a shot."""
+        if start.is_met:
+            ends.met.append(number)
+        if start.is_off:
+            return
+        if start.pocket != NOBODY:
+            ends.pocketed.append(number)
+            ends.pocketed.append(start.pocket)
+        x, y = self._place_of(start.ball, end)
+        ends.moved.append(number)
+        ends.places.append(x)
+        ends.places.append(y)
 
     def _place_of(self, ball: Ball, end: float) -> Vector:
         """Return where (m) a ball is at the end (s)."""

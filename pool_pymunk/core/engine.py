@@ -14,6 +14,7 @@ import time
 from typing import Final
 
 from pool_pymunk.core.ball import NEARLY_NOW, Ball
+from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.contact.instant import Instant
 from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.pairs import pair_time
@@ -102,13 +103,20 @@ class Engine(Present):
 
     def begin_run(self) -> None:
         """Begin a run: predict what the balls meet that move."""
-        for ball in self.balls:
+        self.begin_run_of(self.balls)
+
+    def begin_run_of(self, balls: list[Ball]) -> None:
+        """Begin a run of these balls; all others lie where they lay in the run before."""
+        movers: list[Ball] = []
+        for ball in balls:
             if not ball.is_off:
                 ball.set_off(ball.path)
                 self._look_for_loss(ball)
                 self.near.put(ball, 0.0, INF)
+                if ball.path.moves:
+                    movers.append(ball)
         if self.is_finite:
-            self._predict([ball for ball in self.balls if ball.path.moves and not ball.is_off])
+            self._predict_all(movers)
             self._begin_pressed()
 
     # -- playing -----------------------------------------------------------------------------------
@@ -196,26 +204,35 @@ class Engine(Present):
             self.jam(ball, wall)
             self._predict([ball])  # It may meet others behind the wall.
             return
-        instant.answer(self, self.persistence, self._due_now(first))
-        changed = (
-            self.persistence.take_loose() if len(self.persistence.loose) > 0 else instant.changed
-        )
-        if len(changed) == 1:
-            self._predict_few(changed[0], None)
-        elif len(changed) == 2:
-            self._predict_few(changed[0], changed[1])
-        elif len(changed) > 2:
-            self._predict(changed)
-        for one in instant.missed:
+        persistence, dues = self.persistence, self._due_now(first)
+        is_lone = dues is None or len(dues) == 1
+        is_lone = is_lone and instant.answer_lone(self, persistence, first)
+        if not is_lone:
+            instant.answer(self, persistence, [first] if dues is None else dues)
+        if len(persistence.loose) > 0:
+            self._predict_all(persistence.take_loose())
+        elif is_lone:
+            self._predict_few(ball, first.b)
+        else:
+            self._predict_all(instant.changed)
+        if not is_lone:
+            self._meet_again(instant.missed)
+
+    def _meet_again(self, missed: list[Contact]) -> None:
+        """Predict the next hits of balls that touch, but have missed each other now."""
+        for one in missed:
             a, b = one.a.ball, one.b
             if b is not None and min(a.path.end, b.ball.path.end) > self.now:
                 self._meet(a, b.ball)
 
-    def _due_now(self, first: Due) -> list[Due]:
-        """Return a hit, and all others of its instant: those that are closed already."""
+    def _due_now(self, first: Due) -> list[Due] | None:
+        """Return a hit, and all others of its instant: those that are closed already.
+
+        If nothing else is due, as mostly, that is None, and no list is made.
+        """
         queue, latest = self.queue, self._latest(first)
         if queue.upcoming() > latest:
-            return [first]
+            return None
         found, later = [first], list[Due]()
         while queue.upcoming() <= latest and len(queue.line) > 0:
             due = queue.pop()
@@ -283,6 +300,15 @@ class Engine(Present):
             self._predict_few(ball, None)
 
     # -- what is due -------------------------------------------------------------------------------
+
+    def _predict_all(self, balls: list[Ball]) -> None:
+        """Predict where the paths of these balls lead; mostly they are one or two."""
+        if len(balls) == 1:
+            self._predict_few(balls[0], None)
+        elif len(balls) == 2:
+            self._predict_few(balls[0], balls[1])
+        elif len(balls) > 2:
+            self._predict(balls)
 
     def _predict(self, balls: list[Ball]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""

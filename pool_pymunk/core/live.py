@@ -195,6 +195,10 @@ class LiveEngine(Engine):
         self.persistence.go_on_from(self, ball)
         put(self.persistence.loose, ball)
         self._predict_loose()
+        self._fall_in(ball)
+
+    def _fall_in(self, ball: Ball) -> None:
+        """Let a pocket take a ball in at once that somebody has put into it."""
         x, y = ball.path.place(self.now)
         for wall in self.table.walls:
             if isinstance(wall, Pocket) and wall.sides[0].gap(x, y, ball.radius) < 0.0:
@@ -279,6 +283,8 @@ class LiveEngine(Engine):
                 self.persistence.go_on_from(self, ball)
         self.pressed = []
         self._predict_loose()
+        for ball in there:
+            self._fall_in(ball)
 
     def _renew_persistence(self) -> None:
         """Let contacts persist as the present surface, walls and balls ask for."""
@@ -297,8 +303,8 @@ class LiveEngine(Engine):
         for wall in self.table.walls:
             other.put_up(still(wall, self.now))
         for ball in self.balls:
-            x, y, vx, vy = ball.path.at(self.now)
-            path = table.surface_of(ball.patch).path(self.now, (x, y), (vx, vy), self.roll_of(ball))
+            (x, y, vx, vy), roll = self.state_of(ball)
+            path = table.surface_of(ball.patch).path(self.now, (x, y), (vx, vy), roll)
             twin = Ball(ball.number, ball.radius, ball.mass, path, ball.is_cue)
             twin.set_off(path)
             twin.categories, twin.mask, twin.patch = ball.categories, ball.mask, ball.patch
@@ -309,11 +315,17 @@ class LiveEngine(Engine):
         other.is_stale = True
         return other
 
+    def state_of(self, ball: Ball) -> tuple[Motion, Vector]:
+        """Return the motion (m, m/s) and the roll (m/s) of a ball now."""
+        if ball.group is not None:
+            return ball.group.state_of(ball, self.now)
+        return ball.path.at(self.now), self.roll_of(ball)
+
     def motions(self) -> bytes:
         """Return places (m) and velocities (m/s) of all balls now, as rows of four numbers."""
-        now, found = self.now, list[float]()
+        found = list[float]()
         for ball in self.balls:
-            x, y, vx, vy = ball.path.at(now)
+            (x, y, vx, vy), _roll = self.state_of(ball)
             found.append(x)
             found.append(y)
             found.append(vx)

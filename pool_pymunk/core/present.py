@@ -197,9 +197,14 @@ class Present:
             self._stop(ball, self.now, place)
 
     def _stop(self, ball: Ball, t: float, place: Vector) -> None:
-        """Take note that a ball comes to rest at a place (m)."""
-        self.events += 1
+        """Take note that a ball comes to rest at a place (m), once in an instant."""
+        x, y = place
         ball.rested = t
+        if abs(t - ball.stopped) <= self.instant_at(ball, x, y):
+            self.recorder.path(ball, standing(t, x, y))
+            return
+        ball.stopped = t
+        self.events += 1
         self.recorder.stop(ball, t, place)
 
     def roll_of(self, ball: Ball) -> Vector:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, final
 
-from mypy_extensions import i64
+from mypy_extensions import i64, mypyc_attr
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
@@ -24,6 +24,7 @@ SHORT: Final = 1000
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Due:
     """This is due at ``t`` (s): a ball hits another one, or a wall, or something else.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from numbers import Integral
 from typing import Any, ClassVar
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from pool_pymunk.env.game import Flags, Game, Info, On, Rehearsal, Tables, read_options
 from pool_pymunk.env.layouts import Floats, Generators
 from pool_pymunk.many import Batch, simulate_many
+from pool_pymunk.many.workers import Workers
 from pool_pymunk.model import Shot
 from pool_pymunk.model.plain import argument, choice, whole
 from pool_pymunk.model.problems import setting_error, shown
@@ -40,7 +42,8 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
     table whose episode is over begins again as ``autoreset_mode`` says: by ``NEXT_STEP`` in place
     of the next shot; by ``SAME_STEP`` at once, and ``info`` has the end as ``final_obs`` and
     ``final_info``; by ``DISABLED`` in ``reset(options={"reset_mask": ...})``. ``max_episode_steps``
-    cuts episodes off. Other settings are as in :class:`BilliardsEnv`.
+    cuts episodes off. ``workers`` share the shots of a step, as in ``simulate_many``, until
+    ``close``. Other settings are as in :class:`BilliardsEnv`.
     """
 
     plays: ClassVar[type[Game] | None] = None  # the game, if no other is asked for
@@ -48,11 +51,14 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
     def __init__(
         self, num_envs: int = 1, scenario: On = None, *, game: Asked = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        max_episode_steps: int | None = None, render_mode: str | None = None, **settings: Any,
+        max_episode_steps: int | None = None, render_mode: str | None = None,
+        workers: int | Executor | None = None, **settings: Any,
     ) -> None:  # fmt: skip
         self.num_envs = argument("num_envs", num_envs, whole(1))
         self.game = _game_of(game or self.plays, scenario, settings)
         self.scene = self.game.scene
+        if workers is not None:
+            self.game.workers = Workers(workers)
         known = [mode.value for mode in AutoresetMode]
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         self.mode = AutoresetMode(argument("autoreset_mode", mode, choice(known)))
@@ -198,6 +204,11 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         played = self.game.play(self._now.at(rows), flat, None)
         reward, ended = played.reward.reshape(shape), played.terminated.reshape(shape)
         return Rehearsal(**vars(played.batch), reward=reward, terminated=ended)
+
+    def close_extras(self, **_: Any) -> None:
+        """End the workers of this environment."""
+        if self.game.workers is not None:
+            self.game.workers.end()
 
     def render(self) -> Any:
         """Return for each table the picture of its last shot's end, or all frames in a list."""

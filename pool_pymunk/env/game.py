@@ -17,6 +17,7 @@ from pool_pymunk.env.layouts import Floats, Generators, Layouts
 from pool_pymunk.many import Batch, simulate_many
 from pool_pymunk.many.batch import CANNOT_START
 from pool_pymunk.many.places import may_lie
+from pool_pymunk.many.workers import Workers
 from pool_pymunk.model import Scene
 from pool_pymunk.model.places import SUNK
 from pool_pymunk.model.plain import argument, between, choice, size, whole
@@ -121,6 +122,7 @@ class Game(ABC):
     shots, least, more_seen, lost_score = 1, 1, 0, 0.0
     options: tuple[str, ...] = ()
     marked: tuple[str, ...] = ()
+    workers: Workers | None = None  # They share the shots; an environment says which.
 
     def __init__(self, scenario: On = None, **settings: Any) -> None:
         _check_known("setting", settings, ("scenario", "balls", *SETTINGS))
@@ -294,7 +296,9 @@ class Game(ABC):
         # NumPy's own sine and cosine may round otherwise in a long array than in a short one.
         turned = np.exp(1j * np.radians(angle))
         velocity[:, self.cue] = np.stack((speed * turned.real, speed * turned.imag), axis=1)
-        more = {} if roll is None else {"roll": velocity * roll[:, np.newaxis, np.newaxis]}
+        more: dict[str, Any] = {} if self.workers is None else {"workers": self.workers}
+        if roll is not None:
+            more["roll"] = velocity * roll[:, np.newaxis, np.newaxis]
         batch = simulate_many(self.scene, position, velocity, **more)
         batch.status[taken] = CANNOT_START
         return batch

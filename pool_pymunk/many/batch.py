@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 STATUSES = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
-NON_FINITE, CANNOT_START = STATUSES.index("non_finite"), STATUSES.index("cannot_start")
+SETTLED, NON_FINITE, CANNOT_START = map(STATUSES.index, ("settled", "non_finite", "cannot_start"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
 from pool_pymunk.laws import law_in_core
-from pool_pymunk.many.batch import CANNOT_START
+from pool_pymunk.many.batch import CANNOT_START, NON_FINITE, SETTLED
 from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
 from pool_pymunk.many.workers import EACH as PIECES
 from pool_pymunk.many.workers import Workers, check_halt
@@ -33,13 +33,14 @@ from pool_pymunk.solvers.small_changes import corners_of, inputs_of
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
 Make = Callable[[], Beside]  # It returns a reference, with which shots are compared.
 
-HEAD, EACH = 7, 4  # numbers of a shot, and of each of its balls
 # The core plays so many shots at first, and then twice as many each time, while that takes less
 # than SHORT (s).
 FEWEST, MOST = 256, 1024
 SHORT = 0.1
+HANDFUL = 16  # at first, and for a worker, where each is played as a run, too
 LARGEST = 8_192  # shots are sent to a worker at once, at most
 MANY = 16  # processes, where their number is not known
+FIGURES = ("rounding", "policy_shift", "persistent_shift")
 COLUMNS = inputs.column_of("coefficients")
 OF_SURFACE = ("friction.surface", "friction.rolling")
 
@@ -59,6 +60,7 @@ class Results(NamedTuple):
     in_doubt: NDArray[np.bool_]
     derivatives: Floats  # (S, N, 2, P), by the inputs of the source
     beside: Floats  # (S, 1 + N): what was found beside a reference, or (S, 0)
+    figures: Floats  # (S, 3): how far (m) ends may have been moved, by each of ``FIGURES``, or none
 
     def put(self, part: slice, other: Results) -> None:
         """Put the results of some shots in their place."""
@@ -81,6 +83,7 @@ def no_results(source: Source, count: int, columns: int = 0) -> Results:
         status=np.full(count, CANNOT_START, np.int8), in_doubt=np.zeros(count, np.bool_),
         derivatives=np.full((count, balls, 2, len(source.by)), np.nan),
         beside=np.zeros((count, columns)),
+        figures=np.full((count, len(FIGURES) * source.has_figures), np.nan),
     )  # fmt: skip
 
 
@@ -115,8 +118,8 @@ def share_out(
     source: Source, workers: Workers, first: int, make: Make | None
 ) -> Iterator[tuple[slice, Results]]:
     """Let workers play the shots from the ``first`` one on; yield what comes of some of them."""
-    count = len(source.position)
-    size = min(LARGEST, max(FEWEST, (count - first) // (PIECES * (workers.count or MANY))))
+    count, fewest = len(source.position), HANDFUL if source.has_figures else FEWEST
+    size = min(LARGEST, max(fewest, (count - first) // (PIECES * (workers.count or MANY))))
     parts = (slice(k, min(k + size, count)) for k in range(first, count, size))
     head = replaced(source, lambda each: each[:0])
     return workers.share(play_some, (head, make), (some_of(source, part) for part in parts))
@@ -159,16 +162,28 @@ def play_some(common: tuple[Source, Make | None], some: SomeShots) -> tuple[slic
 
 def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice, Results]]:
     """Play the shots of a source, and yield what comes of some of them after the other."""
-    count, size, first = len(source.position), FEWEST, 0
+    count, first = len(source.position), 0
+    size = HANDFUL if source.has_figures else FEWEST
     beside = None if make is None else make()
     one_by_one = partial(play_singly, beside)
     play = one_by_one if has_scenes_of_its_own(source) else Player(source, beside).play
     while first < count:
         began = time.perf_counter()
         part = slice(first, min(first + size, count))
-        yield part, play(source, part)
+        found = play(source, part)
+        if source.has_figures:
+            put_figures(found, source, first)
+        yield part, found
         first = part.stop
         size = min(MOST, 2 * size) if time.perf_counter() - began < SHORT else size
+
+
+def put_figures(found: Results, source: Source, first: int) -> None:
+    """Put the figures of shots from the ``first`` one on into results; each is played as a run."""
+    for k in np.flatnonzero(found.status < NON_FINITE).tolist():
+        check_halt()
+        run = source.run(first + k)
+        found.figures[k] = [getattr(run, name) for name in FIGURES]
 
 
 def has_scenes_of_its_own(source: Source) -> bool:
@@ -218,54 +233,63 @@ class Player:
         coefficients, is_sound = np.empty(0), None
         if self.has_coefficients:
             coefficients, is_sound = coefficients_of(scene, source.vary, part)
-        masses = source.vary["mass"][part].tobytes() if "mass" in source.vary else b""
-        rows = np.zeros((len(places), HEAD + EACH * places.shape[1]))
-        each = rows[:, HEAD:].reshape(*places.shape[:2], EACH)
-        each[..., :2], each[..., 2] = np.where(is_off[..., np.newaxis], np.nan, places), NOTHING
-        starts, out = starts_of(source, part, places, is_off), bytearray(rows)
-        given = [starts.tobytes(), others_of(starts), coefficients.tobytes(), masses]
+        masses = source.vary["mass"][part] if "mass" in source.vary else np.empty(0)
+        others, starts = starts_of(source, part, places, is_off)
         if self.follower is not None:
             self.follower.give(*changes_of_starts(source, part, is_off))
-        self.shots.play(given, out, Hearing())
-        derived = np.empty((*places.shape[:2], 2, len(source.by)))
+        given = batch.Given(others, starts, coefficients.ravel().tolist(), masses.ravel().tolist())
+        ends = self.shots.play(given, Hearing())
+        found = no_results(source, len(places), 0 if self.beside is None else 1 + places.shape[1])
+        read_ends(found, ends, places, is_off)
         if self.follower is not None:
-            derived[:] = np.frombuffer(self.follower.take()).reshape(derived.shape)
-        compared = np.empty((len(places), 0))
+            read_changes(found.derivatives, self.follower)
         if self.beside is not None:
-            compared = np.frombuffer(self.beside.take()).reshape(len(places), -1)
-        found = results_of(np.frombuffer(out).reshape(rows.shape), derived, compared)
+            found.beside[:] = np.frombuffer(self.beside.take()).reshape(len(places), -1)
         if is_sound is not None:
-            found.status[~is_sound], derived[~is_sound] = CANNOT_START, np.nan
+            found.status[~is_sound], found.derivatives[~is_sound] = CANNOT_START, np.nan
         return found
 
 
-def others_of(starts: Floats) -> bytes:
-    """Return one byte for each start: 0 for one that is as in the shot before."""
-    bits = starts.view(np.int64)  # NaN is like NaN.
-    others = np.ones(starts.shape[:2], np.bool_)
-    others[1:] = (bits[1:] != bits[:-1]).any(axis=-1)
-    return others.tobytes()
+def starts_of(
+    source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]
+) -> tuple[bytes, list[float]]:
+    """Return how the balls of some shots begin that do not begin as in the shot before.
+
+    First come bytes that tell which balls these are, as the core reads it.
+    """
+    others = np.ones(is_off.shape, np.bool_)
+    others[1:] = is_off[1:] != is_off[:-1]
+    moving = [source.velocity] if source.roll is None else [source.velocity, source.roll]
+    columns = [places, *(each[part] for each in moving)]
+    for each in columns:
+        if each.strides[0] != 0:
+            bits = each.view(np.int64)
+            differ = bits[1:] != bits[:-1]
+            others[1:] |= differ[..., 0] | differ[..., 1]
+    starts = np.zeros((np.count_nonzero(others), 6))
+    for k, each in enumerate(columns):
+        starts[:, 2 * k : 2 * k + 2] = each[others]
+    starts[is_off[others], 2] = np.nan
+    return others.tobytes(), starts.ravel().tolist()
 
 
-def starts_of(source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]) -> Floats:
-    """Return how the balls of some shots begin, as the core reads it."""
-    starts = np.zeros((*is_off.shape, 6))
-    starts[..., :2], starts[..., 2:4] = places, source.velocity[part]
-    if source.roll is not None:
-        starts[..., 4:] = source.roll[part]
-    starts[is_off, 2] = np.nan
-    return starts
-
-
-def results_of(rows: Floats, derivatives: Floats, beside: Floats) -> Results:
-    """Return what the core has written as results."""
-    head, each = rows[:, :HEAD], rows[:, HEAD:].reshape(*derivatives.shape[:2], EACH)
-    status, duration, *counts, doubts = head.T
-    events, hits, cushions, first = (count.astype(np.int32) for count in counts)
-    return Results(
-        each[..., :2], duration, events, hits, cushions, first, each[..., 2].astype(np.int32),
-        each[..., 3] != 0.0, status.astype(np.int8), doubts != 0.0, derivatives, beside,
-    )  # fmt: skip
+def read_ends(found: Results, ends: batch.Ends, places: Floats, is_off: NDArray[np.bool_]) -> None:
+    """Put into results what the core says has become of shots."""
+    count = len(places)
+    counts = np.fromiter(ends.counts, np.int32, 4 * count).reshape(count, 4)
+    for k, each in enumerate((found.events, found.hits, found.cushions, found.first_hit)):
+        each[:] = counts[:, k]
+    found.status[:] = SETTLED
+    which, endings = np.array(ends.endings, int).reshape(-1, 2).T
+    found.status[which], found.in_doubt[np.array(ends.doubts, int)] = endings, True
+    found.duration[:] = np.fromiter(ends.durations, float, count)
+    found.final[:] = places
+    moved = np.fromiter(ends.places, float, 2 * len(ends.moved)).reshape(-1, 2)
+    found.final.reshape(-1, 2)[np.fromiter(ends.moved, int, len(moved))] = moved
+    found.final[is_off] = np.nan
+    found.met.ravel()[np.array(ends.met, int)] = True
+    which, pockets = np.array(ends.pocketed, int).reshape(-1, 2).T
+    found.pocketed.ravel()[which] = pockets
 
 
 # -- small changes ---------------------------------------------------------------------------------
@@ -278,9 +302,18 @@ def follower_of(source: Source) -> Follower:
     return Follower(corners_of(source.scene), inputs_of(source.scene, none, numbers))
 
 
+def read_changes(derivatives: Floats, follower: Follower) -> None:
+    """Put what a follower has found into derivatives (S, N, 2, P)."""
+    rows = np.fromiter(follower.rows, float, len(follower.rows))
+    which, its = np.array(follower.changed, int), derivatives.shape[2:]
+    derivatives[:] = 0.0
+    derivatives.reshape(-1, *its)[which] = rows.reshape(-1, *its)
+    derivatives[np.array(follower.missing, int)] = np.nan
+
+
 def changes_of_starts(
     source: Source, part: slice, is_off: NDArray[np.bool_]
-) -> tuple[bytes, bytes]:
+) -> tuple[list[int], list[int], list[float]]:
     """Return how many numbers of each shot's start change, and which ones by how much."""
     struck = source.watched if source.watched >= 0 else None
     velocity = np.where(is_off[..., np.newaxis], 0.0, source.velocity[part])
@@ -289,8 +322,9 @@ def changes_of_starts(
         roll = np.where(is_off[..., np.newaxis], 0.0, source.roll[part])
     changes = inputs.starts_of(source.scene, source.by, struck, velocity, roll)
     shots, *which = np.nonzero(changes)
-    entries = np.column_stack([*which, changes[changes != 0.0]])
-    return np.bincount(shots, minlength=len(is_off)).astype(np.int64).tobytes(), entries.tobytes()
+    counts = np.bincount(shots, minlength=len(is_off))
+    values = changes[shots, *which]
+    return counts.tolist(), np.stack(which, axis=-1).ravel().tolist(), values.tolist()
 
 
 # -- coefficients ----------------------------------------------------------------------------------

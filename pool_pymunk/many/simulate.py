@@ -10,15 +10,13 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.laws import Law
-from pool_pymunk.many.batch import NON_FINITE, Batch
-from pool_pymunk.many.play import Done, play_all
-from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, read_source, refuse_given
+from pool_pymunk.many.batch import Batch
+from pool_pymunk.many.play import FIGURES, Done, play_all
+from pool_pymunk.many.source import NOTHING, Source, read_source, refuse_given
 from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Scene, Shot, inputs
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.solvers.small_changes import check_surface
-
-FIGURES = ("rounding", "policy_shift", "persistent_shift")
 
 
 def simulate_many(
@@ -58,7 +56,7 @@ def simulate_many(
     ``n`` more are done. ``derivatives`` names the inputs of ``batch.derivatives``, as
     :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``, ``batch.policy_shift`` and
     ``batch.persistent_shift`` say how far off the ends may be; each shot is then played as a run,
-    too.
+    too, which takes a millisecond or more.
 
     Every bit is that of ``simulate(..., solver="event-driven")``; contacts persist to a
     ``contact_tolerance`` (m), as there. Laws, sides and surfaces of your own take longer, and so do
@@ -83,17 +81,19 @@ def simulate_many(
     more, count = dict[str, Any](), len(source.position)
     if derivatives is not None:
         source = derived_by(source, derivatives)
+    source = source._replace(has_figures=figures)
     done = on_done or (lambda _: None)
     with workers_of(workers) as several:
         done(0)
         found = play_all(source, done, several)._asdict()
     del found["beside"]
+    measured = found.pop("figures")
     if derivatives is None:
         found["derivatives"] = None
     else:
         more = {"by": source.by, "derived_in_python": np.zeros(count, np.bool_)}
     if figures:
-        more |= zip(FIGURES, _figures(source, found["status"]), strict=True)
+        more |= zip(FIGURES, measured.T, strict=True)
     more |= {"handed_back": np.zeros(count, np.bool_), "by_reference": 0, "source": source}
     wall_time = time.perf_counter() - began
     return Batch(source.scene, source.asked.law, wall_time=wall_time, **found, **more)
@@ -105,12 +105,3 @@ def derived_by(source: Source, names: str | Sequence[str]) -> Source:
     groups = inputs.derivable(begun, source.watched != NOTHING)
     check_surface(source.scene)
     return source._replace(by=inputs.chosen("derivatives", names, groups))
-
-
-def _figures(source: Source, status: Ints) -> Floats:
-    """Return how far (m) the ends of each shot may have been moved, by each of ``FIGURES``."""
-    moved = np.full((len(FIGURES), len(status)), np.nan)
-    for k in np.flatnonzero(status < NON_FINITE).tolist():
-        run = source.run(k)
-        moved[:, k] = [getattr(run, name) for name in FIGURES]
-    return moved

@@ -31,7 +31,8 @@ class Source(NamedTuple):
     ``position`` and ``velocity`` may be views that repeat one start for all shots (S, N, 2).
     ``vary`` has what differs from shot to shot besides: coefficients (S,), and masses and radii
     (S, N). ``roll`` (S, N, 2) is there where balls roll. ``struck`` is the number of a shot's ball.
-    The ends are derived ``by`` inputs of these names.
+    The ends are derived ``by`` inputs of these names. A source that ``has_figures`` asks how far
+    they may have been moved.
     """
 
     scene: Scene
@@ -42,6 +43,7 @@ class Source(NamedTuple):
     roll: Floats | None = None
     struck: int | None = None
     by: inputs.Names = ()
+    has_figures: bool = False
 
     @property
     def watched(self) -> int:
@@ -55,7 +57,9 @@ class Source(NamedTuple):
 
     def scene_of(self, k: int) -> Scene:
         """Return the scene with the coefficients and masses of shot ``k``."""
-        scene = replace(self.scene, shots=())
+        scene = without_shots(self.scene)
+        if not self.vary:
+            return scene
         values: dict[str, float] = {}
         for key, own in self.vary.items():
             names = [f"{key}.{id_}" for id_ in scene.index] if key in SIZES else [key]
@@ -85,6 +89,15 @@ class Source(NamedTuple):
         places, own = np.array(self.position[part]), [ball.position for ball in self.scene.balls]
         places[is_off] = np.array(own)[np.nonzero(is_off)[-1]]
         return places
+
+
+def without_shots(scene: Scene) -> Scene:
+    """Return a scene without its shots, which the scene keeps."""
+    known = scene.found.get(without_shots) if scene.shots else scene
+    if known is None:
+        known = scene.found[without_shots] = replace(scene, shots=())
+    assert isinstance(known, Scene)
+    return known
 
 
 def is_gone(position: Floats) -> NDArray[np.bool_]:

@@ -27,6 +27,7 @@ from functools import partial
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.synchronize import Event
+from pathlib import Path
 from threading import Thread
 from types import TracebackType
 from typing import Any, TypeVar
@@ -46,6 +47,8 @@ NOT_SENT = "this process plays alone, because no other one can have the law, the
     "surface ({})"  # fmt: skip
 NO_GUARD = "no process can start from this script: what it does must stand below the line " \
     "`if __name__ == '__main__':`"  # fmt: skip
+NO_FILE = "no process can start from a script that is read from the standard input: it must be " \
+    "a file"  # fmt: skip
 ENDED = "a process ended while it played; is there memory enough?"
 
 
@@ -77,9 +80,13 @@ class Workers:
         self, kind: type[BaseException] | None, error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:  # fmt: skip
+        self.end(kind is not None)
+
+    def end(self, halts: bool = False) -> None:
+        """End the processes, and if it ``halts``, what they are at, too; others may start later."""
         if self.pool is None:
             return
-        if kind is not None and self.halt is not None:
+        if halts and self.halt is not None:
             self.halt.set()
         self.pool.shutdown(wait=True, cancel_futures=True)
         self.pool = None
@@ -105,7 +112,7 @@ class Workers:
             data = pickle.dumps(common)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             return self._alone(work, common, items, error)
-        said, executor = NO_GUARD if self.pool is None else ENDED, self.executor or self._start()
+        said, executor = why_none() if self.pool is None else ENDED, self.executor or self._start()
         try:
             with block_sigint():  # Processes that start now leave Ctrl-C to this one.
                 trials = [executor.submit(_read, data) for _ in range(self.count or 1)]
@@ -168,6 +175,12 @@ def renamed(workers: object, **old: object) -> Any:
             warnings.warn(f"{name}= is now workers=", DeprecationWarning, stacklevel=3)
             workers = value if workers is None else workers
     return workers
+
+
+def why_none() -> str:
+    """Return why new processes cannot start, if they cannot: they read the script, too."""
+    script = getattr(sys.modules["__main__"], "__file__", None)
+    return NO_GUARD if script is None or Path(script).exists() else NO_FILE
 
 
 def cores() -> int:

@@ -9,21 +9,14 @@ from __future__ import annotations
 
 import math
 
-from pool_pymunk.core.engine import NEVER_SETTLES, Engine
-from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.persistent.groups import persistence_of
-from pool_pymunk.core.record import Record
-from pool_pymunk.core.variant import Errors
-from pool_pymunk.laws import Law, law_in_core
+from pool_pymunk.laws import law_in_core
 from pool_pymunk.model import Scene, State
-from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
-from pool_pymunk.results.variants import Variant
-from pool_pymunk.results.words import without_slip
+from pool_pymunk.results.trace import Trace
+from pool_pymunk.solvers.by_core import Listener, keep, pull_of, tell, vary
 from pool_pymunk.solvers.in_core import balls_of, table_of
-from pool_pymunk.solvers.record import OnTime, Settings
-
-ENDINGS = ("settled", "max_time", "max_events", "non_finite")  # as the engine counts them
-LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
+from pool_pymunk.solvers.record import Settings
 
 
 def solve(scene: Scene, start: State, settings: Settings) -> Trace:
@@ -46,95 +39,3 @@ def solve(scene: Scene, start: State, settings: Settings) -> Trace:
     keep(trace, engine, record, latest)
     tell(trace, record, scene, law)
     return trace
-
-
-class Listener(Record):
-    """This record writes into a trace, and lets others do something now and then."""
-
-    def __init__(self, trace: Trace, on_time: OnTime | None) -> None:
-        super().__init__(trace.knots, bool(trace.no_roll))
-        self.on_time = on_time
-
-    def pause(self, t: float) -> None:
-        if self.on_time is not None:
-            self.on_time(t)
-
-
-def pull_of(path: Path) -> tuple[float, float]:
-    """Return the acceleration (m/s^2) on a path."""
-    return path.ax, path.ay
-
-
-def vary(errors: Errors, variant: Variant) -> None:
-    """Let a run have the errors of a variant."""
-    if variant.nudge is not None:
-        errors.kick(variant.nudge)
-    elif variant.seed is not None:
-        errors.round_off(variant.seed)
-    if variant.slip is not None:
-        errors.slip = variant.slip
-
-
-# -- what is kept of a run -------------------------------------------------------------------------
-
-
-def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
-    """Keep how a run has ended, and where the balls are that still move then."""
-    trace.events = list(record.events)
-    trace.instants = record.instants
-    trace.duration = record.duration
-    trace.steps = engine.answered
-    trace.status = ENDINGS[engine.ending(latest)]
-    if trace.status == "settled":
-        trace.persisted = engine.persistence.persisted(engine)
-        return
-    is_cut = trace.status == "max_time" and latest < math.inf
-    t = latest if is_cut else engine.now
-    if engine.idle >= NEVER_SETTLES:
-        trace.warn(
-            f"the run was given up after {engine.idle} instants without an event, "
-            "because surface friction presses balls together",
-            t,
-        )
-    trace.duration = engine.now = t
-    trace.persisted = engine.persistence.persisted(engine)
-    for ball, rows in zip(engine.balls, trace.knots, strict=True):
-        path = ball.path
-        if path.end > t or rows[-1][3:5] != NONE:
-            (x, y, vx, vy), roll = engine.motion_of(ball)
-            pull = pull_of(path) if path.end > t else NONE
-            trace.breakpoint(ball.number, t, (x, y), (vx, vy), pull, roll)
-
-
-def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
-    """Put what no event says into words."""
-    ids, crowded = [ball.id for ball in scene.balls], record.crowded
-    if trace.persisted:
-        from pool_pymunk.results.persistent import warn_of_persisted
-
-        warn_of_persisted(trace, ids)
-        if law.name != "coulomb":
-            first = min(row[3] for row in trace.persisted)
-            trace.warn("contacts that persist have the friction of the law coulomb", first)
-    if crowded is not None:
-        trace.warn(
-            f"up to {crowded.balls} balls hit each other over and over: until "
-            f"{crowded.until:.6g} s they go on by steps of up to {1e3 * crowded.step:.2g} ms, "
-            "so that their ends are not exact",
-            crowded.since,
-        )
-    for note in record.notes:
-        balls = [ids[i] for i in note.balls]
-        if note.hits is None:
-            trace.warn(
-                without_slip(law.name, f"the hit of balls {' and '.join(balls)}"),
-                note.t, ZERO_SLIP,
-            )  # fmt: skip
-            continue
-        text = (
-            f"inelastic collapse of balls {', '.join(balls)}: after {LISTED} hits at one "
-            f"instant {note.hits:,} more followed, which are no events"
-        )
-        if not note.is_over:
-            text += ". The rest is one plastic hit without friction"
-        trace.warn(text, note.t, None if note.is_over else COLLAPSE)

@@ -12,7 +12,7 @@ import pymunk
 
 from pool_pymunk.model import Scene, State
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.event_driven import Listener, keep, pull_of, tell, vary
+from pool_pymunk.solvers.by_core import Listener, keep, pull_of, tell, vary
 from pool_pymunk.solvers.in_core import new_table_of
 from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world.billiards import Billiards
@@ -22,7 +22,7 @@ from pool_pymunk.world.walls import STILL, Drawn
 def solve(scene: Scene, start: State, settings: Settings, *, friction: str = "joint") -> Trace:
     """Simulate with steps of ``settings.dt`` s; contacts come at their true times inside them.
 
-    Both ways of ``friction`` are the same now: the core slows balls down.
+    Both choices of ``friction`` are the same now: the core slows balls down.
     """
     table = set_up(scene, start, settings)
     trace = Trace(start, [pull_of(ball.path) for ball in table.engine.balls])

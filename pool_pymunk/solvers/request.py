@@ -203,6 +203,16 @@ def _persistent(trace: Trace, ids: Sequence[str]) -> tuple[PersistentContact, ..
     return contacts_of(trace.persisted, ids)
 
 
+def with_law(scene: Scene, law: str) -> Scene:
+    """Return a scene with the law of this name; the scene keeps it."""
+    known = scene.found.get((with_law, law))
+    if known is None:
+        known = replace(scene, physics=replace(scene.physics, law=law))
+        scene.found[with_law, law] = known
+    assert isinstance(known, Scene)
+    return known
+
+
 def request(
     scene: Scene,
     solver: str,
@@ -244,7 +254,7 @@ def request(
         message = f"does not play patches, and the scene has some (these do: {others})"
         raise setting_error("solver", solver, message)
     if isinstance(law, str) and law != scene.physics.law:
-        scene = replace(scene, physics=replace(scene.physics, law=law))
+        scene = with_law(scene, law)
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)
     left_out = _given("contact_tolerance", contact_tolerance, size)
     settings = Settings(

@@ -192,7 +192,9 @@ def free_spot(
 
     edges: list[Locus] = [Round(place, size + other) for place, other in discs]
     for each in obstacles:
-        found = [edge_of(side, 0.0 if each.wall.is_pocket else size) for side in each.sides]
+        # The centre of a disc may lie at the very rim of a pocket.
+        far = HAIR * each.sides[0].core if each.wall.is_pocket else size
+        found = [edge_of(side, far) for side in each.sides]
         edges += [edge for edge in found if edge is not None]
     away = [math.dist(near, edge.nearest(near)) for edge in edges]
     farthest, within = min(max(away, default=0.0), most), 0.0

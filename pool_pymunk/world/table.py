@@ -130,7 +130,7 @@ class LiveTable:
 
     def motion_of(self, ball: TableBall) -> tuple[Motion, Vector]:
         """Return the motion (m, m/s) and the roll (m/s) of a ball now."""
-        return ball.core.path.at(self.engine.now), self.engine.roll_of(ball.core)
+        return self.engine.state_of(ball.core)
 
     def place_of(self, ball: TableBall) -> Vector:
         """Return the place (m) of a ball now."""
@@ -161,7 +161,7 @@ class LiveTable:
         """Let the bodies of some balls show how they move now."""
         for ball in balls:
             if ball.is_on_table:
-                x, y, vx, vy = ball.core.path.at(self.engine.now)
+                (x, y, vx, vy), _ = self.motion_of(ball)
                 ball.body.position, ball.body.velocity = (x, y), (vx, vy)
                 self.written[ball.number] = *ball.body.position, *ball.body.velocity
 

@@ -100,14 +100,14 @@ def test_many_balls(benchmark: Any, count: int) -> None:
     benchmark.extra_info["ratio to bare pymunk"] = round(stepping / alone, 2)
 
 
-def eight_ball(alone: bool) -> tuple[pymunk.Space, Billiards]:
+def eight_ball() -> tuple[pymunk.Space, Billiards]:
     """Return the break of `eight-ball` as a game has it, with the cue ball in motion."""
     scene, space = load("eight-ball"), pymunk.Space()
     pair = same_balls(0.95, scene.friction.ball_ball)
     assert scene.table is not None and scene.friction.rolling is not None
     table = Billiards(
         space, 1 / 60, pair=pair, deceleration=scene.deceleration,
-        rolling=scene.friction.rolling * scene.physics.gravity, alone=alone,
+        rolling=scene.friction.rolling * scene.physics.gravity,
     )  # fmt: skip
     for edge in scene.table.edges:
         table.add_wall(pymunk.Segment(space.static_body, edge.start, edge.end, 0), 0.75, 0.14)
@@ -121,19 +121,18 @@ def eight_ball(alone: bool) -> tuple[pymunk.Space, Billiards]:
     return space, table
 
 
-@pytest.mark.parametrize("alone", [False, True])
-def test_a_break_at_sixty_frames_a_second(benchmark: Any, alone: bool) -> None:
+def test_a_break_at_sixty_frames_a_second(benchmark: Any) -> None:
     """The time is that of 600 frames, with sixteen balls and six pockets."""
 
     def play(space: pymunk.Space, table: Billiards) -> None:
         for _ in range(600):
-            table.step() if alone else space.step(1 / 60)
+            space.step(1 / 60)
 
     def fresh() -> tuple[tuple[pymunk.Space, Billiards], dict[str, Any]]:
-        return eight_ball(alone), {}
+        return eight_ball(), {}
 
     benchmark.pedantic(play, setup=fresh, rounds=REPEATS)
-    space, table = eight_ball(alone)
+    space, table = eight_ball()
     began = time.perf_counter()
     play(space, table)
     benchmark.extra_info["ms_a_frame"] = (time.perf_counter() - began) * 1e3 / 600

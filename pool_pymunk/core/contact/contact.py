@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final, final
 
+from mypy_extensions import mypyc_attr
+
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.walls.wall import Wall
@@ -20,6 +22,7 @@ SAME_NORMAL: Final = 1e-12  # 1 - cosine of two normals that are the same
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Pair:
     """A pair holds masses (kg), restitution e and friction mu of two sides that hit.
 
@@ -44,6 +47,7 @@ class Pair:
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Disc:
     """A disc is a ball at an instant: its place (m), its velocity (m/s) now and before a round.
 
@@ -89,6 +93,7 @@ class Disc:
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Contact:
     """A contact is a place where disc ``a`` touches disc ``b``, or a wall.
 

@@ -19,7 +19,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.collapse import go_on
 from pool_pymunk.core.contact.contact import HIT, MISSED, Contact, Disc
 from pool_pymunk.core.contact.rounds import (
-    answer_lone,
+    answer_single,
     kick,
     loses_speed,
     play_out,
@@ -29,6 +29,7 @@ from pool_pymunk.core.contact.rounds import (
     tell,
 )
 from pool_pymunk.core.motion.path import NOISE
+from pool_pymunk.core.motion.surface import NO_ROLL
 from pool_pymunk.core.motion.times import EPSILON, INF
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_new
@@ -47,13 +48,16 @@ LISTED: Final = 100
 class Instant:
     """An instant began at a time (s), had some rounds, and these contacts have met in it.
 
-    The engine hands it what is due, and asks it afterwards which balls are ``changed`` and which
-    pairs have ``missed`` each other: it predicts anew what they meet.
+    The last contact to come alone ``is_special`` if it is one of a pocket or a group.
+
+    The engine hands it what is due, and asks it after several contacts which balls are ``changed``
+    and which pairs have ``missed`` each other: it predicts anew what they meet.
     """
 
     def __init__(self) -> None:
         self.began = -INF
         self.rounds = 0
+        self.is_special = False
         self.met: list[Due] = []
         self.collapses = 0  # of more than two contacts, so far
         self.changed: list[Ball] = []
@@ -71,10 +75,19 @@ class Instant:
         if len(self.met) > 0:
             self.met = []
 
+    def _begin_with(self, due: Due, now: float) -> None:
+        """Begin another instant now (s) with a lone hit; mostly the one before was one, too."""
+        self.began, self.rounds = now, 1
+        if len(self.met) == 1:
+            self.met[0] = due
+        else:
+            self.met = [due]
+
     def answer(self, present: Present, persistence: Persistence, dues: list[Due]) -> None:
-        """Answer contacts of one instant."""
+        """Answer contacts of one instant, of which none is a lone hit."""
         self.changed, self.missed = [], []
-        if len(dues) == 1 and self._answer_alone(present, persistence, dues[0]):
+        if len(dues) == 1 and not self.is_special:
+            self._answer_several(present, persistence, dues)
             return
         persistence.release(present, dues)
         dues = self._take_all_in(present, persistence, dues)
@@ -99,28 +112,34 @@ class Instant:
 
     # -- one contact -------------------------------------------------------------------------------
 
-    def _answer_alone(self, present: Present, persistence: Persistence, due: Due) -> bool:
-        """Answer a contact that comes alone; tell whether it was a mere hit, as mostly."""
-        wall = due.wall
+    def answer_lone(self, present: Present, persistence: Persistence, due: Due) -> bool:
+        """Answer a contact that comes alone if it is a mere hit, as mostly; tell whether it is."""
+        wall, fastest = due.wall, due.a
+        self.is_special = True
         if wall is not None and wall.is_pocket:
             return False
-        a, b = present.disc(due.a), None if due.b is None else present.disc(due.b)
-        one = present.contact(a, b, due.wall)
-        closing = one.closing
-        if persistence.concerns(present, one):
+        a, b = present.disc(due.a), None
+        if due.b is not None:
+            b = present.disc(due.b)
+            fastest = due.b if due.b.speed > fastest.speed else fastest
+        one = present.contact(a, b, wall)
+        self.is_special = persistence.concerns(present, one)
+        noise, begins = one.noise, self._is_over(present, fastest)
+        if (
+            self.is_special
+            or one.closing <= noise
+            or (self.rounds >= FEW_ROUNDS and not begins)
+            or (b is not None and jumps(present, one))
+        ):
             return False
-        fastest = due.a
-        if due.b is not None and due.b.speed > fastest.speed:
-            fastest = due.b
-        has_many = self._has_many_rounds(present, fastest)
-        self._note_met(due)
-        noise = one.noise
-        if has_many or closing <= noise or (b is not None and jumps(present, one)):
-            self._answer_round(present, persistence, [due], has_many)
-            return True
+        if begins:
+            self._begin_with(due, present.now)
+        else:
+            self.rounds += 1
+            self._note_met(due)
         square = a.square if b is None else max(a.square, b.square)
         one.kind = HIT
-        answer_lone(present, one)
+        answer_single(present, one)
         if len(self.met) > 2:
             present.recorder.order_unknown(present.now)
         kick(present, one)
@@ -132,24 +151,19 @@ class Instant:
 
     def _send_off(self, present: Present, one: Contact, noise: float) -> None:
         """Give the balls of a lone hit their new paths; ``noise`` (m/s) may be rounding."""
-        a, b = one.a, one.b
-        roll = roll_after(present, [one], a)
+        a, b, rolls = one.a, one.b, present.table.surface.rolls
+        roll = roll_after(present, [one], a) if rolls else NO_ROLL
         present.begin(a.ball, (a.x, a.y), (a.vx, a.vy), roll, noise)
-        self.changed.append(a.ball)
         if b is not None:
-            present.begin(b.ball, (b.x, b.y), (b.vx, b.vy), present.roll_of(b.ball), noise)
-            self.changed.append(b.ball)
+            roll = present.roll_of(b.ball) if rolls else NO_ROLL
+            present.begin(b.ball, (b.x, b.y), (b.vx, b.vy), roll, noise)
 
     # -- rounds ------------------------------------------------------------------------------------
 
-    def _has_many_rounds(self, present: Present, fastest: Ball) -> bool:
-        """Count a round of this instant, and tell if there were many."""
+    def _is_over(self, present: Present, fastest: Ball) -> bool:
+        """Tell whether another instant has begun."""
         path = fastest.path
-        if present.now - self.began > present.instant_at(fastest, path.x, path.y):
-            self._begin()
-            self.began = present.now
-        self.rounds += 1
-        return self.rounds > FEW_ROUNDS
+        return present.now - self.began > present.instant_at(fastest, path.x, path.y)
 
     def _note_met(self, due: Due) -> None:
         """Note what has met at this instant, once."""
@@ -164,7 +178,11 @@ class Instant:
                 fastest = due.a
             if due.b is not None and due.b.speed > fastest.speed:
                 fastest = due.b
-        has_many = self._has_many_rounds(present, fastest)
+        if self._is_over(present, fastest):
+            self._begin()
+            self.began = present.now
+        self.rounds += 1
+        has_many = self.rounds > FEW_ROUNDS
         for due in dues:
             self._note_met(due)
         self._answer_round(present, persistence, dues, has_many)

@@ -83,16 +83,16 @@ def begin_disc(each: Disc) -> None:
 def answer_hits(present: Present, hitting: list[Contact]) -> None:
     """Answer the hits of a round, group by group of contacts that share a ball."""
     if len(hitting) == 1:
-        answer_lone(present, hitting[0])
+        answer_single(present, hitting[0])
     elif len(hitting) > 1:
         for group in groups(hitting):
             if len(group) == 1:
-                answer_lone(present, group[0])
+                answer_single(present, group[0])
             else:
                 answer_group(present, group)
 
 
-def answer_lone(present: Present, one: Contact) -> None:
+def answer_single(present: Present, one: Contact) -> None:
     """Answer a hit that shares no ball with another one."""
     a, b = one.a, one.b
     ax, ay, bx, by = a.vx, a.vy, 0.0, 0.0

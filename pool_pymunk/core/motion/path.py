@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from mypy_extensions import mypyc_attr
+
 from pool_pymunk.core.motion.times import (
     EPSILON,
     INF,
@@ -33,21 +35,23 @@ LOST: Final = 1e-3
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Path:
     """A ball goes from time ``t`` (s) to ``end`` (s), with constant acceleration (m/s^2).
 
     It begins at a place (m) with a velocity (m/s). The end is infinite for a ball that goes on
     without end. A path that ``slows`` runs straight, and slows to rest at its end. Another one may
     bend, and at its end another path follows. (``wx``, ``wy``) is the roll (m/s) at the beginning;
-    it is 0 where balls do not roll. A :class:`~pool_pymunk.core.motion.surface.Surface` makes
-    paths; walls and pairs of balls are asked when they meet one.
+    it is 0 where balls do not roll; ``speed`` (m/s) is the size of the velocity there. A
+    :class:`~pool_pymunk.core.motion.surface.Surface` makes paths; walls and pairs of balls are
+    asked when they meet one.
 
     >>> path = sliding(1.0, (0.0, 0.0), (2.0, 0.0), 0.5)
     >>> path.end, path.at(2.0), path.at(9.0)
     (5.0, (1.75, 0.0, 1.5, 0.0), (4.0, 0.0, 0.0, 0.0))
     """
 
-    __slots__ = ("ax", "ay", "end", "slows", "t", "vx", "vy", "wx", "wy", "x", "y")
+    __slots__ = ("ax", "ay", "end", "slows", "speed", "t", "vx", "vy", "wx", "wy", "x", "y")
 
     def __init__(
         self, t: float, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
@@ -62,6 +66,7 @@ class Path:
         self.ay = ay
         self.end = end
         self.slows = slows
+        self.speed = math.sqrt(vx * vx + vy * vy)
         self.wx = wx
         self.wy = wy
 
@@ -88,11 +93,6 @@ class Path:
             return 0.0, 0.0
         s = (t if t < self.end else self.end) - self.t
         return self.vx + s * self.ax, self.vy + s * self.ay
-
-    @property
-    def speed(self) -> float:
-        """The speed (m/s) at the beginning."""
-        return math.sqrt(self.vx * self.vx + self.vy * self.vy)
 
     @property
     def pull(self) -> float:

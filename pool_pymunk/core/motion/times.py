@@ -11,7 +11,7 @@ from typing import Final
 
 Vector = tuple[float, float]
 
-INF: Final = math.inf
+INF: Final = 1e999
 EPSILON: Final = 2.0**-52  # This is the spacing of floating-point numbers at 1.
 # Resting discs that touch meet when they are nearer by this share of the contact distance. It is
 # above rounding, 1e-16 of a place up to some thousand radii off, and below what an end shows.

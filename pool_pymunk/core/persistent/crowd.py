@@ -15,7 +15,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering, joined
-from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.member import REST, Member, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.walls.wall import Wall
@@ -48,6 +48,10 @@ class Crowd(Gathering):
         h = self.time
         vx, vy = (each.x - x) / h, (each.y - y) / h
         return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
+
+    def states_at(self, t: float) -> list[State]:
+        share = min(max(t - self.began, 0.0) / self.time, 1.0)
+        return [each.state_after(share) for each in self.members]
 
     def go_to(self, t: float) -> None:
         """Let the state be that at a time (s): all impulses act evenly in a step."""

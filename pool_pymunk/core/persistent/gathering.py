@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.motion.path import Path
-from pool_pymunk.core.motion.times import INF
-from pool_pymunk.core.persistent.member import Member
+from pool_pymunk.core.motion.path import Motion, Path
+from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.persistent.member import Member, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spells
 from pool_pymunk.core.persistent.touch import Touch, is_of
@@ -29,6 +29,8 @@ class Gathering:
         self.began = now
         self.time = self.played = 0.0
         self.leader: Ball | None = None
+        self.looked = -INF  # s; when somebody has last asked for the states of the members
+        self.states: list[State] = []
         self.until = min([one.until for one in touches], default=INF)
         self.halts = False
 
@@ -59,6 +61,19 @@ class Gathering:
                     each.go_back()
             if t > self.began:
                 self.step(t - self.began)
+
+    def state_of(self, ball: Ball, t: float) -> tuple[Motion, Vector]:
+        """Return the motion (m, m/s) and the roll (m/s) of one of its balls at a time (s)."""
+        if self.looked != t:
+            self.looked, self.states = t, self.states_at(t)
+        for each, (x, y, vx, vy, wx, wy) in zip(self.members, self.states, strict=True):
+            if each.ball is ball:
+                return (x, y, vx, vy), (wx, wy)
+        raise ValueError("the ball is no member")
+
+    def states_at(self, t: float) -> list[State]:
+        """Return the states of the members at a time (s) of the piece."""
+        raise NotImplementedError
 
     def add_up(self, spells: Spells) -> None:
         """Add what the contacts have done in the present piece until now (Simpson's rule)."""

@@ -14,7 +14,7 @@ from typing import Final, final
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering
-from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member, Rates
+from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member, Rates, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
@@ -416,6 +416,17 @@ class Group(Gathering):
             h = self._locate(h, now)
         self.time = h
         self.halts = h >= self.until - now
+
+    def states_at(self, t: float) -> list[State]:
+        """Play up to a time (s) of the piece, look, and play to its end again."""
+        if t >= self.began + self.time:
+            return [each.state for each in self.members]
+        if t <= self.began:
+            return [each.start for each in self.members]
+        self.step(t - self.began)
+        states = [each.state for each in self.members]
+        self.step(self.time)
+        return states
 
     def step(self, h: float) -> float:
         """Go on from the beginning for a time (s); return how many times too far off that is."""

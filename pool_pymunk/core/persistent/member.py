@@ -321,21 +321,25 @@ class Member:
         self.ax, self.ay = (x - self.vx) / h, (y - self.vy) / h
         self.bx, self.by = (p - self.wx) / h, (q - self.wy) / h
 
-    def go_back_to(self, share: float) -> None:
-        """Let the state be that after a share of the step that was played last.
+    def state_after(self, share: float) -> State:
+        """Return the state after a share of the step that was played last: all acts evenly in it.
 
         A ball that comes to rest in it does so sooner if the surface can stop it until then.
         """
         x, y, vx, vy, wx, wy = self.start
         stopped = (self.drag if self.rolls else self.pull) * share * (self.time - self.since)
-        if self.phase == REST:
-            if vx * vx + vy * vy + wx * wx + wy * wy <= stopped * stopped:
-                return
-            self.phase = SLIP
-        self.x, self.y = x + share * (self.x - x), y + share * (self.y - y)
-        self.vx, self.vy = vx + share * (self.vx - vx), vy + share * (self.vy - vy)
-        self.wx, self.wy = wx + share * (self.wx - wx), wy + share * (self.wy - wy)
+        if self.phase == REST and vx * vx + vy * vy + wx * wx + wy * wy <= stopped * stopped:
+            return self.state
+        x, y = x + share * (self.x - x), y + share * (self.y - y)
+        vx, vy = vx + share * (self.vx - vx), vy + share * (self.vy - vy)
+        return x, y, vx, vy, wx + share * (self.wx - wx), wy + share * (self.wy - wy)
+
+    def go_back_to(self, share: float) -> None:
+        """Let the state be that after a share of the step."""
+        self.x, self.y, self.vx, self.vy, self.wx, self.wy = self.state_after(share)
         self.time = self.since + share * (self.time - self.since)
+        if self.vx != 0.0 or self.vy != 0.0 or self.wx != 0.0 or self.wy != 0.0:
+            self.phase = SLIP
 
     def land(self, h: float) -> None:
         """Go on for a step (s) at the velocity that it has after it."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from mypy_extensions import mypyc_attr
+
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.table import Table
@@ -16,6 +18,7 @@ SHARE: Final = 2.0 / 7.0  # of a slip goes to the velocity of a ball that begins
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Ground:
     """The ground says how a leg's ball is slowed down, and how the inputs change that.
 
@@ -63,8 +66,8 @@ class Ground:
             lost, ux, uy = rate * time / speed, vx / speed, vy / speed
             kept, place, along = 1.0 - lost, time * (1.0 - lost / 2.0), time * lost / 2.0
         xx, xy, yy, far = ux * ux, ux * uy, uy * uy, time * time / 2.0
-        for p, c in enumerate(changes):
-            u, v, more = c.vx, c.vy, by[p]
+        for c, more in zip(changes, by):
+            u, v = c.vx, c.vy
             if rolls:
                 u, v = (1.0 - SHARE) * u + SHARE * c.wx, (1.0 - SHARE) * v + SHARE * c.wy
             if u == 0.0 and v == 0.0 and more == 0.0:
@@ -90,8 +93,7 @@ class Ground:
         ux, uy, turn, far, spun = (
             ux / slip, uy / slip, rate / slip, time * time / 2.0, time / GYRATION
         )  # fmt: skip
-        for p, c in enumerate(changes):
-            more = by[p]
+        for c, more in zip(changes, by):
             across = turn * (uy * (c.vx - c.wx) - ux * (c.vy - c.wy))
             ax, ay = -across * uy - more * ux, across * ux - more * uy
             c.x += time * c.vx + far * ax
@@ -110,12 +112,12 @@ class Ground:
         if self.slips:
             ux, uy, factor = ux - path.wx, uy - path.wy, SHARE
         speed = math.sqrt(ux * ux + uy * uy)
-        for p, c in enumerate(changes):
+        for c, column, more in zip(changes, columns, self.by):
             u, v = c.vx, c.vy
             if self.slips:
                 u, v = u - c.wx, v - c.wy
             late = math.nan
             if rate > 0.0 and speed > 0.0:
                 grows = (ux * u + uy * v) / (speed * rate)
-                late = factor * (grows - speed / rate / rate * self.by[p])
-            columns[p].late = late
+                late = factor * (grows - speed / rate / rate * more)
+            column.late = late

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from mypy_extensions import mypyc_attr
+
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import EPSILON
@@ -17,6 +19,7 @@ ROUNDED: Final = 64.0 * EPSILON  # of a unit of an input; rounding changes a gap
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Rates:
     """These are the rates at which the state of a ball changes on its path at some time.
 
@@ -38,6 +41,7 @@ class Rates:
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Change:
     """A change has the derivatives of place, velocity and roll by one input.
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final, final
 
+from mypy_extensions import mypyc_attr
+
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact, Pair
 from pool_pymunk.core.motion.path import Motion, Path, standing
@@ -26,6 +28,7 @@ ANYTHING: Final = -1_000_000_001
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Leg:
     """A leg is a path of a ball, in a patch of the table or outside of all (-1)."""
 
@@ -37,6 +40,7 @@ class Leg:
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Step:
     """A step of a course comes at a time (s) to ball ``a``, and maybe to ball ``b`` (or -1).
 

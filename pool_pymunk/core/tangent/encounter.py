@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from mypy_extensions import i64, mypyc_attr
+
 from pool_pymunk.core.contact.contact import NT
 from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.path import Path
@@ -33,6 +35,7 @@ AGREE: Final = 1e-8
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Encounter:
     """This is a contact of ball ``a`` with ball ``b`` or with a wall, and how it closes.
 
@@ -92,14 +95,12 @@ class Encounter:
         a, b, nx, ny = self.a, self.b, self.nx, self.ny
         a_n, a_t = self._parts(self.before)
         b_n, b_t = self._parts(self.its_before)
-        own = inputs.radius[a.number]
-        its = own if b is None else inputs.radius[b.number]
-        for p, column in enumerate(columns):
-            c = a.changes[p]
-            x, y, gap = c.x, c.y, column.gap - own[p]
+        other = a if b is None else b
+        own, its = inputs.radius[a.number], inputs.radius[other.number]
+        for column, c, d, of_a, of_b in zip(columns, a.changes, other.changes, own, its):
+            x, y, gap = c.x, c.y, column.gap - of_a
             if b is not None:
-                d = b.changes[p]
-                x, y, gap = d.x - x, d.y - y, gap - its[p]
+                x, y, gap = d.x - x, d.y - y, gap - of_b
             late = (nx * x + ny * y + gap) / self.closing
             turn = self.curvature * (nx * y - ny * x + self.slip * late) + column.turned
             column.late, column.turn = late, turn
@@ -108,7 +109,6 @@ class Encounter:
             column.an = nx * c.vx + ny * c.vy + a_t * turn
             column.at = nx * c.vy - ny * c.vx - a_n * turn
             if b is not None:
-                d = b.changes[p]
                 if late != 0.0:
                     d.advance(self.its_before, late)
                 column.bn = nx * d.vx + ny * d.vy + b_t * turn
@@ -172,13 +172,14 @@ class Encounter:
         b_n, b_t = self._parts(its_after)
         roll = self._roll() if self.rolls and b is None else (0.0, 0.0)
         of_a, of_b = inputs.mass[a.number], inputs.mass[a.number if b is None else b.number]
-        for p, column in enumerate(columns):
+        p: i64 = -1
+        for column, c, d in zip(columns, a.changes, a.changes if b is None else b.changes):
+            p += 1
             turn = column.turn
             by.an, by.at, by.e, by.mu = column.an, column.at, e[p], mu[p]
             if b is not None:
                 by.bn, by.bt = column.bn, column.bt
                 by.m_a, by.m_b = of_a[p], of_b[p]
-            c = a.changes[p]
             column.is_bent = False
             if column.is_idle and by.is_zero and c.wx == 0.0 and c.wy == 0.0:
                 continue
@@ -189,7 +190,6 @@ class Encounter:
             c.vx, c.vy = nx * n - ny * t, ny * n + nx * t
             c.advance(after, -column.late)
             if b is not None:
-                d = b.changes[p]
                 m, r = m - turn * b_t, r + turn * b_n
                 d.vx, d.vy = nx * m - ny * r, ny * m + nx * r
                 d.advance(its_after, -column.late)

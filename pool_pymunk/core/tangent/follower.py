@@ -2,45 +2,45 @@
 
 from __future__ import annotations
 
-import math
-from struct import Struct
-from typing import Final, final
+from typing import final
 
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import Course
-from pool_pymunk.core.tangent.inputs import Inputs
+from pool_pymunk.core.tangent.inputs import Entry, Inputs
 from pool_pymunk.core.tangent.shot import close, tangent_of
 from pool_pymunk.core.tangent.touches import Corner
-
-COUNT: Final = Struct("q")
-# An entry is what is not zero of how a start changes: the ball, which of its six numbers, the
-# input, and the change.
-ENTRY: Final = Struct("4d")
-NUMBER: Final = Struct("d")
 
 
 @final
 class Follower:
     """A follower has how the ends of the balls of each shot change by some inputs.
 
-    After each shot there are new ``rows`` (N, 2, P), in which nan stands for what is not there. The
-    starts of shots change by ``entries``, of which each shot has its ``count``.
+    The balls that have ``changed`` have numbers that go on from shot to shot. Each has new ``rows``
+    (2, P): how its x, and its y, changes by the inputs; nan stands for what is not there. Shots
+    that cannot start are ``missing``.
     """
 
     def __init__(self, corners: list[Corner], inputs: Inputs) -> None:
         self.corners = corners
         self.inputs = inputs
-        self.counts = b""
-        self.entries = b""
+        self.counts: list[int] = []
+        self.places: list[int] = []
+        self.values: list[float] = []
         self.shot = self.entry = 0  # the next ones
-        self.rows = bytearray()
+        self.changed: list[int] = []
+        self.rows: list[float] = []
+        self.missing: list[int] = []
 
-    def give(self, counts: bytes, entries: bytes) -> None:
-        """Take the changes of the starts of some shots."""
-        self.counts = counts
-        self.entries = entries
+    def give(self, counts: list[int], places: list[int], values: list[float]) -> None:
+        """Take what is not zero of the changes of some shots' starts.
+
+        Each shot has so many of them. Of each, ``places`` are three numbers: those of the ball, of
+        its six numbers, and of the input.
+        """
+        self.counts, self.places, self.values = counts, places, values
         self.shot = self.entry = 0
+        self.changed, self.rows, self.missing = [], [], []
 
     def begin(self, engine: Engine, listener: Recorder) -> Course:
         """Begin a shot, whose balls are on their first paths; return what notes its course."""
@@ -49,36 +49,31 @@ class Follower:
 
     def _read(self) -> None:
         """Read how the start of the next shot changes."""
-        (count,) = COUNT.unpack_from(self.counts, self.shot * COUNT.size)
+        starts: list[Entry] = []
+        places, first = self.places, self.entry
+        self.entry += self.counts[self.shot]
         self.shot += 1
-        starts: list[tuple[int, int, int, float]] = []
-        for k in range(self.entry, self.entry + count):
-            numbers: tuple[float, float, float, float] = ENTRY.unpack_from(
-                self.entries, k * ENTRY.size
-            )
-            ball, which, by, change = numbers
-            starts.append((int(ball), int(which), int(by), change))
-        self.entry += count
+        for k in range(first, self.entry):
+            at = 3 * k
+            starts.append((places[at], places[at + 1], places[at + 2], self.values[k]))
         self.inputs.starts = starts
 
     def end(self, engine: Engine, course: Course, latest: float) -> None:
         """Follow the changes to the end of a shot, which might have gone on to the latest (s)."""
         duration, is_cut, by_events = close(engine, course, latest)
         tangent = tangent_of(engine, course, self.corners, self.inputs)
+        tangent.times = False
         tangent.follow(duration, is_cut, by_events)
+        first = (self.shot - 1) * len(tangent.tracks)
         for track in tangent.tracks:
-            for change in track.changes:
-                self.rows += NUMBER.pack(change.x)
-            for change in track.changes:
-                self.rows += NUMBER.pack(change.y)
+            if track.is_changed:
+                self.changed.append(first + track.number)
+                for change in track.changes:
+                    self.rows.append(change.x)
+                for change in track.changes:
+                    self.rows.append(change.y)
 
-    def skip(self, balls: int) -> None:
+    def skip(self) -> None:
         """Leave out a shot that cannot start."""
+        self.missing.append(self.shot)
         self._read()
-        for _ in range(2 * balls * self.inputs.count):
-            self.rows += NUMBER.pack(math.nan)
-
-    def take(self) -> bytes:
-        """Return the rows of the shots since they were taken last."""
-        rows, self.rows = bytes(self.rows), bytearray()
-        return rows

@@ -46,8 +46,10 @@ class Lookout:
         """Let balls of which nothing is known go on to their last legs before a time (s).
 
         In a persistent contact they have legs between which there are no events. Others may touch
-        them there.
+        them there. While nothing was found, all is known.
         """
+        if len(self.found) == 0:
+            return
         for track in self.tracks:
             while track.goes_on_before(t) and track.is_lost:
                 then = track.following

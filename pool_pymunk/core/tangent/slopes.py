@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import final
 
+from mypy_extensions import mypyc_attr
+
 from pool_pymunk.core.contact.contact import NT, Pair
 from pool_pymunk.core.contact.laws import (
     FADING,
@@ -26,6 +28,7 @@ Four = tuple[float, float, float, float]  # parts of a and b along the normal an
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Nudge:
     """A nudge changes what a law is asked with, to first order.
 
@@ -59,6 +62,7 @@ class Nudge:
         return max(largest(self.an, self.at, self.bn, self.bt), max(of_masses, of_pair))
 
 
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Hit:
     """A hit has the velocities and the numbers with which a law is asked, and its answer.
 
@@ -89,6 +93,7 @@ class Hit:
         return answer_of(self.law, (an + n, at + a_t), (bn, bt + b_t), self.pair, self.is_wall)
 
 
+@mypyc_attr(acyclic=True, free_list_len=1)
 class CoulombHit(Hit):
     """With the shares s_a = m_b / (m_a + m_b), s_b = 1 - s_a, velocities change by -s_a j, s_b j.
 
@@ -125,6 +130,7 @@ class CoulombHit(Hit):
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class WeakeningHit(CoulombHit):
     """Friction falls with the slip s: mu(s) = mu (LEAST + FADING exp(-RATE |s|)) / their sum."""
 
@@ -141,6 +147,7 @@ class WeakeningHit(CoulombHit):
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class PublishedHit(Hit):
     """Each tangential velocity changes by mu times its own change of normal velocity."""
 
@@ -168,6 +175,7 @@ class PublishedHit(Hit):
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class CushionHit(Hit):
     """v_n' = -e v_n, and friction takes mu |v_n' - v_n| off v_t."""
 

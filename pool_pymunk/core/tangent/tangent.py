@@ -63,7 +63,7 @@ class Tangent:
     ``lates`` (E, P) are how much later (s) events come. ``found`` are times (s) and numbers of
     reasons why something is nan. The tracks then have the changes of the balls at the end. With
     ``errors`` the columns are those of rounding; they end where they cannot be followed. If it
-    ``keeps`` changes, it knows them at any time.
+    ``keeps`` changes, it knows them at any time, and it ``times`` events unless nobody asks.
     """
 
     def __init__(
@@ -77,6 +77,7 @@ class Tangent:
         self.inputs = inputs
         self.errors: RoundingErrors | None = None
         self.keeps = False
+        self.times = True
         self.rolls = table.surface.rolls
         self.tracks: list[Track] = []
         changes = inputs.changes_at_first(len(balls))
@@ -222,7 +223,7 @@ class Tangent:
             self._lose(why, a, b, step.t)
             for column in self.columns:
                 column.late = math.nan
-        if step.kind != LASTS:
+        if step.kind != LASTS and self.times:
             self.lates.append([column.late for column in self.columns])
         a.keep(step.t)
         a.note_ever(why != FOLLOWED)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from mypy_extensions import mypyc_attr
+
 from pool_pymunk.core.motion.pairs import HAIR
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.times import EPSILON, Vector
@@ -163,6 +165,7 @@ def touch_of_discs(
 
 
 @final
+@mypyc_attr(acyclic=True, free_list_len=1)
 class Approach:
     """This is how a disc moves as another one sees it, from a time (s) until another one.
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
+from mypy_extensions import i64
+
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.table import Table
@@ -18,9 +20,9 @@ from pool_pymunk.core.tangent.touches import BLUR
 class Moment:
     """From a moment (s) on, a ball is on a leg, at whose beginning it has these changes."""
 
-    def __init__(self, t: float, at: int, changes: list[Change]) -> None:
+    def __init__(self, t: float, at: i64, changes: list[Change]) -> None:
         self.t = t
-        self.at = at
+        self.at: i64 = at
         self.changes = [each.copy() for each in changes]
 
 
@@ -40,7 +42,7 @@ class Track:
         self.mass = mass
         self.legs = legs
         self.changes = changes
-        self.at = 0
+        self.at: i64 = 0
         self.path = legs[0].path
         self.met = NOTHING
         self.is_gone = False
@@ -54,6 +56,14 @@ class Track:
             if not each.is_lost:
                 return False
         return True
+
+    @property
+    def is_changed(self) -> bool:
+        """This tells whether an input has ever changed the ball."""
+        for each in self.changes:
+            if each.ever or not each.is_zero:
+                return True
+        return False
 
     @property
     def is_beyond(self) -> bool:

@@ -21,15 +21,17 @@ Sweep = tuple[float, float, float, float]
 class Wall:
     """A wall bounces balls off its sides, with its own coefficients.
 
-    ``number`` is how it is reported. A wall that kicks adds its ``kick`` (m/s) to the velocity of a
-    ball along the normal. The bits of ``categories`` and ``mask`` say whom it may meet. The engine
-    asks it when a ball meets it, and which side is nearest.
+    ``number`` is how it is reported, and ``only`` its side if it has just one. A wall that kicks
+    adds its ``kick`` (m/s) to the velocity of a ball along the normal. The bits of ``categories``
+    and ``mask`` say whom it may meet. The engine asks it when a ball meets it, and which side is
+    nearest.
     """
 
     def __init__(
         self, sides: list[Side], restitution: float, friction: float, number: int, kick: float = 0.0
     ) -> None:
         self.sides = sides
+        self.only: Side | None = sides[0] if len(sides) == 1 else None
         self.restitution = restitution
         self.friction = friction
         self.number = number
@@ -42,7 +44,9 @@ class Wall:
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s), not before now, a ball meets one of the sides, or infinity."""
-        first = INF
+        first, only = INF, self.only
+        if only is not None:
+            return min(first, only.time_of_contact(path, r, now))
         for side in self.sides:
             first = min(first, side.time_of_contact(path, r, now))
         return first
@@ -54,7 +58,8 @@ class Wall:
 
     def nearest(self, x: float, y: float, r: float, now: float) -> Side:
         """Return the side whose surface is nearest to a ball of radius ``r`` at (x, y), now (s)."""
-        return nearest_of(self.sides, x, y, r)
+        only = self.only
+        return nearest_of(self.sides, x, y, r) if only is None else only
 
     def side_beside(self, x: float, y: float, r: float, now: float) -> Side:
         """Return the nearest side for a contact that persists: if the wall moves, the side does."""
