@@ -13,8 +13,9 @@ from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
+from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering, joined
-from pool_pymunk.core.persistent.member import Member, State
+from pool_pymunk.core.persistent.member import REST, Member, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.walls.wall import Wall
@@ -49,24 +50,23 @@ class Crowd(Gathering):
         return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
 
     def states_at(self, t: float) -> list[State]:
-        """Return the states at a time (s): velocities are those of the whole step."""
-        if t <= self.began:
-            return [each.start for each in self.members]
-        found = list[State]()
-        for each in self.members:
-            x, y = self.path(each).place(t)
-            found.append((x, y, each.vx, each.vy, each.wx, each.wy))
-        return found
+        share = min(max(t - self.began, 0.0) / self.time, 1.0)
+        return [each.state_after(share) for each in self.members]
 
     def go_to(self, t: float) -> None:
-        """Let the state be that at a time (s): its velocities are those of the whole step."""
+        """Let the state be that at a time (s): all impulses act evenly in a step."""
         if t < self.began + self.time:
+            self.played = max(t - self.began, 0.0)
             for each in self.members:
-                if t > self.began:
-                    each.x, each.y = self.path(each).place(t)
-                    each.time = t
-                else:
-                    each.go_back()
+                each.go_back_to(self.played / self.time)
+
+    def rests(self, each: Member) -> bool:
+        """Tell whether a member rests in this step, and no wall that moves takes it along."""
+        if each.phase != REST or not each.stands:
+            return False
+        return self.until == INF or not any(
+            [one.on and one.until < INF and one.a is each for one in self.touches]
+        )
 
     def next_pace(self, room: float, least: float) -> float:
         """Return how long (s) a step may be, so that changes of velocity move no ball farther."""

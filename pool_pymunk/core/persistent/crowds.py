@@ -10,7 +10,7 @@ from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import INF, length_of
 from pool_pymunk.core.persistent.crowd import Crowd
 from pool_pymunk.core.persistent.gatherings import SOON, is_worn, put, wear_out
-from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.persistent.unseen import CROWD, MOST, SHORTEST, Unseen
@@ -93,16 +93,13 @@ class Crowds(Unseen):
         touches = self._reach(present, members)
         crowd = Crowd(members, touches, present.now, self.scale, pace)
         crowd.halts = present.now + pace >= self._motions_end(present)
-        for each in members:
-            braked = self.braked.pop(each.ball.number, present.now)
-            each.share = min(max((present.now + pace - braked) / pace, 0.0), 1.0)
         self.crowds += 1
         crowd.play(present.now)
         present.recorder.crowd(len(members), present.now, present.now + pace)
         for each in members:
             each.ball.group = crowd
         for each in members:
-            if each.phase == REST and each.stands:
+            if crowd.rests(each):
                 self._rest(present, each)
             else:
                 present.lead(each.ball, crowd.path(each))
@@ -172,7 +169,7 @@ class Crowds(Unseen):
         room = 2.0 * MOST * self.tolerance
         least = math.sqrt(room / self.scale.pull)
         for part in crowd.parts(self.tolerance):
-            moves = any([each.phase != REST or not each.stands for each in part])
+            moves = any([not crowd.rests(each) for each in part])
             if moves and is_crowd([each.ball for each in part], present.now):
                 self._begin_crowd(present, part, crowd.next_pace(room, least))
                 continue

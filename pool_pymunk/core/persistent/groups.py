@@ -58,7 +58,6 @@ class Groups(Forming):
         super().begin_run()
         self.quiet.clear()
         self.opened.clear()
-        self.braked.clear()
         self.spells.clear()
         self.is_hushed = False
         self.tried = self.formed = self.freed = -INF

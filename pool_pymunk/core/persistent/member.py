@@ -47,7 +47,7 @@ class Member:
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
                  "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "phase", "pull",
-                 "px", "py", "rolls", "scale", "second", "share", "since", "slows", "start",
+                 "px", "py", "rolls", "scale", "second", "since", "slows", "start",
                  "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
@@ -67,7 +67,6 @@ class Member:
         self.phase = self.mode = SLIP if self.own is None else FREE
         self.held = -INF
         self.is_struck = False
-        self.share = 1.0  # of a step of a crowd, in which the surface acts
         self.gx, self.gy = 1.0, 0.0
         self.hx, self.hy = 1.0, 0.0
         self.fx = self.fy = self.cx = self.cy = 0.0
@@ -275,11 +274,9 @@ class Member:
 
     @property
     def stands(self) -> bool:
-        """This tells whether the ball stood at the beginning of the piece, too, and there."""
-        x, y, vx, vy, wx, wy = self.start
-        moved = max(abs(self.x - x), abs(self.y - y))  # by a wall that moves
-        is_still = vx == 0.0 and vy == 0.0 and wx == 0.0 and wy == 0.0
-        return is_still and moved <= self.scale.tolerance
+        """This tells whether the ball stood at the beginning of the piece, too."""
+        _x, _y, vx, vy, wx, wy = self.start
+        return vx == 0.0 and vy == 0.0 and wx == 0.0 and wy == 0.0
 
     def brake(self, h: float) -> None:
         """Find the mean rates of a step (s), in which the surface stops what it can.
@@ -295,7 +292,7 @@ class Member:
                 x = y = p = q = 0.0
             self._change_by(x, y, p, q, h)
             return
-        most, self.phase = h * self.share * self.pull, ROLL
+        most, self.phase = h * self.pull, ROLL
         if self.rolls:
             ux, uy = x - p, y - q
             slip = SHARE * math.sqrt(ux * ux + uy * uy)
@@ -303,7 +300,7 @@ class Member:
             x, y = x - share * ux, y - share * uy
             p, q = p + share * ux / GYRATION, q + share * uy / GYRATION
             if slip <= most:
-                most = h * self.share * self.drag
+                most = h * self.drag
             else:
                 most, self.phase = 0.0, SLIP
         speed = math.sqrt(x * x + y * y)
@@ -323,6 +320,26 @@ class Member:
         """Let the rates be those that lead to a velocity and a roll (m/s) in a time (s)."""
         self.ax, self.ay = (x - self.vx) / h, (y - self.vy) / h
         self.bx, self.by = (p - self.wx) / h, (q - self.wy) / h
+
+    def state_after(self, share: float) -> State:
+        """Return the state after a share of the step that was played last: all acts evenly in it.
+
+        A ball that comes to rest in it does so sooner if the surface can stop it until then.
+        """
+        x, y, vx, vy, wx, wy = self.start
+        stopped = (self.drag if self.rolls else self.pull) * share * (self.time - self.since)
+        if self.phase == REST and vx * vx + vy * vy + wx * wx + wy * wy <= stopped * stopped:
+            return self.state
+        x, y = x + share * (self.x - x), y + share * (self.y - y)
+        vx, vy = vx + share * (self.vx - vx), vy + share * (self.vy - vy)
+        return x, y, vx, vy, wx + share * (self.wx - wx), wy + share * (self.wy - wy)
+
+    def go_back_to(self, share: float) -> None:
+        """Let the state be that after a share of the step."""
+        self.x, self.y, self.vx, self.vy, self.wx, self.wy = self.state_after(share)
+        self.time = self.since + share * (self.time - self.since)
+        if self.vx != 0.0 or self.vy != 0.0 or self.wx != 0.0 or self.wy != 0.0:
+            self.phase = SLIP
 
     def land(self, h: float) -> None:
         """Go on for a step (s) at the velocity that it has after it."""
