@@ -45,7 +45,7 @@ class LiveEngine(Engine):
         self.is_stale = False  # What is due is not known any more.
         self.places = 0  # of walls, so far
         self.sorted = 0  # balls when they were last sorted in
-        self.pressed: list[Ball] = []  # Around these, groups may begin when all is predicted anew.
+        self.loosened: list[Ball] = []  # Around these, groups may begin when all is predicted anew.
         self.taken: list[Ball] = []
         self.most_events = MOST_EVENTS
 
@@ -143,7 +143,7 @@ class LiveEngine(Engine):
         self.send(ball, SAME, (vx + gx, vy + gy), SAME)
 
     def take_off(self, ball: Ball) -> None:
-        """Take a ball off the table; what it has pressed goes on."""
+        """Take a ball off the table; others of its group go on."""
         self.persistence.leave(self, ball)
         x, y = ball.path.place(self.now)
         self.remove(ball, (x, y))
@@ -168,7 +168,7 @@ class LiveEngine(Engine):
             ball.hits, ball.hit, ball.creep = 0, -INF, 0.0
             ball.crossed = -INF
             self._begin_on(ball, (x, y), (vx, vy), roll)
-        self.pressed = [ball for ball in balls if ball.path.moves]
+        self.loosened = [ball for ball in balls if ball.path.moves]
         self.is_stale = True
 
     def _begin_on(self, ball: Ball, place: Vector, velocity: Vector, roll: Vector) -> None:
@@ -250,10 +250,10 @@ class LiveEngine(Engine):
         """Take all groups apart; they may begin anew when all is predicted."""
         for ball in self.balls:
             if ball.group is not None:
-                put(self.pressed, ball)
+                put(self.loosened, ball)
                 self.persistence.leave(self, ball)
         for ball in self.persistence.take_loose():
-            put(self.pressed, ball)
+            put(self.loosened, ball)
 
     def _predict_anew(self) -> None:
         """Predict anew what is due: balls go on from where they are now."""
@@ -278,10 +278,10 @@ class LiveEngine(Engine):
             else:
                 self.near.put(ball, self.now, self.now)
         self._predict([ball for ball in there if ball.path.moves or len(self.movers) > 0])
-        for ball in self.pressed:
+        for ball in self.loosened:
             if not ball.is_off:
                 self.persistence.go_on_from(self, ball)
-        self.pressed = []
+        self.loosened = []
         self._predict_loose()
         for ball in there:
             self._fall_in(ball)
@@ -310,8 +310,8 @@ class LiveEngine(Engine):
             twin.categories, twin.mask, twin.patch = ball.categories, ball.mask, ball.patch
             twin.is_off, twin.noise, twin.rested = ball.is_off, ball.noise, ball.rested
             other.balls.append(twin)
-            if ball.group is not None:  # The copy finds by itself what is pressed.
-                other.pressed.append(twin)
+            if ball.group is not None:  # The copy forms its groups by itself.
+                other.loosened.append(twin)
         other.is_stale = True
         return other
 

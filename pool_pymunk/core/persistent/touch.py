@@ -232,7 +232,7 @@ class Touch:
 
     @property
     def press_on(self) -> float:
-        """How strongly (m/s^2) the sides would close without their forces."""
+        """It is how strongly (m/s^2) the sides would close without their forces."""
         a = self.a
         rolls_in = self.wrings and a.phase == ROLL
         return self.n * self.softness + (SHARE * self.i / a.mass if rolls_in else 0.0)
