@@ -6,21 +6,19 @@ import math
 from typing import Final
 
 from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import INF, length_of
 from pool_pymunk.core.persistent.crowd import Crowd
-from pool_pymunk.core.persistent.gatherings import SOON, is_worn, put, wear_out
+from pool_pymunk.core.persistent.gatherings import SHORTEST, SOON, is_worn, put, wear_out
 from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
-from pool_pymunk.core.persistent.unseen import CROWD, MOST, SHORTEST, Unseen
+from pool_pymunk.core.persistent.unseen import CROWD, MOST, Unseen
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 
 MANY: Final = 1000  # CROWD balls or fewer are a crowd after so many hits, together.
 LARGE: Final = 16  # balls; more that press on each other are a crowd at once
 STRIDE: Final = 0.05  # radii; a step of a crowd moves no ball farther
-SUNK: Final = 1e-3  # radii; balls that have waited for a contact have sunk in by less
 
 
 class Crowds(Unseen):
@@ -125,15 +123,10 @@ class Crowds(Unseen):
                 ):
                     found.append(Touch(a, b, None, None, present.table.pair(ball, other)))
             for wall in present.table.walls:
-                if wall.is_pocket or ball.ignores(wall.categories, wall.mask):
-                    continue
-                if wall.moves and not self._may_press(present, ball, wall):
-                    continue
-                side = wall.side_beside(a.x, a.y, r, present.now)
                 far = 2.0 * STRIDE * r if wall.moves else STRIDE * r
-                if -SUNK * r <= side.gap(a.x, a.y, r) <= far:
-                    pair = Pair(a.mass, INF, wall.restitution, wall.friction)
-                    found.append(Touch(a, None, wall, side, pair))
+                one = self._touch_of(present, a, wall, far)
+                if one is not None:
+                    found.append(one)
         return found
 
     def _pace_beside_movers(self, present: Present, members: list[Member], pace: float) -> float:

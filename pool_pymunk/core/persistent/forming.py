@@ -6,11 +6,11 @@ import math
 from typing import final
 
 from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import count_bounces
-from pool_pymunk.core.persistent.crowds import SUNK, Crowds
+from pool_pymunk.core.persistent.crowds import Crowds
 from pool_pymunk.core.persistent.gathering import joined
+from pool_pymunk.core.persistent.gatherings import SUNK
 from pool_pymunk.core.persistent.group import Group
 from pool_pymunk.core.persistent.member import FREE, REST, SLIP, Member
 from pool_pymunk.core.persistent.persistence import sides_of
@@ -132,18 +132,11 @@ class Forming(Crowds):
 
     def _touches_of_walls(self, present: Present, a: Member) -> list[Touch]:
         """Return the contacts of a member with walls."""
-        found, r = list[Touch](), a.ball.radius
+        found = list[Touch]()
         for wall in present.table.walls:
-            if wall.is_pocket or a.ball.ignores(wall.categories, wall.mask):
-                continue
-            if wall.moves and not self._may_press(present, a.ball, wall):
-                continue
-            side = wall.side_beside(a.x, a.y, r, present.now)
-            if -SUNK * r <= side.gap(a.x, a.y, r) <= self.tolerance:
-                pair = Pair(a.mass, INF, wall.restitution, wall.friction)
-                one = Touch(a, None, wall, side, pair)
-                if self._may_persist(present, one, a.ball, None, wall):
-                    found.append(one)
+            one = self._touch_of(present, a, wall, self.tolerance)
+            if one is not None and self._may_persist(present, one, a.ball, None, wall):
+                found.append(one)
         return found
 
     def _may_persist(

@@ -5,17 +5,22 @@ from __future__ import annotations
 from typing import Final
 
 from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering
 from pool_pymunk.core.persistent.member import REST, Member
 from pool_pymunk.core.persistent.persistence import Persisted, Persistence
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spells
+from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.present import Present
+from pool_pymunk.core.walls.wall import Wall
 
 SOON: Final = 0.05  # s; hits that follow each other faster count together
 # After so many hits a ball is one of a crowd. The hardest soft break that is known has some 45.
 WORN: Final = 100
+SUNK: Final = 1e-3  # radii; balls that have waited for a contact have sunk in by less
+SHORTEST: Final = 1e-3  # of the shortest piece; a wall whose motion ends so soon presses no more
 
 
 class Gatherings(Persistence):
@@ -91,6 +96,21 @@ class Gatherings(Persistence):
             present.roll_of(ball),
             present.now,
         )
+
+    def _touch_of(self, present: Present, a: Member, wall: Wall, far: float) -> Touch | None:
+        """Return the touch of a ball and a wall that is no farther (m), or none.
+
+        A wall that goes through the ball, or is about to move otherwise, presses on nothing.
+        """
+        ball, r, soon = a.ball, a.ball.radius, present.now + SHORTEST * self.scale.least
+        if wall.is_pocket or ball.ignores(wall.categories, wall.mask) or wall.until <= soon:
+            return None
+        if wall.moves and present.squeezes.goes_through(ball, wall):
+            return None
+        side = wall.side_beside(a.x, a.y, r, present.now)
+        if not -SUNK * r <= side.gap(a.x, a.y, r) <= far:
+            return None
+        return Touch(a, None, wall, side, Pair(a.mass, INF, wall.restitution, wall.friction))
 
 
 def put(balls: list[Ball], ball: Ball) -> None:

@@ -28,6 +28,13 @@ FEW_ROUNDS: Final = 4
 SWEEPS: Final = 4
 GROWTH: Final = 4.0
 NEVER: Final = -1
+# how a touch fits its mode
+FITS: Final = 0
+CLOSES: Final = 1  # without a force
+PULLS: Final = 2
+SLIDES: Final = 3  # though friction was to hold it
+TURNS: Final = 4
+HAS_TURNED: Final = 5  # against the friction that is at its bound
 STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one has moved 1e-11 m at most
@@ -247,31 +254,30 @@ class Group(Gathering):
     def _fits(self, now: float) -> bool:
         """Tell whether no force pulls, friction holds what it should, and nothing closes."""
         for one in self.touches:
-            if one.on:
-                if not self._fits_touch(one):
-                    return False
-            elif one.closed and one.rate(NORMAL) < -4.0 * self.weak:
+            if self._misfit_of(one) != FITS:
                 return False
         for each in self.members:
             if not self._fits_member(each, now):
                 return False
         return True
 
-    def _fits_touch(self, one: Touch) -> bool:
-        """Tell whether no force pulls, and friction holds what it should."""
+    def _misfit_of(self, one: Touch) -> int:
+        """Tell whether a force pulls, or friction does not hold what it should, or has turned."""
         none, slack = self.scale.none, self.weak * one.unit
+        if not one.on:
+            return CLOSES if one.closed and one.rate(NORMAL) < -4.0 * self.weak else FITS
         if one.n < -slack:
-            return False
+            return PULLS
         most = one.mu * one.n + slack
         if one.slides == 0.0 and abs(one.t) > most:
-            return False
+            return SLIDES
         if one.turns == 0.0 and abs(one.i) > most / GYRATION:
-            return False
+            return TURNS
         slides = sign(one.slip, none)
         if slides == 0.0 and one.slides != 0.0 and one.rate(ALONG) * one.slides < -self.weak:
-            return False
+            return HAS_TURNED
         is_other = slides != 0.0 and slides != one.slides
-        return not (is_other or sign(one.roll_in, none) * one.turns < 0.0)
+        return HAS_TURNED if is_other or sign(one.roll_in, none) * one.turns < 0.0 else FITS
 
     def _fits_member(self, each: Member, now: float) -> bool:
         """Tell whether static friction holds a ball, or what it lets go moves on."""
@@ -299,26 +305,22 @@ class Group(Gathering):
 
     def _exchange_at_touch(self) -> bool:
         """Change the mode of the first touch that does not fit; tell whether there is one."""
-        none = self.scale.none
         for one in self.touches:
-            if not one.on:
-                if one.closed and one.rate(NORMAL) < -4.0 * self.weak:
-                    one.on = True
-                    one.slides, one.turns = sign(one.slip, none), sign(one.roll_in, none)
-                    return True
-            elif not self._fits_touch(one):
-                slack = self.weak * one.unit
-                most = one.mu * one.n + slack
-                if one.n < -slack:
-                    one.on = False
-                    one.press(0.0, 0.0, 0.0)
-                elif one.slides == 0.0 and abs(one.t) > most:
-                    one.slides = -math.copysign(1.0, one.t)
-                elif one.turns == 0.0 and abs(one.i) > most / GYRATION:
-                    one.turns = -math.copysign(1.0, one.i)
-                else:
-                    one.slides, one.turns = sign(one.slip, none), sign(one.roll_in, none)
-                return True
+            misfit = self._misfit_of(one)
+            if misfit == FITS:
+                continue
+            if misfit == PULLS:
+                one.on = False
+                one.press(0.0, 0.0, 0.0)
+            elif misfit == SLIDES:
+                one.slides = -math.copysign(1.0, one.t)
+            elif misfit == TURNS:
+                one.turns = -math.copysign(1.0, one.i)
+            else:
+                one.on = True
+                one.slides = sign(one.slip, self.scale.none)
+                one.turns = sign(one.roll_in, self.scale.none)
+            return True
         return False
 
     def _exchange_at_member(self, now: float) -> bool:

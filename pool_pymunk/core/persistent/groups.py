@@ -15,12 +15,12 @@ from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.crowd import Crowd
 from pool_pymunk.core.persistent.forming import Cluster, Forming, jam_around, parts_of
-from pool_pymunk.core.persistent.gatherings import put
+from pool_pymunk.core.persistent.gatherings import SHORTEST, put
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, SHORTEST
+from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
@@ -52,7 +52,7 @@ class Groups(Forming):
         self.is_hushed = False  # There are some.
         self.tried = self.formed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
-        self.pieces = self.begun = self.absorbed = 0
+        self.pieces = self.begun = 0
 
     def begin_run(self) -> None:
         super().begin_run()
@@ -62,7 +62,7 @@ class Groups(Forming):
         self.is_hushed = False
         self.tried = self.formed = self.freed = -INF
         self.pace = self.scale.first
-        self.pieces = self.misfits = self.begun = self.absorbed = self.crowds = 0
+        self.pieces = self.misfits = self.begun = self.crowds = 0
 
     def begin_step(self, present: Present) -> None:
         super().begin_step(present)
@@ -171,7 +171,6 @@ class Groups(Forming):
         cluster = self._form(present, seeds)
         if len(cluster.groups) == 0 or not all([cluster.holds(due) for due in dues]):
             return False
-        self.absorbed += 1
         self._begin_in(present, cluster)
         return True
 

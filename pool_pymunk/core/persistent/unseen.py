@@ -22,7 +22,6 @@ MOST: Final = 1000.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
 CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
-SHORTEST: Final = 1e-3  # of the shortest piece; a wall whose motion ends so soon presses no more
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
 
@@ -36,11 +35,6 @@ class Unseen(Gatherings):
     def _tolerance(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return what may go unseen (m)."""
         return self._wear(present, a, b) * self.tolerance
-
-    def _may_press(self, present: Present, ball: Ball, wall: Wall) -> bool:
-        """Tell whether a wall that moves may press on a ball: not if it goes through it."""
-        soon = present.now + SHORTEST * self.scale.least
-        return wall.until > soon and not present.squeezes.goes_through(ball, wall)
 
     def _wear(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return how many times more may go unseen, because these balls have hit often of late."""
