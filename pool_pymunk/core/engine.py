@@ -394,7 +394,10 @@ class Engine(Present):
         """Predict when two balls meet."""
         if self.chooses and a.ignores(b.categories, b.mask):
             return
-        if a.group is not None and a.group is b.group and a.group.answers_all:
+        group, is_held = a.group, False
+        if group is not None and group is b.group:
+            is_held = group.answers_all or group.holds(a, b, None)
+        if is_held:  # They touch, and stay together.
             return
         until, noise = min(a.horizon, b.horizon), max(a.noise, b.noise)
         if a.number > b.number:
