@@ -391,7 +391,7 @@ def test_a_cloud_shows_what_the_players_error_does(sit_down: Any, report: Server
     player = sit_down(report, refusals=True)
     before = picture(player.visit)
     player.page.fill("#angle-error", "0.5")
-    for _ in range(240):  # numba may have to compile first.
+    for _ in range(240):
         if "ends" in player.text("cloud-text"):
             break
         player.page.wait_for_timeout(1000)

@@ -20,7 +20,7 @@ WINDOW, SCALE = (1000, 650), 0.8  # the page's size, and pixels of the film for 
 FPS = 10
 AIM = (1.05, 0.62)  # m; where the drag ends
 LONG = 18  # frames; text is shown for this long
-TIMEOUT = 60_000  # ms; numba may have to compile first
+TIMEOUT = 60_000  # ms
 
 Frame = tuple[Pixels, int]  # a picture, and for how many frames it is shown
 
