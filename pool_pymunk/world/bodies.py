@@ -59,6 +59,11 @@ class Bodies:
             body.center_of_gravity == (0.0, 0.0) for body in self._space.bodies
         )
 
+    @property
+    def are_known(self) -> bool:
+        """Tell whether the rows of the balls are known."""
+        return self._shapes >= 0
+
     def has_odd_forces(self) -> bool:
         """Tell whether a force, a torque or an angular velocity is not finite, or very large."""
         self._forces.clear()

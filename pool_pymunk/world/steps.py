@@ -119,7 +119,8 @@ class Steps:
         motions = live.motions()
         moves = motions.tobytes()
         if moves != self._resting:
-            live._read()
+            if not live.bodies.are_known:  # Else nobody has touched one since the step began.
+                live.read()
             steered = motions.copy()
             steered[:, :2] -= dt * motions[:, 2:]
             live.bodies.write(steered, live.balls)
@@ -129,7 +130,7 @@ class Steps:
         finally:
             live.phase = Phase.BETWEEN
             live.written = motions.copy()
-        live._read()
+        live.read()
         bodies = live.bodies
         rows, now = bodies.of_balls, motions[bodies.numbers]
         differs = bool((rows != now).any())

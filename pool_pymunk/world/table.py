@@ -75,7 +75,7 @@ class LiveTable:
         self._enter(ball)
         ball.as_it_came = ball.features()
         self.engine.add(own)
-        self.show()
+        self.written = np.vstack((self.written, (x, y, vx, vy)))
         return ball
 
     def _enter(self, ball: TableBall) -> None:
@@ -149,7 +149,7 @@ class LiveTable:
 
     def show(self) -> None:
         """Let bodies show how balls move now."""
-        self._read()
+        self.read()
         self.write(self.motions())
 
     def write(self, motions: Rows) -> None:
@@ -179,7 +179,7 @@ class LiveTable:
         """Take what differs from what was last written as new starts."""
         if self.phase in (Phase.STEPPING, Phase.PLAYING):
             return
-        self._read()
+        self.read()
         bodies, touched = self.bodies, list[TableBall]()
         rows, written = bodies.of_balls, self.written[bodies.numbers]
         differ = rows != written
@@ -228,7 +228,7 @@ class LiveTable:
         except SettingError:
             return None
 
-    def _read(self) -> None:
+    def read(self) -> None:
         """Read the bodies; what somebody has taken out of the space is off the table."""
         if self.bodies.read():
             return
@@ -238,8 +238,6 @@ class LiveTable:
         self.walls.drop_lost()
         self.bodies.read()
         self.bodies.know(self.ball_of)
-        if len(self.written) < len(self.balls):
-            self.written = self.motions().copy()
 
     def refuse_changes(self, turn: int) -> None:
         """Refuse changes that the table cannot follow, before anything moves."""

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk import Scene, load, simulate_many
+from pool_pymunk import compile as compile_shots
 
 ROUNDS = 9
 Play = Callable[[], Any]
@@ -79,6 +80,8 @@ KINDS: dict[str, tuple[int, Callable[[int], Play]]] = {
 def serve() -> None:
     """Play a kind of shots for each line, and print the time (s) and the number of events."""
     warnings.simplefilter("ignore")
+    for name in ("report", "eight-ball") if IS_OLD else ():
+        compile_shots(load(name))  # It would play few shots in Python.
     made: dict[str, Play] = {}
     for line in sys.stdin:
         name = line.strip()

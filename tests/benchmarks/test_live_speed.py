@@ -120,6 +120,7 @@ def measured(name: str, hears: bool, breaks: int = BREAKS) -> tuple[list[float],
     for table in cases(breaks)[name]:
         if hears:
             table.on_contact = lambda _: None
+        gc.collect()  # A game has one table, and not what remains of hundreds.
         theirs.append(steps(bare(table).step))
         found.append(steps(table.step))
     own = [*chain.from_iterable(theirs)]
