@@ -37,12 +37,11 @@ from pool_pymunk.core.persistent.scale import TOLERANCE
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls import moving
-from pool_pymunk.core.walls.face import Face
-from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket, Wall
 from pool_pymunk.laws import LAWS, law_in_core
 from pool_pymunk.solvers.in_core import balls_of
+from pool_pymunk.world.checks import Drawn
 from pool_pymunk.world.walls import sides_of
 
 Note = tuple[Any, ...]  # what an engine tells: what it is, when (s), and numbers
@@ -183,21 +182,10 @@ def numbers_of(path: Path) -> Note:
             path.wx, path.wy)  # fmt: skip
 
 
-def sides_of_shape(shape: pymunk.Shape) -> list[Side]:
-    """Return the sides of a shape, as the core has them."""
-    found: list[Any] = [*sides_of(shape)]
-    return [side if isinstance(side, Side) else in_core(side) for side in found]
-
-
-def in_core(side: Any) -> Side:
-    """Return a side of a table as the core has it."""
-    return Face(*side) if hasattr(side, "outward") else RoundSide(*side)
-
-
 # -- random plays ----------------------------------------------------------------------------------
 
 
-def shape(rnd: random.Random, body: pymunk.Body) -> pymunk.Shape:
+def shape(rnd: random.Random, body: pymunk.Body) -> Drawn:
     """Return a disc, a bar or a box."""
     kind = rnd.choice(("disc", "box", "bar"))
     if kind == "disc":
@@ -215,7 +203,7 @@ def mover(rnd: random.Random, size: Point | None = None) -> Mover:
     its = pymunk.Poly.create_box(body, size) if size else shape(rnd, body)
     e, mu = rnd.choice((1.0, 1.0, 0.9, 0.5, 0.0)), rnd.choice((0.0, 0.0, 0.1, 0.5))
     kick = rnd.choice((0.0, 0.0, 0.0, 0.5, 2.0))
-    return Mover(sides_of_shape(its), e, mu, kick)
+    return Mover(sides_of(its), e, mu, kick)
 
 
 def velocity(rnd: random.Random, speeds: Sequence[float] = (0.0, 0.1, 0.5, 1.0, 3.0)) -> Point:
@@ -262,7 +250,7 @@ def closing(rnd: random.Random, dt: float, steps: int) -> tuple[list[Mover], lis
     Between them is a corner, perhaps a narrow one, out of which the law drives balls fast.
     """
     body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-    bar = sides_of_shape(pymunk.Segment(body, (-0.4, 0.0), (0.4, 0.0), rnd.choice((0.0, 0.01))))
+    bar = sides_of(pymunk.Segment(body, (-0.4, 0.0), (0.4, 0.0), rnd.choice((0.0, 0.01))))
     like, speed = mover(rnd)._replace(sides=bar), rnd.choice((0.1, 0.5, 1.0))
     angle, apart = rnd.choice((0.0, 0.01, 0.05, 0.3)), rnd.uniform(0.15, 0.25)
     tracks = [
@@ -360,7 +348,7 @@ KEPT: list[pymunk.Body] = []
 def bar(a: Point, b: Point, e: float = 1.0, mu: float = 0.0) -> Mover:
     """Return a thin wall between two places (m) of its frame."""
     KEPT.append(pymunk.Body(body_type=pymunk.Body.KINEMATIC))  # A shape does not keep its body.
-    return Mover(sides_of_shape(pymunk.Segment(KEPT[-1], a, b, 0.0)), e, mu, 0.0)
+    return Mover(sides_of(pymunk.Segment(KEPT[-1], a, b, 0.0)), e, mu, 0.0)
 
 
 def upright(e: float = 1.0, mu: float = 0.0) -> Mover:

@@ -58,14 +58,14 @@ def settle(table: Billiards, dt: float = 1 / 60) -> dict[int, tuple[float, float
     return {i: motion[:2] for i, motion in table.save_state().motions.items()}
 
 
-def pressed(table: Billiards) -> bool:
+def in_contact(table: Billiards) -> bool:
     """Tell whether a contact persists."""
     return any(ball.group is not None for ball in table.engine.balls)
 
 
 def until_pressed(table: Billiards, dt: float = 1 / 60) -> None:
     """Step until a contact presses."""
-    while not pressed(table):
+    while not in_contact(table):
         assert table.moving
         go(table, dt)
 
@@ -98,7 +98,7 @@ def test_a_state_of_a_contact_that_persists_goes_on_alike(build: Any, dt: float)
     untouched = settle(build(), dt)
     table, states = build(), []
     until_pressed(table, dt)
-    while pressed(table):
+    while in_contact(table):
         states.append(table.save_state())
         go(table, dt)
     assert settle(table, dt) == untouched  # To look at balls changes nothing.

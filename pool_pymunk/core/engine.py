@@ -22,7 +22,7 @@ from pool_pymunk.core.motion.path import Motion
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.near import FEW, near_of, overlap
 from pool_pymunk.core.persistent.persistence import Persistence
-from pool_pymunk.core.present import Present, is_new
+from pool_pymunk.core.present import Present, is_among, is_new
 from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
@@ -393,7 +393,10 @@ class Engine(Present):
         """Predict when two balls meet."""
         if self.chooses and a.ignores(b.categories, b.mask):
             return
-        if a.group is not None and a.group is b.group and a.group.answers_all:
+        group, is_held = a.group, False
+        if group is not None and group is b.group:
+            is_held = group.answers_all or group.holds(a, b, None)
+        if is_held:  # They touch, and stay together.
             return
         until, noise = min(a.horizon, b.horizon), max(a.noise, b.noise)
         if a.number > b.number:
@@ -431,11 +434,3 @@ class Engine(Present):
     def _lies_in(self, ball: Ball, wall: Wall) -> bool:
         """Tell whether a ball lies in a wall now."""
         return self.gap(hit_at(self.now, ball, None, wall)) < -OVERLAP * ball.radius
-
-
-def is_among(ball: Ball, balls: list[Ball], count: int) -> bool:
-    """Tell whether a ball is one of the first ones."""
-    for k in range(count):
-        if balls[k] is ball:
-            return True
-    return False

@@ -130,7 +130,7 @@ class Present:
         times = self.errors.nearly_closed
         for ball in around:  # This list grows.
             for hit in self._around(ball):
-                if is_new(hit, found) and self.is_closed(hit, times):
+                if self.is_closed(hit, times) and is_new(hit, found):
                     found.append(hit)
                     add_balls(around, hit)
         found.sort(key=key_of)
@@ -258,10 +258,11 @@ class Present:
 
 def add_balls(balls: list[Ball], hit: Due) -> None:
     """Add the balls of a hit to a list, each of them once."""
-    if hit.a not in balls:
+    b = hit.b
+    if not is_among(hit.a, balls, len(balls)):
         balls.append(hit.a)
-    if hit.b is not None and hit.b not in balls:
-        balls.append(hit.b)
+    if b is not None and not is_among(b, balls, len(balls)):
+        balls.append(b)
 
 
 def is_new(hit: Due, found: list[Due]) -> bool:
@@ -270,3 +271,11 @@ def is_new(hit: Due, found: list[Due]) -> bool:
         if other.is_same(hit):
             return False
     return True
+
+
+def is_among(ball: Ball, balls: list[Ball], count: int) -> bool:
+    """Tell whether a ball is one of the first ones."""
+    for k in range(count):
+        if balls[k] is ball:
+            return True
+    return False

@@ -16,7 +16,8 @@ from pool_pymunk.solvers.by_core import Listener, keep, pull_of, tell, vary
 from pool_pymunk.solvers.in_core import new_table_of
 from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world.billiards import Billiards
-from pool_pymunk.world.walls import STILL, Drawn
+from pool_pymunk.world.checks import Drawn
+from pool_pymunk.world.walls import STILL
 
 
 def solve(scene: Scene, start: State, settings: Settings, *, friction: str = "joint") -> Trace:

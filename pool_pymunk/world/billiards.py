@@ -38,7 +38,7 @@ from pool_pymunk.world.ground import read_patch
 from pool_pymunk.world.outlook import Prediction, check_free, check_place, free_spot, sketch
 from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.table import LiveTable, Phase
-from pool_pymunk.world.walls import STILL, Drawn, Obstacle, pocket_of, wall_of
+from pool_pymunk.world.walls import STILL, Obstacle, pocket_of, wall_of
 
 PairOf = Callable[[int, int], Pair]  # the coefficients of a hit of two balls, by their numbers
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
@@ -319,7 +319,7 @@ class Billiards:
 
     def add_wall(
         self,
-        shape: Drawn,
+        shape: pymunk.Shape,
         restitution: float,
         friction: float = 0.0,
         sides: tuple[Side, ...] | None = None,
@@ -341,7 +341,7 @@ class Billiards:
         now.
         """
         self._catch_up(changes_space=True, sees_walls=True)
-        checks.check_wall(shape, self.space)
+        drawn = checks.check_wall(shape, self.space)
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)
         kick = argument("kick", kick, FROM_ZERO)
@@ -349,16 +349,15 @@ class Billiards:
             if not isinstance(side, Side):
                 message = "a side of your own is a subclass of Side, with its time_of_contact"
                 raise setting_error("sides", shown(side), message)
-        assert shape.body is not None
-        wall = wall_of(shape, restitution, friction, self._walls.count, kick)
+        wall = wall_of(drawn, restitution, friction, self._walls.count, kick)
         if wall.moves and sides is not None:
             message = "a wall that moves has the sides of its shape: leave sides out"
             raise setting_error("sides", len(sides), message)
         if sides:
             wall.sides = list(sides)
-        return self._put_if_free(Obstacle(shape, wall, is_drawn=not sides))
+        return self._put_if_free(Obstacle(drawn, wall, is_drawn=not sides))
 
-    def put_wall(self, shape: Drawn, wall: Wall) -> int:
+    def put_wall(self, shape: checks.Drawn, wall: Wall) -> int:
         """Put up a wall with sides of its own, and check nothing."""
         return self._walls.put(Obstacle(shape, wall))
 

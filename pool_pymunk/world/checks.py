@@ -22,6 +22,7 @@ from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, TableBall
 # Balls and walls of a table are in this group of filters, so that pymunk leaves their pairs out.
 GROUP = 0x42616C6C
 
+Drawn = pymunk.Segment | pymunk.Circle | pymunk.Poly
 Feature = tuple[str, object, object]  # its key, how it is, and how it was
 
 
@@ -190,8 +191,8 @@ def is_sound(ball: TableBall, motion: Motion, t: float) -> bool:
     return is_small and not is_too_fast(motion[2:], ball.radius, t)
 
 
-def check_wall(shape: Any, space: pymunk.Space) -> None:
-    """Refuse what cannot be a wall of a space."""
+def check_wall(shape: Any, space: pymunk.Space) -> Drawn:
+    """Return the shape of a wall; refuse what cannot be one of a space."""
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
         raise setting_error("shape", _kind(shape), message)
@@ -208,6 +209,7 @@ def check_wall(shape: Any, space: pymunk.Space) -> None:
     _check_filter("shape", shape)
     if shape.body.space not in (None, space):
         raise setting_error("shape", _kind(shape), "its body is in another space")
+    return shape
 
 
 def _check_filter(key: str, shape: pymunk.Shape) -> None:

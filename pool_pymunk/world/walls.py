@@ -20,7 +20,7 @@ from pool_pymunk.core.walls.wall import Pocket, Wall
 from pool_pymunk.model import places
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.world.ball import TYPES
-from pool_pymunk.world.checks import changed_error, check_motion, set_apart
+from pool_pymunk.world.checks import Drawn, changed_error, check_motion, set_apart
 
 # Lines from a place within walls cross an odd number of them, except through gaps and obstacles.
 # OFF is a share of the lines. Of 4,576 places on and off tables with six gaps, 32 or 64 lines
@@ -28,7 +28,6 @@ from pool_pymunk.world.checks import changed_error, check_motion, set_apart
 LINES, OFF = 32, 0.25
 
 Features = tuple[object, ...]  # the values of these keys, and of those of a kind of shapes
-Drawn = pymunk.Segment | pymunk.Circle | pymunk.Poly
 BODY = ("body_type", "body.position", "body.angle")
 SHAPE = ("radius", "sensor", "filter", "body")
 OUTLINES: dict[type[pymunk.Shape], tuple[str, ...]] = {
