@@ -50,15 +50,21 @@ class Crowd(Gathering):
         return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
 
     def states_at(self, t: float) -> list[State]:
-        share = min(max(t - self.began, 0.0) / self.time, 1.0)
-        return [each.state_after(share) for each in self.members]
+        """Return the states at a time (s): velocities are those of the whole step."""
+        if t <= self.began:
+            return [each.start for each in self.members]
+        found = list[State]()
+        for each in self.members:
+            x, y = self.path(each).place(t)
+            found.append((x, y, each.vx, each.vy, each.wx, each.wy))
+        return found
 
     def go_to(self, t: float) -> None:
-        """Let the state be that at a time (s): all impulses act evenly in a step."""
+        """Let the state be that at a time (s): its velocities are those of the whole step."""
         if t < self.began + self.time:
-            self.played = max(t - self.began, 0.0)
-            for each in self.members:
-                each.go_back_to(self.played / self.time)
+            for each, state in zip(self.members, self.states_at(t)):
+                each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
+                each.time = max(t, self.began)
 
     def rests(self, each: Member) -> bool:
         """Tell whether a member rests in this step, and no wall that moves takes it along."""

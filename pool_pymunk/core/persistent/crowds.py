@@ -91,6 +91,9 @@ class Crowds(Unseen):
         touches = self._reach(present, members)
         crowd = Crowd(members, touches, present.now, self.scale, pace)
         crowd.halts = present.now + pace >= self._motions_end(present)
+        for each in members:
+            braked = self.braked.pop(each.ball.number, present.now)
+            each.share = min(max((present.now + pace - braked) / pace, 0.0), 1.0)
         self.crowds += 1
         crowd.play(present.now)
         present.recorder.crowd(len(members), present.now, present.now + pace)

@@ -26,7 +26,8 @@ SHORTEST: Final = 1e-3  # of the shortest piece; a wall whose motion ends so soo
 class Gatherings(Persistence):
     """The gatherings of an engine can be taken apart, and their spells are kept.
 
-    ``freed`` (s) is when that was last done.
+    ``freed`` (s) is when that was last done, and ``braked`` (s) until when the surface has slowed
+    balls that have left a crowd within its step.
     """
 
     def __init__(self, scale: Scale) -> None:
@@ -34,6 +35,7 @@ class Gatherings(Persistence):
         self.scale = scale
         self.spells = Spells()
         self.freed = -INF
+        self.braked: dict[int, float] = {}
 
     def leave(self, present: Present, ball: Ball) -> None:
         """Take the group of a ball apart, which is to go on otherwise."""
@@ -66,6 +68,7 @@ class Gatherings(Persistence):
             member.ball.group = None
             if group.answers_all:
                 wear_out(member.ball, present.now)
+                self.braked[member.ball.number] = group.began + group.time
             if not any([member.ball is ball for ball in changed]):
                 self._let_go(present, member)
 

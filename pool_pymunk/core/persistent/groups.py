@@ -58,6 +58,7 @@ class Groups(Forming):
         super().begin_run()
         self.quiet.clear()
         self.opened.clear()
+        self.braked.clear()
         self.spells.clear()
         self.is_hushed = False
         self.tried = self.formed = self.freed = -INF

@@ -47,7 +47,7 @@ class Member:
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
                  "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "phase", "pull",
-                 "px", "py", "rolls", "scale", "second", "since", "slows", "start",
+                 "px", "py", "rolls", "scale", "second", "share", "since", "slows", "start",
                  "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
@@ -67,6 +67,7 @@ class Member:
         self.phase = self.mode = SLIP if self.own is None else FREE
         self.held = -INF
         self.is_struck = False
+        self.share = 1.0  # of a step of a crowd, in which the surface acts
         self.gx, self.gy = 1.0, 0.0
         self.hx, self.hy = 1.0, 0.0
         self.fx = self.fy = self.cx = self.cy = 0.0
@@ -292,7 +293,7 @@ class Member:
                 x = y = p = q = 0.0
             self._change_by(x, y, p, q, h)
             return
-        most, self.phase = h * self.pull, ROLL
+        most, self.phase = h * self.share * self.pull, ROLL
         if self.rolls:
             ux, uy = x - p, y - q
             slip = SHARE * math.sqrt(ux * ux + uy * uy)
@@ -300,7 +301,7 @@ class Member:
             x, y = x - share * ux, y - share * uy
             p, q = p + share * ux / GYRATION, q + share * uy / GYRATION
             if slip <= most:
-                most = h * self.drag
+                most = h * self.share * self.drag
             else:
                 most, self.phase = 0.0, SLIP
         speed = math.sqrt(x * x + y * y)
@@ -320,26 +321,6 @@ class Member:
         """Let the rates be those that lead to a velocity and a roll (m/s) in a time (s)."""
         self.ax, self.ay = (x - self.vx) / h, (y - self.vy) / h
         self.bx, self.by = (p - self.wx) / h, (q - self.wy) / h
-
-    def state_after(self, share: float) -> State:
-        """Return the state after a share of the step that was played last: all acts evenly in it.
-
-        A ball that comes to rest in it does so sooner if the surface can stop it until then.
-        """
-        x, y, vx, vy, wx, wy = self.start
-        stopped = (self.drag if self.rolls else self.pull) * share * (self.time - self.since)
-        if self.phase == REST and vx * vx + vy * vy + wx * wx + wy * wy <= stopped * stopped:
-            return self.state
-        x, y = x + share * (self.x - x), y + share * (self.y - y)
-        vx, vy = vx + share * (self.vx - vx), vy + share * (self.vy - vy)
-        return x, y, vx, vy, wx + share * (self.wx - wx), wy + share * (self.wy - wy)
-
-    def go_back_to(self, share: float) -> None:
-        """Let the state be that after a share of the step."""
-        self.x, self.y, self.vx, self.vy, self.wx, self.wy = self.state_after(share)
-        self.time = self.since + share * (self.time - self.since)
-        if self.vx != 0.0 or self.vy != 0.0 or self.wx != 0.0 or self.wy != 0.0:
-            self.phase = SLIP
 
     def land(self, h: float) -> None:
         """Go on for a step (s) at the velocity that it has after it."""
