@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, final
+from typing import Final, final
 
 from mypy_extensions import i64
 
 from pool_pymunk.core.motion.patches import OPEN
-from pool_pymunk.core.motion.path import NOISE, Path
+from pool_pymunk.core.motion.path import NOISE, Motion, Path
 from pool_pymunk.core.motion.times import INF, Vector
-
-if TYPE_CHECKING:
-    from pool_pymunk.core.persistent.gathering import Gathering
 
 EVERYTHING: Final = 0xFFFFFFFF  # all bits
 NEARLY_NOW: Final = 1e-6  # radii; contacts this near in time may be of one instant
+
+
+class Company:
+    """Balls that go on together are a company; what ends the present piece is due for its leader.
+
+    It ``halts`` where the motion of a wall ends. The engine asks it, and
+    :class:`~pool_pymunk.core.persistent.gathering.Gathering` is one.
+    """
+
+    def __init__(self) -> None:
+        self.leader: Ball | None = None
+        self.halts = False
+
+    @property
+    def answers_all(self) -> bool:
+        """This tells whether it answers itself whatever its balls hit."""
+        return False
+
+    def state_of(self, ball: Ball, t: float) -> tuple[Motion, Vector]:
+        """Return the motion (m, m/s) and the roll (m/s) of one of its balls at a time (s)."""
+        raise NotImplementedError
 
 
 @final
@@ -55,7 +73,7 @@ class Ball:
         self.creep = 0.0  # m/s; more slowly, it rests
         self.categories: i64 = EVERYTHING
         self.mask: i64 = EVERYTHING
-        self.group: Gathering | None = None  # in which it stays in contact
+        self.group: Company | None = None  # in which it stays in contact
         self.stopped = -INF  # s; when the recorder has last heard of a stop
         self.seen = 0  # the number of the search for near balls that last saw it
         self.low_x = INF

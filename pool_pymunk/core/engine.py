@@ -21,6 +21,7 @@ from pool_pymunk.core.motion.pairs import pair_time
 from pool_pymunk.core.motion.path import Motion
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.near import FEW, near_of, overlap
+from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_among, is_new
 from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
@@ -146,7 +147,7 @@ class Engine(Present):
 
         In a persistent contact the state of its group is exact, and its path only has the place.
         """
-        group = ball.group
+        group = gathering_of(ball)
         if group is not None:
             for member in group.members:
                 if member.ball is ball:
@@ -393,7 +394,7 @@ class Engine(Present):
         """Predict when two balls meet."""
         if self.chooses and a.ignores(b.categories, b.mask):
             return
-        group, is_held = a.group, False
+        group, is_held = gathering_of(a), False
         if group is not None and group is b.group:
             is_held = group.answers_all or group.holds(a, b, None)
         if is_held:  # They touch, and stay together.

@@ -95,7 +95,7 @@ class LiveEngine(Engine):
         """Tell of the contacts that have persisted, and are over now."""
         persistence = self.persistence
         if isinstance(persistence, Gatherings):
-            for spell in persistence.spells.ended(self.balls):
+            for spell in persistence.take_ended(self.balls):
                 self.news.persistent(spell)
 
     def refresh(self) -> None:

@@ -168,7 +168,8 @@ class Billiards:
     @property
     def time(self) -> float:
         """Return the time (s) at the end of the last step; in a callback, that of its instant."""
-        return self.engine.now
+        is_stepping = self.live.phase is Phase.STEPPING  # The last step is the one before it.
+        return self.live.began if is_stepping else self.engine.now
 
     @time.setter
     def time(self, t: float) -> None:
@@ -274,7 +275,8 @@ class Billiards:
         if body.id in live.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
         place, number = argument("position", body.position, point), len(self.balls)
-        check_place(place, circle.radius, live.discs(), self._walls.obstacles)
+        near = live.discs_near(place, circle.radius)
+        check_place(place, circle.radius, near, self._walls.obstacles)
         if (other := next(iter(live.ball_of.values()), None)) is not None:
             masses, table = (other.body.mass, body.mass), self.engine.table
             assert isinstance(table, OwnPairs)

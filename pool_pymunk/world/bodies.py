@@ -34,6 +34,8 @@ class Bodies:
         self._ids, self._shapes = b"", -1
         self.rows: Rows = np.zeros((0, ROW))
         self.at = self.numbers = np.zeros(0, np.intp)
+        self._seen: set[pymunk.Body] = set()
+        self._odd: list[pymunk.Body] = []  # Their middles are not at their places.
         self._is_plain = False  # All may be written at once.
 
     def read(self) -> bool:
@@ -52,12 +54,14 @@ class Bodies:
         """
         self._ids, self._shapes = bytes(self._buffer.int_buf()), len(self._space.shapes)
         ids = memoryview(self._ids).cast("P").tolist()
-        found = [(k, balls[body].number) for k, body in enumerate(ids) if body in balls]
-        self.at = np.array([k for k, _ in found], np.intp)
-        self.numbers = np.array([number for _, number in found], np.intp)
-        self._is_plain = self._space.sleep_time_threshold == math.inf and all(
-            body.center_of_gravity == (0.0, 0.0) for body in self._space.bodies
-        )
+        at = [k for k, body in enumerate(ids) if body in balls]
+        self.at = np.array(at, np.intp)
+        self.numbers = np.array([balls[ids[k]].core.number for k in at], np.intp)
+        bodies = set(self._space.bodies)
+        new = bodies - self._seen
+        self._odd = [body for body in (*self._odd, *new) if body.center_of_gravity != (0.0, 0.0)]
+        self._seen = bodies
+        self._is_plain = self._space.sleep_time_threshold == math.inf and not self._odd
 
     @property
     def are_known(self) -> bool:

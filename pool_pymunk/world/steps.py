@@ -82,6 +82,7 @@ class Steps:
             live.walls.stand()
             live.make_room()
             live.walls.plan(until)
+        live.began = engine.now
         engine.start_step(engine.now)
         self._play(until)
         self._let_pymunk_step(dt)

@@ -17,7 +17,7 @@ from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.side import OVERLAP
 from pool_pymunk.model.problems import SettingError
-from pool_pymunk.world.ball import Disc, TableBall, TableState
+from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import ROW, Bodies, Rows
 from pool_pymunk.world.checks import check_sound, check_unchanged, is_sound, set_apart
 from pool_pymunk.world.ground import LivePatch, ground_of
@@ -50,9 +50,12 @@ class LiveTable:
         self.patches: tuple[LivePatch, ...] = ()
         self.surface: Surface = engine.table.surface
         self.balls: list[TableBall] = []
+        self.own: set[pymunk.Body | pymunk.Shape] = set()  # bodies and circles of these balls
+        self.widest = 0.0  # m; the largest radius of a ball
         self.ball_of: dict[int, TableBall] = {}  # the balls on the table, by the ids of bodies
         self.written: Rows = np.zeros((0, ROW))
         self.phase = Phase.BETWEEN
+        self.began = 0.0  # s; when the present step, or the last one, began
         self.unsound: set[TableBall] = set()  # Their bodies have numbers that are none.
         self.touched: set[TableBall] = set()  # by others, since the last step
 
@@ -72,6 +75,7 @@ class LiveTable:
         own = core.Ball(len(self.balls), circle.radius, body.mass, path)
         ball = TableBall(circle, own, self.follow)
         self.balls.append(ball)
+        self.widest = max(self.widest, ball.radius)
         self._enter(ball)
         ball.as_it_came = ball.features()
         self.engine.add(own)
@@ -86,6 +90,7 @@ class LiveTable:
         set_apart(ball.circle)
         ball.is_on_table = True
         self.ball_of[ball.body_id] = ball
+        self.own.update((ball.body, ball.circle))
         self.bodies.forget()
         self.engine.choose(ball.core, own.categories, own.mask)
 
@@ -110,6 +115,7 @@ class LiveTable:
             self.engine.take_off(ball.core)
         ball.is_on_table = False
         del self.ball_of[ball.body_id]
+        self.own.difference_update((ball.body, ball.circle))
         self.bodies.forget()
         self.unsound.discard(ball)
         body = ball.body
@@ -140,6 +146,15 @@ class LiveTable:
         """Return place and radius of each ball, perhaps ``without`` one."""
         balls = self.ball_of.values()
         return {b: (self.place_of(b), b.radius) for b in balls if b is not without}
+
+    def discs_near(self, place: Vector, radius: float) -> dict[TableBall, Disc]:
+        """Return place and radius of each ball that a disc may touch."""
+        if self.phase is not Phase.BETWEEN:  # Bodies show the beginning of the step.
+            return self.discs()
+        off = np.abs(self.written[:, :2] - place).max(axis=1, initial=0.0)
+        near = np.flatnonzero(off <= (1.0 + HAIR) * (radius + self.widest)).tolist()
+        its = [self.balls[k] for k in near if self.balls[k].is_on_table]
+        return {ball: (self.place_of(ball), ball.radius) for ball in its}
 
     def motions(self) -> Rows:
         """Return how all balls move now, those off the table, too."""
@@ -232,9 +247,10 @@ class LiveTable:
         """Read the bodies; what somebody has taken out of the space is off the table."""
         if self.bodies.read():
             return
-        for ball in self.on_table():
-            if not self.is_there(ball):
-                self.drop(ball)
+        if not self.own <= {*self.space.bodies, *self.space.shapes}:
+            for ball in self.on_table():
+                if not self.is_there(ball):
+                    self.drop(ball)
         self.walls.drop_lost()
         self.bodies.read()
         self.bodies.know(self.ball_of)

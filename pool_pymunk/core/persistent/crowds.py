@@ -8,6 +8,7 @@ from typing import Final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF, length_of
 from pool_pymunk.core.persistent.crowd import Crowd
+from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SHORTEST, SOON, is_worn, put, wear_out
 from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.scale import Scale
@@ -61,7 +62,7 @@ class Crowds(Unseen):
         found = list(seeds)
         known = {ball.number for ball in seeds}
         for ball in found:  # It grows.
-            crowd = ball.group
+            crowd = gathering_of(ball)
             if crowd is not None and crowd.answers_all:
                 for each in crowd.members:
                     if each.ball.number not in known:

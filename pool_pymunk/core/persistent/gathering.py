@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.ball import Ball, Company
 from pool_pymunk.core.motion.path import Motion, Path
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.persistent.member import Member, State
@@ -12,7 +12,7 @@ from pool_pymunk.core.persistent.touch import Touch, is_of
 from pool_pymunk.core.walls.wall import Wall
 
 
-class Gathering:
+class Gathering(Company):
     """A gathering has members and the touches among them; its present piece began at ``began`` (s).
 
     The piece lasts for ``time`` (s), and the state is that after ``played`` (s) of it. Its end is
@@ -23,21 +23,15 @@ class Gathering:
     def __init__(
         self, members: list[Member], touches: list[Touch], now: float, scale: Scale
     ) -> None:
+        super().__init__()
         self.members = members
         self.touches = touches
         self.scale = scale
         self.began = now
         self.time = self.played = 0.0
-        self.leader: Ball | None = None
         self.looked = -INF  # s; when somebody has last asked for the states of the members
         self.states: list[State] = []
         self.until = min([one.until for one in touches], default=INF)
-        self.halts = False
-
-    @property
-    def answers_all(self) -> bool:
-        """This tells whether it answers itself whatever its members hit."""
-        return False
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether a contact of its members is one of its own."""
@@ -63,7 +57,6 @@ class Gathering:
                 self.step(t - self.began)
 
     def state_of(self, ball: Ball, t: float) -> tuple[Motion, Vector]:
-        """Return the motion (m, m/s) and the roll (m/s) of one of its balls at a time (s)."""
         if self.looked != t:
             self.looked, self.states = t, self.states_at(t)
         for each, (x, y, vx, vy, wx, wy) in zip(self.members, self.states, strict=True):
@@ -91,6 +84,12 @@ class Gathering:
         h = self.time
         ax, ay = 2.0 * ((each.x - x) / h - vx) / h, 2.0 * ((each.y - y) / h - vy) / h
         return Path(self.began, x, y, vx, vy, ax, ay, self.began + h, False, wx, wy)
+
+
+def gathering_of(ball: Ball) -> Gathering | None:
+    """Return the gathering of a ball, if it is in one."""
+    group = ball.group
+    return group if isinstance(group, Gathering) else None
 
 
 def joined(members: list[Member], touches: list[Touch]) -> list[list[Member]]:

@@ -7,12 +7,12 @@ from typing import Final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import INF
-from pool_pymunk.core.persistent.gathering import Gathering
+from pool_pymunk.core.persistent.gathering import Gathering, gathering_of
 from pool_pymunk.core.persistent.member import REST, Member
 from pool_pymunk.core.persistent.persistence import Persisted, Persistence
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.spells import Spells
-from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.core.persistent.spells import Spell, Spells
+from pool_pymunk.core.persistent.touch import Touch, is_of
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.walls.wall import Wall
 
@@ -49,15 +49,26 @@ class Gatherings(Persistence):
 
     def persisted(self, present: Present) -> list[Persisted]:
         for ball in present.balls:
-            group = ball.group
+            group = gathering_of(ball)
             if group is not None and group.leader is ball:
                 group.go_to(present.now)
                 group.add_up(self.spells)
         return self.spells.rows()
 
     def take_apart(self, present: Present, ball: Ball) -> None:
-        if ball.group is not None:
-            self._take_apart_around(present, ball.group, [])
+        group = gathering_of(ball)
+        if group is not None:
+            self._take_apart_around(present, group, [])
+
+    def take_ended(self, balls: list[Ball]) -> list[Spell]:
+        """Return the spells of contacts that are over, and forget them."""
+        spells = self.spells
+        if len(spells.last) == 0:
+            return []
+        over = [*spells.over, *[each for each in spells.last.values() if not goes_on(each, balls)]]
+        spells.over.clear()
+        spells.last = {key: each for key, each in spells.last.items() if goes_on(each, balls)}
+        return [each for each in over if each.is_one]
 
     def _take_apart_around(self, present: Present, group: Gathering, changed: list[Ball]) -> None:
         """Let the balls of a group go, except those that are on new paths already."""
@@ -114,6 +125,15 @@ class Gatherings(Persistence):
         if not -SUNK * r <= side.gap(a.x, a.y, r) <= far:
             return None
         return Touch(a, None, wall, side, Pair(a.mass, INF, wall.restitution, wall.friction))
+
+
+def goes_on(spell: Spell, balls: list[Ball]) -> bool:
+    """Tell whether the contact of a spell is one of a group now."""
+    a, b, wall = spell.touch.a.ball, spell.touch.b, spell.touch.wall
+    group, other = gathering_of(balls[a.number]), None if b is None else b.ball
+    return group is not None and any(
+        [one.on and is_of(one, a, other, wall) for one in group.touches]
+    )
 
 
 def put(balls: list[Ball], ball: Ball) -> None:

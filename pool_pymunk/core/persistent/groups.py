@@ -15,6 +15,7 @@ from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.crowd import Crowd
 from pool_pymunk.core.persistent.forming import Cluster, Forming, jam_around, parts_of
+from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SHORTEST, put
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
@@ -77,7 +78,7 @@ class Groups(Forming):
     def allows(self, present: Present, hit: Due) -> float:
         """Return when (s) a predicted hit is due: later, or never if its sides are in contact."""
         t, a, b, wall = hit.t, hit.a, hit.b, hit.wall
-        group = a.group
+        group = gathering_of(a)
         if group is not None and (b is None or b.group is group) and group.holds(a, b, wall):
             return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
@@ -219,8 +220,9 @@ class Groups(Forming):
         if any([ball.is_off for ball in self.loose]):  # A pocket has taken it in.
             self.loose = [ball for ball in self.loose if not ball.is_off]
         for ball in changed:
-            if ball.group is not None:  # A cluster has drawn it in.
-                self._take_apart_around(present, ball.group, changed)
+            group = gathering_of(ball)
+            if group is not None:  # A cluster has drawn it in.
+                self._take_apart_around(present, group, changed)
             put(self.loose, ball)
             self._note_hit(present, ball)
         may = [one for one in contacts if self._parts_unseen(present, one, -one.closing)]
@@ -254,7 +256,7 @@ class Groups(Forming):
 
     def go_on(self, present: Present, ball: Ball) -> None:
         """Go on at the end of a piece: the mode may change."""
-        group, now = ball.group, present.now
+        group, now = gathering_of(ball), present.now
         if group is None:
             return
         group.add_up(self.spells)

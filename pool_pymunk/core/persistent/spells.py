@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Final, final
 
-from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import Vector, unit
 from pool_pymunk.core.persistent.persistence import Persisted
-from pool_pymunk.core.persistent.touch import Touch, is_of
+from pool_pymunk.core.persistent.touch import Touch
 
 BREAK: Final = 1e-12  # of the time; what is shorter is rounding
 
@@ -44,15 +43,6 @@ class Spell:
             a, b, r = b, a, b.ball.radius
         nx, ny = unit(b.x - a.x, b.y - a.y)
         return a.x + r * nx, a.y + r * ny, nx, ny
-
-    def goes_on(self, balls: list[Ball]) -> bool:
-        """Tell whether the contact is one of a group now."""
-        a, b, wall = self.touch.a.ball, self.touch.b, self.touch.wall
-        group = balls[a.number].group
-        other = None if b is None else b.ball
-        return group is not None and any(
-            [one.on and is_of(one, a, other, wall) for one in group.touches]
-        )
 
     @property
     def row(self) -> Persisted:
@@ -93,15 +83,6 @@ class Spells:
             spell = self.last[key] = Spell(a, b, cushion, since, one)
         spell.until, spell.touch = until, one
         spell.x, spell.y = spell.x + x, spell.y + y
-
-    def ended(self, balls: list[Ball]) -> list[Spell]:
-        """Return the spells that are over, and forget them."""
-        if len(self.last) == 0:
-            return []
-        ended = [*self.over, *[each for each in self.last.values() if not each.goes_on(balls)]]
-        self.over.clear()
-        self.last = {key: each for key, each in self.last.items() if each.goes_on(balls)}
-        return [each for each in ended if each.is_one]
 
     def rows(self) -> list[Persisted]:
         """Return the rows of all spells."""

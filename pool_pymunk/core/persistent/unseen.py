@@ -7,6 +7,7 @@ from typing import Final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SOON, WORN, Gatherings
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.present import Present
@@ -58,8 +59,9 @@ class Unseen(Gatherings):
     def _hushed(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return the speed (m/s) below which hits around groups may wait."""
         many = len(self.seeds) + len(self.loose)
-        if a.group is not None:
-            many = max(many, len(a.group.members))
+        group = gathering_of(a)
+        if group is not None:
+            many = max(many, len(group.members))
         return self.scale.hushed * (self._wear(present, a, b) if many > CROWD else 1.0)
 
     def _unseen(self, present: Present, one: Contact, lost: float) -> float:
