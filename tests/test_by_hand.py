@@ -15,7 +15,7 @@ import pytest
 from worlds import Point, fence, plane, steps
 from worlds import ball as small_ball
 
-from pool_pymunk import Billiards, same_balls
+from pool_pymunk import NT, Billiards, Law, Pair, same_balls
 from pool_pymunk.world import ContactEvent, TableBall
 
 DT = 1 / 60  # s
@@ -696,6 +696,27 @@ def test_subclasses_may_have_callbacks_as_methods() -> None:
 
 
 # -- what cannot go on -----------------------------------------------------------------------------
+
+
+class NoNumber(Law):
+    """A law that gives a ball a velocity that is no number."""
+
+    name = "mine"
+
+    def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+        return NT(math.nan, 0.0), b
+
+
+def test_a_law_that_gives_no_number_is_named_and_an_undo_goes_on() -> None:
+    space, table = world(1.0, law=NoNumber())
+    one, _ = ball(table, 0.0, velocity=(300.0, 0.0)), ball(table, 60.0)
+    saved = table.save_state()
+    with pytest.raises(ValueError, match=r"^law = mine: a ball got a velocity that is no number"):
+        for _ in range(60):
+            space.step(DT)
+    table.restore_state(saved)
+    space.step(DT)
+    assert one.body.position.x == pytest.approx(300.0 * DT, abs=1e-9)
 
 
 def test_a_callback_that_makes_contact_after_contact_is_refused() -> None:

@@ -58,14 +58,14 @@ class LiveEngine(Engine):
         """
         self.refresh()
         queue = self.queue
-        while self.may_go_on and self.idle < NEVER_SETTLES:
+        while not self.has_given_up:
             t = queue.upcoming()
             if t > self.now and self._has_news():
                 return True
             if t > until or t == INF:
                 break
             self._next(queue.pop())
-        if not (self.may_go_on and self.idle < NEVER_SETTLES):
+        if self.has_given_up:
             return False
         self.now = max(self.now, until)
         return self._has_news()
@@ -97,6 +97,11 @@ class LiveEngine(Engine):
         if isinstance(persistence, Gatherings):
             for spell in persistence.take_ended(self.balls):
                 self.news.persistent(spell)
+
+    @property
+    def has_given_up(self) -> bool:
+        """This tells whether the step does not end: numbers are none, or events too many."""
+        return not self.may_go_on or self.idle >= NEVER_SETTLES
 
     def refresh(self) -> None:
         """Predict anew what is due, if that is not known any more."""
@@ -158,6 +163,7 @@ class LiveEngine(Engine):
                  rolls: list[Vector]) -> None:  # fmt: skip
         """Let it be a time (s) at which balls had these motions and rolls."""
         self._leave_all()
+        self.is_finite = True
         self.persistence.begin_run()
         self.instant.begin_run()
         self.squeezes.kicked.clear()

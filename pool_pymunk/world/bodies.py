@@ -17,6 +17,7 @@ from pool_pymunk.model.problems import LARGEST
 from pool_pymunk.world.ball import TableBall
 
 MOTION = BodyFields.POSITION | BodyFields.VELOCITY
+ALL = BodyFields.BODY_ID | MOTION
 FORCES = BodyFields.FORCE | BodyFields.TORQUE | BodyFields.ANGULAR_VELOCITY
 ROW = 4  # numbers of a body: its place (m) and its velocity (m/s)
 Rows = npt.NDArray[np.float64]
@@ -41,7 +42,7 @@ class Bodies:
     def read(self) -> bool:
         """Read all bodies; tell whether they, and as many shapes, are those that are known."""
         self._buffer.clear()
-        get_space_bodies(self._space, BodyFields.BODY_ID | MOTION, self._buffer)
+        get_space_bodies(self._space, ALL, self._buffer)
         self.rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, ROW)
         ids = bytes(self._buffer.int_buf())
         return ids == self._ids and len(self._space.shapes) == self._shapes

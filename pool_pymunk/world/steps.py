@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from pool_pymunk.core.live import MOST_EVENTS
 from pool_pymunk.core.news import JAM, Event
 from pool_pymunk.core.record import POCKET, STOP
 from pool_pymunk.model.problems import setting_error, shown
@@ -76,8 +77,6 @@ class Steps:
         live.follow()
         check_space(live.space)
         live.refuse_changes(self.count % max(len(live.balls), 1))
-        if engine.moving():
-            live.walls.refuse_changed(some=True)
         if live.walls.moving:
             live.walls.stand()
             live.make_room()
@@ -99,7 +98,8 @@ class Steps:
             while engine.play(until):
                 self._tell_all(engine.news.take())
             live.take_out()
-            self._resting = self._resting if engine.is_finite else b""
+            if engine.recorder is engine.news:  # Else a solver says how its run has ended.
+                self._refuse_to_stand_still()
         except BaseException:  # A law or a pair has failed: the table stands at this contact.
             engine.is_stale = True
             engine.news.take()
@@ -109,6 +109,16 @@ class Steps:
             live.show()
             raise
         live.phase = Phase.BETWEEN
+
+    def _refuse_to_stand_still(self) -> None:
+        """Refuse a step that the engine has not played to its end."""
+        engine = self.live.engine
+        if not engine.is_finite:
+            message = "a ball got a velocity that is no number, or too large to be followed"
+            raise setting_error("law", engine.law.name, f"{message}, at {engine.now:g} s")
+        if engine.has_given_up:
+            message = f"a step has at most {MOST_EVENTS:,} events: it stands at {engine.now:g} s"
+            raise setting_error("dt", self._dt, message)
 
     def _let_pymunk_step(self, dt: float) -> None:
         """Let pymunk take bodies to where balls are now, and everything else in the space act.
@@ -135,9 +145,12 @@ class Steps:
         bodies = live.bodies
         rows, now = bodies.of_balls, motions[bodies.numbers]
         differs = bool((rows != now).any())
-        if differs:
-            live.push(rows[:, 2:] - now[:, 2:], dt)
+        gains = rows[:, 2:] - now[:, 2:]
+        if gains.any():
+            live.push(gains, dt)
             live.show()
+        elif differs:  # Only places do, by rounding or by others; they come from the engine alone.
+            live.write(motions)
         self._resting = b"" if differs else moves
 
     def _finish(self) -> None:

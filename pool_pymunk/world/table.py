@@ -264,7 +264,10 @@ class LiveTable:
             for ball in self.on_table():
                 x, y, vx, vy = self.motion_of(ball)[0]
                 check_sound(ball, (x, y, vx, vy), self.end_of_step)
-        for own in self.engine.moving():
+        moving = self.engine.moving()
+        if moving:
+            self.walls.refuse_changed(some=True)
+        for own in moving:
             if not self.balls[own.number].is_as_it_came():
                 check_unchanged(self.balls[own.number])
         for ball in (*self.touched, *self.balls[turn : turn + 1]):

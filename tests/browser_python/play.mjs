@@ -10,17 +10,17 @@ import { pathToFileURL } from "node:url";
 const [shots, home, pkg, extensions] = process.argv.slice(2);
 const { loadPyodide } = await import(pathToFileURL(`${home}/pyodide.mjs`));
 const pyodide = await loadPyodide();
-pyodide.FS.mkdirTree("/home/web/pool_pymunk");
-pyodide.FS.mount(pyodide.FS.filesystems.NODEFS, { root: pkg }, "/home/web/pool_pymunk");
-pyodide.FS.writeFile("/home/web/mypy_extensions.py", readFileSync(extensions));
-pyodide.FS.writeFile("/home/web/report_shots.py", readFileSync(new URL("report_shots.py", import.meta.url)));
+pyodide.FS.mkdirTree("/pool/pool_pymunk");
+pyodide.FS.mount(pyodide.FS.filesystems.NODEFS, { root: pkg }, "/pool/pool_pymunk");
+pyodide.FS.writeFile("/pool/mypy_extensions.py", readFileSync(extensions));
+pyodide.FS.writeFile("/pool/report_shots.py", readFileSync(new URL("report_shots.py", import.meta.url)));
 const text = readFileSync(shots, "utf8");
 pyodide.globals.set("text", text);
 const [version, played] = pyodide.runPython(`
 import os, sys
 os.environ["POOL_PYMUNK_PURE"] = "1"
 sys.dont_write_bytecode = True
-sys.path.insert(0, "/home/web")
+sys.path.insert(0, "/pool")
 import report_shots
 sys.version.split()[0], report_shots.as_played(text)
 `);

@@ -37,7 +37,7 @@ TURNS: Final = 4
 HAS_TURNED: Final = 5  # against the friction that is at its bound
 STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
-SHORT: Final = 10.0  # of the shortest pieces; what stops within one has moved 1e-11 m at most
+SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
 FINE: Final = 1e-3  # of the shortest piece; where it ends is found as finely
 
 
