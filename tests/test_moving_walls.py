@@ -490,6 +490,24 @@ def test_filters_hold_for_walls_that_move() -> None:
     assert one.body.position.x == 0.5
 
 
+def test_a_wall_that_a_callback_puts_up_leaves_the_others_as_they_move() -> None:
+    """A ball meets a piston at its true time, though another one comes in the same step."""
+    _, table = bare(1 / 30)
+    table.add_wall(upright(mover(velocity=(3.0, 0.0))), 1.0)
+    ball(table, 0.06 + R), ball(table, 3.0, 0.01 + R, (0.0, -1.0))
+    table.add_wall(pymunk.Segment(table.space.static_body, (2, 0), (4, 0), 0.0), 1.0)
+    others, times = list[int](), list[float]()
+
+    def hear(contact: ContactEvent) -> None:
+        times.append(contact.t)
+        if not others:
+            others.append(table.add_wall(pymunk.Circle(mover(5.0, 5.0), 0.1), 1.0))
+
+    table.on_contact = hear
+    table.space.step(1 / 30)
+    assert times == pytest.approx([0.01, 0.02], abs=1e-12)
+
+
 def test_a_wall_that_moves_can_be_taken_down() -> None:
     _, table = bare()
     body = mover(velocity=(1.0, 0.0))

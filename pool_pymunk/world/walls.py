@@ -133,7 +133,7 @@ class Walls:
         self._shapes.append(obstacle.features())
         if isinstance(wall, MovingWall):
             self.moving.append((obstacle, wall))
-            self.stand()
+            stand_still(obstacle, wall, self._engine.now)
         self._engine.put_up(wall)
         return wall.number
 
@@ -168,11 +168,8 @@ class Walls:
 
     def stand(self) -> None:
         """Let walls that move stand where their bodies are now."""
-        now = self._engine.now
         for each, wall in self.moving:
-            check_motion(wall.number, each.body)
-            wall.body = Body(*pose(each.body), STILL, 0.0, now, now)
-            each.shape.cache_bb()
+            stand_still(each, wall, self._engine.now)
 
     def leave(self) -> None:
         """Let walls that move stand where a step has left them."""
@@ -235,6 +232,13 @@ def pose(body: pymunk.Body) -> tuple[Vector, float]:
     """Return the place (m) of a body's center of gravity, and its angle."""
     x, y = body.local_to_world(body.center_of_gravity)
     return (x, y), body.angle
+
+
+def stand_still(obstacle: Obstacle, wall: MovingWall, now: float) -> None:
+    """Let a wall stand where its body is now (s)."""
+    check_motion(wall.number, obstacle.body)
+    wall.body = Body(*pose(obstacle.body), STILL, 0.0, now, now)
+    obstacle.shape.cache_bb()
 
 
 def body_features(body: pymunk.Body) -> Features:
