@@ -169,6 +169,22 @@ def test_gravity_and_forces_act_once_a_step() -> None:
     assert pushed.body.velocity.x == pytest.approx(1.0 - A, abs=0.01)
 
 
+@pytest.mark.parametrize(("share", "moves"), [(0.999, False), (1.001, True)])
+@pytest.mark.parametrize("rolling", [None, 0.1])
+def test_friction_holds_a_ball_up_to_what_it_takes(
+    rolling: float | None, share: float, moves: bool
+) -> None:
+    """A sphere that is to roll at once needs 7/5 of the deceleration of rolling, a disc that of A.
+
+    It gets 5/7 of a push, and rolling friction acts against that.
+    """
+    space, table = plane(rolling=rolling)
+    one = ball(table, 0.0)
+    space.gravity = (share * (A if rolling is None else 1.4 * rolling), 0.0)
+    steps(space, 1.0)
+    assert (one.body.position.x > 0.0) == moves
+
+
 def test_damping_of_the_space_acts_on_balls() -> None:
     space, table = plane(deceleration=0.0)
     space.damping = 0.5
