@@ -17,6 +17,7 @@ from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
 from pool_pymunk.core.persistent.crowd import ENOUGH, Crowd
 from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.spells import Spell
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.report.listing import shot_lines
 
@@ -35,6 +36,14 @@ def row(speeds: list[float], surface: Surface, e: float) -> Crowd:
     pairs = itertools.pairwise(members)
     touches = [Touch(a, b, None, None, Pair(M, M, e, 0.0)) for a, b in pairs]
     return Crowd(members, touches, 0.0, scale, STEP)
+
+
+def test_the_normal_of_a_contact_that_persisted_points_to_the_last_ball() -> None:
+    """Impulses of a contact are those on the ball of the higher number."""
+    one, other = row([0.0, 0.0], Sliding(PULL), 0.0).members
+    for first, second in ((one, other), (other, one)):
+        touch = Touch(first, second, None, None, Pair(M, M, 0.0, 0.0))
+        assert Spell(0, 1, -1, 0.0, touch).place == (R, 0.0, 1.0, 0.0)
 
 
 def speeds_after(crowd: Crowd) -> list[float]:

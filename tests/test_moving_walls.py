@@ -508,6 +508,20 @@ def test_a_wall_that_a_callback_puts_up_leaves_the_others_as_they_move() -> None
     assert times == pytest.approx([0.01, 0.02], abs=1e-12)
 
 
+def test_no_ball_waits_for_a_wall_longer_than_a_step() -> None:
+    """A contact that waits is no contact for a moment; a slow wall sinks in if it lasts."""
+    _, table = bare(1 / 60)
+    table.add_wall(upright(piston := mover()), 0.0)
+    one = ball(table, R)
+    go(table, 0.1)
+    groups: Any = table.engine.persistence
+    groups.quiet[one.number, -1 - table.engine.movers[0].place] = 9.0  # as after many hits
+    groups.is_hushed = True
+    piston.velocity = 1e-3, 0.0
+    go(table, 1.0)
+    assert one.body.position.x - R == pytest.approx(piston.position.x, abs=1e-8)
+
+
 def test_a_wall_that_moves_can_be_taken_down() -> None:
     _, table = bare()
     body = mover(velocity=(1.0, 0.0))

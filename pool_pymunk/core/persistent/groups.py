@@ -71,7 +71,6 @@ class Groups(Forming):
         moving = [-1 - wall.place for wall in present.table.walls if wall.moves]
         if len(moving) > 0:  # They may go on otherwise than they did, so nothing waits for them.
             self.quiet = {k: t for k, t in self.quiet.items() if k[1] not in moving}
-            self.opened = {k: t for k, t in self.opened.items() if k[1] not in moving}
 
     # -- what is asked by the engine -----------------------------------------------------------
 
