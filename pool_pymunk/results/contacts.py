@@ -1,6 +1,7 @@
 """A run tells what each contact did: where, which impulses, velocities before and after, energy.
 
-All of it is worked out from the run's events and breakpoints, once somebody asks for it.
+All of it is worked out from the run's events and breakpoints, once somebody asks for it. Contacts
+of one instant are worked out one after another, as the events list them.
 """
 
 from __future__ import annotations
@@ -8,9 +9,8 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,9 +18,9 @@ import numpy as np
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.laws.contact import split
 from pool_pymunk.model import Point, Units
-from pool_pymunk.results.events import IMPULSES, Event
-from pool_pymunk.results.persistent import spells, turning
-from pool_pymunk.results.table import NO_BREAK, Columns, ResultTable, TableColumn, alike
+from pool_pymunk.results.events import IMPULSES, Event, two
+from pool_pymunk.results.table import Columns, ResultTable, alike, numbers
+from pool_pymunk.results.trace import NONE, path_of
 
 if TYPE_CHECKING:
     from pool_pymunk.results.run import Run
@@ -77,27 +77,21 @@ class ContactRow:
 
 
 class MovingBall(NamedTuple):
-    """A ball's place (m), velocity and roll (m/s)."""
+    """How fast a ball moves and rolls (m/s)."""
 
-    place: Point
     velocity: Point
-    roll: Point
+    roll: Point = NONE
 
 
 class RoundOfHits(NamedTuple):
-    """In a round of an instant, ``contacts`` changed how a ball moves; these are all the ball's.
-
-    Its velocities are known to within ``slack`` (m/s).
-    """
+    """In a round of an instant, ``contacts`` changed how a ball moves; these are all the ball's."""
 
     before: MovingBall
     after: MovingBall
     contacts: Sequence[Met]
-    slack: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Met:
+class Met(NamedTuple):
     """Two balls met, or a ball and a cushion; ``impulses`` (N s) are empty if they are unknown."""
 
     event: Event
@@ -108,16 +102,21 @@ class Met:
 
 
 class TrackedBall:
-    """A ball of a run, and how it moves."""
+    """A ball of a run; it comes to one of the ``contacts`` of an instant after another."""
 
     def __init__(self, run: Run, number: int) -> None:
         ball, rows = run.scene.balls[number], run.knots[number]
         rows = rows[:-1] if ball.id in run.pocketed else rows  # The last one is in the pocket.
         self.mass, self.radius = ball.mass, ball.radius
         self.rows, self.times = rows.tolist(), rows[:, 0].tolist()
-        rolls = run.scene.surface.rolls
-        self.turns = turning(rows, spells(run, ball.id)).tolist() if rolls else []
+        self.rolls = run.rolls[number].tolist() if run.scene.surface.rolls else []
         self.step_loss = run.scene.surface.pull * (run.dt or 0.0)  # m/s
+        self.contacts = defaultdict[float, list[Met]](list)  # by instants
+        self.rounds = list[RoundOfHits]()  # of the contacts to come at this instant
+
+    def place(self, t: float) -> Point:
+        """Return where it is (m) at an instant (s)."""
+        return path_of(self.rows[max(bisect_right(self.times, t) - 1, 0)]).place(t)
 
     def states(self, t: float) -> list[MovingBall]:
         """Return its motion as it comes to an instant (s), and after each breakpoint in it."""
@@ -126,25 +125,49 @@ class TrackedBall:
 
     def _state(self, k: int, t: float) -> MovingBall:
         """Return its motion at a time (s), from one breakpoint on."""
-        since, x, y, vx, vy, ax, ay, *roll = self.rows[k]
-        s = t - since
-        place = x + s * (vx + s * ax / 2.0), y + s * (vy + s * ay / 2.0)
-        if roll:
-            (wx, wy), (bx, by) = roll, self.turns[k]
-            return MovingBall(place, (vx + s * ax, vy + s * ay), (wx + s * bx, wy + s * by))
-        return MovingBall(place, (vx + s * ax, vy + s * ay), (0.0, 0.0))
+        velocity = path_of(self.rows[k]).velocity(t)
+        if not self.rolls:
+            return MovingBall(velocity)
+        since, wx, wy, ax, ay = self.rolls[k]
+        return MovingBall(velocity, (wx + (t - since) * ax, wy + (t - since) * ay))
+
+    def take(self, t: float) -> RoundOfHits:
+        """Come to the next contact, at an instant (s); return the round in which it is."""
+        self.rounds = self.rounds or list(self._rounds(t))
+        return self.rounds.pop(0)
+
+    def _rounds(self, t: float) -> Iterator[RoundOfHits]:
+        """Yield the round of each contact of an instant (s).
+
+        After a round the impulses up to there explain the velocity that a breakpoint has. A step of
+        ``pymunk-discrete`` ends with friction, so there the impulses alone tell the velocity, which
+        is known to within ``slack`` (m/s).
+        """
+        before, *later = self.states(t)
+        self.slack = ROUNDING * max(math.hypot(*each.velocity) for each in (before, *later))
+        (vx, vy), its = before.velocity, list[Met]()
+        for one in self.contacts[t]:
+            x, y = one.impulses[one.balls.index(self)]
+            vx, vy, its = vx + x / self.mass, vy + y / self.mass, [*its, one]
+            for m, after in enumerate(later, start=1):
+                if math.dist((vx, vy), after.velocity) <= self.slack:
+                    yield from [RoundOfHits(before, after, its)] * len(its)
+                    before, later, its = after, later[m:], []
+                    break
+        if its:
+            self.slack += 2.0 * self.step_loss
+            after = (before, *later)[-1]._replace(velocity=(vx, vy))
+            yield from [RoundOfHits(before, after, its)] * len(its)
 
 
 def contact_rows(run: Run) -> tuple[ContactRow, ...]:
     """Return the table of a run's contacts, in the order of their times."""
     met = list(_met(run))
-    instants = defaultdict[tuple[TrackedBall, float], list[Met]](list)
     for one in met:
         for ball in one.balls if one.impulses else ():
-            instants[ball, one.event.t].append(one)
-    rounds = {(ball, t): _rounds(ball, t, its) for (ball, t), its in instants.items()}
+            ball.contacts[one.event.t].append(one)
     has_its_law = run.law != run.solver  # Else balls spin, and the run does not say how fast.
-    rows = [_row(one, rounds, has_its_law) for one in met]
+    rows = [_row(one, has_its_law) for one in met]
     for each in run.persistent:
         x, y = each.impulse
         given = ((-x, -y), (x, y))[2 - len(each.balls) :]
@@ -160,7 +183,7 @@ def _met(run: Run) -> Iterator[Met]:
         if not event.is_contact:
             continue
         its = tuple(balls[id_] for id_ in event.balls)
-        (x, y), *other = (ball.states(event.t)[-1].place for ball in its)
+        (x, y), *other = (ball.place(event.t) for ball in its)
         r = its[0].radius
         if event.cushion is not None:
             (nx, ny), far = run.scene.cushions[event.cushion].nearest(x, y, r, 0.0).normal(x, y), -r
@@ -184,55 +207,21 @@ def _impulses(event: Event, normal: Point) -> tuple[Point, ...]:
     return (-n * nx - t * ny, t * nx - n * ny), last
 
 
-def _rounds(ball: TrackedBall, t: float, contacts: Sequence[Met]) -> dict[Met, RoundOfHits]:
-    """Return the rounds of a ball's contacts of one instant (s).
-
-    After a round the impulses up to there explain the velocity that a breakpoint has. A step of
-    ``pymunk-discrete`` ends with friction, so there the impulses alone tell the velocity.
-    """
-    states = ball.states(t)
-    slack = ROUNDING * max(math.hypot(*state.velocity) for state in states)
-    known, last, (vx, vy) = {0: states[0]}, 0, states[0].velocity
-    for k, one in enumerate(contacts, 1):
-        x, y = one.impulses[one.balls.index(ball)]
-        vx, vy = vx + x / ball.mass, vy + y / ball.mass
-        for m in range(last + 1, len(states)):
-            if math.dist((vx, vy), states[m].velocity) <= slack:
-                known[k], last = states[m], m
-                break
-    if len(contacts) not in known:
-        known[len(contacts)] = states[-1]._replace(velocity=(vx, vy))
-        slack += 2.0 * ball.step_loss
-    found: dict[Met, RoundOfHits] = {}
-    for begin, end in pairwise(sorted(known)):
-        its = contacts[begin:end]
-        found |= dict.fromkeys(its, RoundOfHits(known[begin], known[end], its, slack))
-    return found
-
-
-def _row(
-    one: Met,
-    rounds: Mapping[tuple[TrackedBall, float], Mapping[Met, RoundOfHits]],
-    has_its_law: bool,
-) -> ContactRow:
+def _row(one: Met, has_its_law: bool) -> ContactRow:
     """Return a contact's row; what stock pymunk's spin decides is left out."""
     event, kind, lost = one.event, None, None
-    its = [rounds[ball, event.t][one] for ball in one.balls if one.impulses]
+    its = [ball.take(event.t) for ball in one.balls if one.impulses]
+    before = tuple(each.before.velocity for each in its)
+    after = tuple(each.after.velocity for each in its)
     if has_its_law and its:
-        kind = STICK if _sticks(one.normal, its) else SLIP
+        (x, y), (u, v) = after[-1], (NONE, *after)[-2]
+        slack = max(ball.slack for ball in one.balls)
+        kind = STICK if abs(split((x - u, y - v), one.normal).t) <= slack else SLIP
         lost = sum(map(_lost, [one] * len(its), one.balls, its, one.impulses))
     return ContactRow(
         event.t, kind, event.balls, event.cushion, None, one.point, one.normal,
-        tuple(each.before.velocity for each in its), tuple(each.after.velocity for each in its),
-        one.impulses, event.impulse, event.tangential, event.tangential_first, lost,
+        before, after, one.impulses, *event.impulses, lost,
     )  # fmt: skip
-
-
-def _sticks(normal: Point, its: Sequence[RoundOfHits]) -> bool:
-    """Tell whether the two sides do not slip on each other after a contact."""
-    (x, y), *first = (each.after.velocity for each in reversed(its))
-    u, v = first[0] if first else (0.0, 0.0)
-    return abs(split((x - u, y - v), normal).t) <= max(each.slack for each in its)
 
 
 def _lost(one: Met, ball: TrackedBall, its: RoundOfHits, impulse: Point) -> float:
@@ -241,7 +230,7 @@ def _lost(one: Met, ball: TrackedBall, its: RoundOfHits, impulse: Point) -> floa
     So the contacts of a round share its loss. What cushions take from a roll is shared along their
     normals.
     """
-    (before, after, contacts, _), (jx, jy) = its, impulse
+    (before, after, contacts), (jx, jy) = its, impulse
     (vx, vy), (ux, uy) = before.velocity, after.velocity
     lost = -0.5 * (jx * (vx + ux) + jy * (vy + uy))
     walls = [each for each in contacts if each.event.cushion is not None]
@@ -253,30 +242,28 @@ def _lost(one: Met, ball: TrackedBall, its: RoundOfHits, impulse: Point) -> floa
     return lost - ball.mass * GYRATION * float(shares[walls.index(one)]) * along
 
 
-def contacts_table(rows: Sequence[ContactRow], units: Units) -> ResultTable:
-    """Return the rows with lengths and velocities in ``units``, impulses in N s, energies in J."""
+def contacts_table(run: Run, units: Units) -> ResultTable:
+    """Return the contacts; lengths and velocities are in ``units``, and all else is in SI."""
     speeds = [
-        TableColumn(f"{who}_v{axis}{when}", unit=units.speed)
+        f"{who}_v{axis}{when}"
         for who in ("ball", "other") for when in ("", "_after") for axis in "xy"
     ]  # fmt: skip
     columns: Columns = (
-        TableColumn("t", unit="s"), TableColumn("until", unit="s"), "kind",
-        "ball", "other", "cushion", *(TableColumn(axis, unit=units.length) for axis in "xy"),
-        "normal_x", "normal_y", *speeds,
-        *(TableColumn(key, unit="N s") for key in (*IMPULSES, "impulse_x", "impulse_y")),
-        TableColumn("lost", unit="J"),
+        *numbers("s", "t", "until"), "kind", "ball", "other", "cushion",
+        *numbers(units.length, "x", "y"), "normal_x", "normal_y", *numbers(units.speed, *speeds),
+        *numbers("N s", *IMPULSES, "impulse_x", "impulse_y"), *numbers("J", "lost"),
     )  # fmt: skip
-    return ResultTable(columns, [_cells(row, units) for row in rows])
+    return ResultTable(columns, [_cells(row, units) for row in run.contacts])
 
 
 def _cells(row: ContactRow, units: Units) -> list[object]:
     """Return a row of the table."""
-    nothing, ball, other = (None, None), row.balls[0], "".join(row.balls[1:])
+    nothing = (None, None)
     point = [units.from_si(x, "length") for x in row.point or ()]
     velocities = (v for both in zip(row.before, row.after, strict=True) for v in both)
     speeds = [units.from_si(x, "speed") for velocity in velocities for x in velocity]
     return [
-        row.t, row.until, row.kind, ball, other, row.cushion,
+        row.t, row.until, row.kind, *two(row.balls), row.cushion,
         *(point or nothing), *(row.normal or nothing), *speeds, *[None] * (8 - len(speeds)),
         row.impulse, row.tangential, row.tangential_first,
         *(row.impulses[-1] if row.impulses else nothing), row.lost,
@@ -297,19 +284,15 @@ def printed_tables(run: Run) -> Iterator[tuple[str, ResultTable]]:
         yield "Persistent contacts. Impulses are those on the last ball:", _persistent(run, lasted)
 
 
-def _number(key: str, unit: str, digits: int = 4) -> TableColumn:
-    return TableColumn(key, unit=unit.replace(" ", NO_BREAK), digits=digits)
-
-
 def _hits(run: Run, rows: Numbered) -> ResultTable:
     """Return where contacts are, and what they did; small numbers are in mN s and mJ."""
     unit, from_si = run.scene.units.length, run.scene.units.from_si
     pushes, push = _readable([x for _, row in rows for x in (row.impulse, row.tangential)], "N s")
     losses, energy = _readable([row.lost for _, row in rows], "J")
     columns: Columns = (
-        "#", _number("t", "s", 5), "sides", _number("x", unit), _number("y", unit),
-        _number("normal", "°"), _number("J_n", push), _number("J_t", push), "kind",
-        _number("lost", energy),
+        "#", *numbers("s", "t", digits=5), "sides", *numbers(unit, "x", "y", digits=4),
+        *numbers("°", "normal", digits=4), *numbers(push, "J_n", "J_t", digits=4), "kind",
+        *numbers(energy, "lost", digits=4),
     )  # fmt: skip
     cells = []
     for k, row in rows:
@@ -323,7 +306,7 @@ def _ends(run: Run, rows: Numbered) -> ResultTable:
     """Return how fast the balls were before and after their contacts."""
     unit, from_si = run.scene.units.speed, run.scene.units.from_si
     heads = [f"{axis} {when}" for axis in "xynt" for when in ("before", "after")]
-    columns: Columns = ("#", "ball", *(_number(head, unit) for head in heads))
+    columns: Columns = ("#", "ball", *numbers(unit, *heads))
     found: list[tuple[int, str]] = []
     speeds: list[float | None] = []
     for k, row in rows:
@@ -337,8 +320,8 @@ def _ends(run: Run, rows: Numbered) -> ResultTable:
 
 def _persistent(run: Run, rows: Numbered) -> ResultTable:
     """Return how long contacts persisted, and what they gave."""
-    times = (_number("since", "s", 5), _number("until", "s", 5))
-    columns: Columns = ("#", *times, "sides", _number("J_x", "N s"), _number("J_y", "N s"))
+    times, pushes = numbers("s", "since", "until", digits=5), numbers("N s", "J_x", "J_y", digits=4)
+    columns: Columns = ("#", *times, "sides", *pushes)
     return ResultTable(columns, [
         (k, row.t, row.until, _sides(run, row), *row.impulses[-1]) for k, row in rows
     ])  # fmt: skip

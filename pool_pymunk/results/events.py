@@ -43,7 +43,7 @@ class Event:
         return self.kind in ("ball-ball", "ball-cushion")
 
     @property
-    def impulses(self) -> tuple[float | None, ...]:
+    def impulses(self) -> tuple[float | None, float | None, float | None]:
         """Return the impulses (N s), as in IMPULSES."""
         return self.impulse, self.tangential, self.tangential_first
 

@@ -22,8 +22,9 @@ from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, choice, made
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
-from pool_pymunk.results.events import IMPULSES, Event, two
+from pool_pymunk.results.events import Event
 from pool_pymunk.results.motion import free_motions
+from pool_pymunk.results.trace import farthest
 from pool_pymunk.results.variants import FINER, Variant
 from pool_pymunk.results.words import counted, step_text
 
@@ -37,6 +38,9 @@ if TYPE_CHECKING:
     from pool_pymunk.studies.derivatives import Derivatives
 
 Times = Array | Sequence[float] | float
+# In archives these columns of tables are one array.
+PAIRS = {"balls": ("ball", "other"), "impulse": ("impulse_x", "impulse_y")}
+What = Literal["samples", "events", "persistent", "contacts"]  # the tables of a run
 
 SAMPLES_PER_SECOND = 60
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
@@ -195,7 +199,7 @@ class Run:
         """
         if not self.scene.surface.rolls:
             raise setting_error("scene", self.scene.title, NO_ROLLING)
-        last, t = self._last_of(self._rolls, times)
+        last, t = self._last_of(self.rolls, times)
         return np.asarray(last[..., 1:3] + (t - last[..., 0])[..., np.newaxis] * last[..., 3:])
 
     def _last_of(self, tables: Sequence[Array], times: object) -> tuple[Array, Array]:
@@ -208,7 +212,7 @@ class Run:
         return np.stack(last, axis=-2), t[..., np.newaxis]
 
     @cached_property
-    def _rolls(self) -> tuple[Array, ...]:
+    def rolls(self) -> tuple[Array, ...]:
         """For each ball the time (s) of each breakpoint, its roll (m/s), and how fast it changes.
 
         The change (m/s^2) is that of a ball alone, or while a contact persists that to the next
@@ -367,13 +371,7 @@ class Run:
     def _moved(self, variants: Iterable[Variant], most: int | None = None) -> float:
         """Return how far (m) ends may move, by variants of the run, cut at ``most`` events."""
         assert self.again is not None
-        apart = []
-        for variant in variants:
-            other = self.again(variant, most)
-            is_cut = "max_events" in (self.status, other.status)
-            t = (min if is_cut else max)(self.duration, other.duration)
-            apart.append(variant.sure * max(map(math.dist, self.at(t)[0], other.at(t)[0])))
-        return max(apart)
+        return max(each.sure * farthest(self, self.again(each, most)) for each in variants)
 
     @cached_property
     def energy(self) -> dict[str, float]:
@@ -461,9 +459,21 @@ class Run:
 
         return run_in_notebook(self)
 
-    def to_frame(
-        self, what: Literal["samples", "events", "persistent", "contacts"] = "samples"
-    ) -> Any:
+    def table(self, what: What = "samples", units: Units | None = None) -> ResultTable:
+        """Return a table that goes into CSV, JSON, arrays or a DataFrame (:meth:`to_frame`).
+
+        Samples and contacts are in ``units``, by default in SI, and all else is in SI.
+
+        >>> from pool_pymunk import load, simulate
+        >>> simulate(load("two-balls"), max_time=0.5).table("events").json()[0]["kind"]
+        'ball-ball'
+        """
+        from pool_pymunk.results.run_tables import TABLES
+
+        argument("what", what, choice(TABLES))
+        return TABLES[what](self, argument("units", units or Units(), made(Units)))
+
+    def to_frame(self, what: What = "samples") -> Any:
         """Make a pandas DataFrame, a row for each time and ball, or one for each event, in SI.
 
         The columns of samples are t, ball, x, y, vx, vy and energy, those of events are t, kind,
@@ -471,8 +481,7 @@ class Run:
         contacts are since, until, ball, other, cushion, impulse_x and impulse_y. Those of contacts
         are in :meth:`write_contacts_csv`. Raises ImportError where pandas is not installed.
         """
-        argument("what", what, choice(("samples", "events", "persistent", "contacts")))
-        return self._table(what).to_frame()
+        return self.table(what).to_frame()
 
     def save(self, path: str | Path) -> None:
         """Save everything to one file, for :meth:`load`; a law of your own is saved by name."""
@@ -490,43 +499,22 @@ class Run:
 
         return load(path)
 
-    def _table(self, what: str, units: Units | None = None) -> ResultTable:
-        """Return one of the run's tables; samples and contacts are in ``units``, by default SI."""
-        from pool_pymunk.results.run_tables import table_of
-
-        return table_of(self, what, argument("units", units or Units(), made(Units)))
-
     def write_npz(self, path: str | Path) -> None:
         """Write samples (SI), the balls' ids, events and persistent contacts as a NumPy archive.
 
         An event or contact without a cushion has -1 there, an event without a pocket an empty text,
         and one without impulses nan.
         """
-        pushes = np.array([event.impulses for event in self.events], dtype=float).reshape(-1, 3)
-        impulses: Any = {f"event_{name}": p for name, p in zip(IMPULSES, pushes.T, strict=True)}
-        contacts = self.persistent
-        cushions, sides = (
-            np.array([-1 if each.cushion is None else each.cushion for each in those], dtype=int)
-            for those in (self.events, contacts)
-        )
-        np.savez_compressed(
-            path,
-            t=self.t,
-            position=self.position,
-            velocity=self.velocity,
-            balls=np.array([ball.id for ball in self.scene.balls]),
-            event_t=np.array([event.t for event in self.events]),
-            event_kind=np.array([event.kind for event in self.events], dtype=str),
-            event_balls=np.array([two(event.balls) for event in self.events], dtype=str),
-            event_cushion=cushions,
-            event_pocket=np.array([event.pocket or "" for event in self.events], dtype=str),
-            **impulses,
-            persistent_since=np.array([each.since for each in contacts]),
-            persistent_until=np.array([each.until for each in contacts]),
-            persistent_balls=np.array([two(each.balls) for each in contacts], dtype=str),
-            persistent_cushion=sides,
-            persistent_impulse=np.array([each.impulse for each in contacts]).reshape(-1, 2),
-        )
+        found: dict[str, Any] = {key: getattr(self, key) for key in ("t", "position", "velocity")}
+        found["balls"] = np.array(list(self.scene.index))
+        tables = {"event": self.table("events"), "persistent": self.table("persistent")}
+        for name, table in tables.items():
+            columns = table.arrays()
+            for joint, both in PAIRS.items():
+                if both[0] in columns:
+                    columns[joint] = np.stack([columns.pop(key) for key in both], axis=1)
+            found |= {f"{name}_{key}": column for key, column in columns.items()}
+        np.savez_compressed(path, **found)
 
     def write_csv(self, path: str | Path, units: Units | None = None) -> None:
         """Write a row for each time and ball: time, ball, place, velocity, kinetic energy (J).
@@ -534,18 +522,18 @@ class Run:
         The heading names the units: SI, or those of ``units``, such as ``scene.units``. All digits
         are written.
         """
-        self._table("samples", units).csv(path)
+        self.table("samples", units).csv(path)
 
     def write_events_csv(self, path: str | Path) -> None:
         """Write a row for each event: t (s), kind, ball, other (of two), cushion, pocket, impulses.
 
         The impulses are in N s, as the heading says.
         """
-        self._table("events").csv(path)
+        self.table("events").csv(path)
 
     def write_persistent_csv(self, path: str | Path) -> None:
         """Write a row for each persistent contact: its time (s), balls, cushion, impulse (N s)."""
-        self._table("persistent").csv(path)
+        self.table("persistent").csv(path)
 
     def write_contacts_csv(self, path: str | Path, units: Units | None = None) -> None:
         """Write a row for each of the :attr:`contacts`, in SI or with lengths and speeds in units.
@@ -554,7 +542,7 @@ class Run:
         velocities of ball and other before and after, impulses (N s): J_n, J_t, J_t of the first of
         two balls, along x and y on the last ball; and the energy lost (J).
         """
-        self._table("contacts", units).csv(path)
+        self.table("contacts", units).csv(path)
 
 
 def made_later(run: Run, trace: Trace) -> Run:

@@ -12,6 +12,9 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 if TYPE_CHECKING:
     from rich.table import Table as Printed
 
@@ -28,7 +31,7 @@ class TableColumn(NamedTuple):
     The heading is the key if none is given. A ``unit`` stands in brackets behind it, and in CSV
     behind the key. So many ``digits`` of the column's largest number are printed, or two of its
     smallest. Columns are aligned to the right, or to the ``left`` if texts may be longer than a
-    line.
+    line. In arrays ``missing`` stands for None: its type is that of the column.
     """
 
     key: str
@@ -36,6 +39,7 @@ class TableColumn(NamedTuple):
     unit: str = ""
     digits: int | None = None
     left: bool = False
+    missing: float | str = math.nan
 
     @property
     def in_files(self) -> str:
@@ -45,7 +49,8 @@ class TableColumn(NamedTuple):
     @property
     def title(self) -> str:
         """Return what stands above the column on a terminal."""
-        return self._replace(key=self.heading or self.key).in_files
+        unit = self.unit.replace(" ", NO_BREAK)
+        return self._replace(key=self.heading or self.key, unit=unit).in_files
 
     def texts(self, values: Sequence[Any]) -> list[str]:
         """Return the cells as a terminal shows them."""
@@ -56,6 +61,11 @@ class TableColumn(NamedTuple):
         cells = self.texts(values)
         texts = (" ".join(cells) if self.left else "").split()
         return [*BREAK.split(self.title), *(texts if self.left else cells)]
+
+
+def numbers(unit: str, *keys: str, digits: int | None = None) -> list[TableColumn]:
+    """Return columns of numbers that have one unit."""
+    return [TableColumn(key, unit=unit, digits=digits) for key in keys]
 
 
 @dataclass(frozen=True)
@@ -92,6 +102,18 @@ class ResultTable:
         keys = [column.key for column in self.fields]
         rows = ([None if value != value else value for value in row] for row in self.rows)
         return [dict(zip(keys, row, strict=True)) for row in rows]
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return an array for each column; what is None there is what the column says.
+
+        >>> ResultTable(("t", TableColumn("ball", missing="")), [(0.5, "C"), (None, None)]).arrays()
+        {'t': array([0.5, nan]), 'ball': array(['C', ''], dtype='<U1')}
+        """
+        values = list(zip(*self.rows, strict=True)) or [()] * len(self.columns)
+        return {
+            each.key: np.array([each.missing if v is None else v for v in its], type(each.missing))
+            for each, its in zip(self.fields, values, strict=True)
+        }
 
     def to_frame(self) -> Any:
         """Return a pandas DataFrame; raise ImportError where pandas is not installed."""

@@ -13,6 +13,7 @@ from pool_pymunk.results.variants import Variant
 
 if TYPE_CHECKING:
     from pool_pymunk.model import Point, Scene, State
+    from pool_pymunk.results.run import Run
 
 # A run is given up after this many events, unless the user says otherwise, and after this many
 # instants and pieces without one. So a run takes some minutes at most.
@@ -213,6 +214,20 @@ def completed(rows: Sequence[Sequence[float]], surface: Surface, end: float) -> 
             path = surface.then(path) or standing(path.end, *path.place(path.end))
             found.append(breakpoint_of(path, bool(roll)))
     return found
+
+
+def path_of(row: Sequence[float]) -> Path:
+    """Return the path from a breakpoint on, without an end."""
+    t, x, y, vx, vy, ax, ay = row[:7]
+    return Path(t, x, y, vx, vy, ax, ay, math.inf, False, 0.0, 0.0)
+
+
+def farthest(one: Trace | Run, other: Trace | Run) -> float:
+    """Return the largest distance (m) of a ball's ends; where one run was cut, both end there."""
+    is_cut = "max_events" in (one.status, other.status)
+    at = (min if is_cut else max)(one.duration, other.duration)
+    last = [[next(k for k in rows[::-1] if k[0] <= at) for rows in t.knots] for t in (one, other)]
+    return max(map(math.dist, *([path_of(row).place(at) for row in rows] for rows in last)))
 
 
 def breakpoint_of(path: Path, rolls: bool) -> Breakpoint:

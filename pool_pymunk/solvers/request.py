@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,9 +10,8 @@ from itertools import pairwise
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pool_pymunk.core.motion.path import Path
 from pool_pymunk.laws import Law
-from pool_pymunk.model import Point, Scene, Shot, State
+from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.plain import (
     Reader,
     Value,
@@ -25,7 +23,7 @@ from pool_pymunk.model.plain import (
 )
 from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.results.run import Run, made_later, read_times
-from pool_pymunk.results.trace import NEVER_SETTLES, POCKET, ZERO_SLIP, Trace
+from pool_pymunk.results.trace import NEVER_SETTLES, POCKET, ZERO_SLIP, Trace, farthest
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers.frozen import DECIDED, nudged, touching
@@ -302,21 +300,6 @@ def _check_scene(scene: Scene) -> None:
 def _given(key: str, value: object, read: Reader[Value]) -> Value | None:
     """Read an argument, if it is given."""
     return None if value is None else argument(key, value, read)
-
-
-def farthest(one: Trace, other: Trace) -> float:
-    """Return the largest distance (m) of a ball's ends in two traces; a cut of one cuts both."""
-    is_cut = "max_events" in (one.status, other.status)
-    at = (min if is_cut else max)(one.duration, other.duration)
-    last = [[next(k for k in rows[::-1] if k[0] <= at) for rows in t.knots] for t in (one, other)]
-    ends = [[place_at(row, at) for row in rows] for rows in last]
-    return max(map(math.dist, *ends))
-
-
-def place_at(row: Sequence[float], t: float) -> Point:
-    """Return where (m) a ball is at a time (s), by its last breakpoint before that."""
-    t0, x, y, vx, vy, ax, ay = row[:7]
-    return Path(t0, x, y, vx, vy, ax, ay, math.inf, False, 0.0, 0.0).place(t)
 
 
 def warn_of_gained_energy(trace: Trace, scene: Scene, law: str) -> None:
