@@ -491,7 +491,7 @@ SCENES: dict[str, Draw] = {
 
 def usual(scene: Scene) -> Settings:
     """Return the settings of a whole run by the scene's law, which Python plays."""
-    return Settings(None, max_time=scene.physics.max_time, compiled=False)
+    return Settings(None, max_time=scene.physics.max_time)
 
 
 def drawn(rnd: random.Random, kind: str) -> Scene:

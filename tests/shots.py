@@ -15,7 +15,6 @@ from oracle.reference import OUTLINES, random_round_scene
 from scenes import TABLES, random_scene
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, Table, rack
-from pool_pymunk.solvers.request import Request
 
 KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard", "round"]
 LATE = ("hard", "round")  # These take long.
@@ -119,15 +118,10 @@ def shots_of(scene: Scene, count: int, seed: int) -> tuple[np.ndarray[Any, Any],
     return position, velocity
 
 
-def in_python(asked: Request) -> Request:
-    """Return a request that Python plays."""
-    return asked._replace(settings=asked.settings._replace(compiled=False))
-
-
 def check_bits(batch: Batch, numbers: range) -> None:
     """Check that these shots are bit for bit those of the exact solver."""
     scene, position = batch.scene, batch.source.position
-    source = batch.source._replace(asked=in_python(batch.source.asked))
+    source = batch.source
     cue = next((k for k, ball in enumerate(scene.balls) if ball.cue), batch.source.watched)
     for k in numbers:
         run = source.run(k, measures_policies=False)

@@ -70,7 +70,7 @@ def in_a_corner(kind: type[Scene] = Scene) -> Scene:
 
 def played(where: Scene, law: Law | None = None) -> Any:
     """Return all that the core makes of a scene, in floats, or the error that it raises."""
-    settings = Settings(None, law=law, compiled=False, max_events=40, max_time=2.0)
+    settings = Settings(None, law=law, max_events=40, max_time=2.0)
     try:
         trace = solve(where, where.start(None), settings)
     except Exception as error:

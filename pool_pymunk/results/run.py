@@ -24,6 +24,7 @@ from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.motion import free_motions
+from pool_pymunk.results.persistent import PersistentContact, spells, turning
 from pool_pymunk.results.trace import farthest
 from pool_pymunk.results.variants import FINER, Variant
 from pool_pymunk.results.words import counted, step_text
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from pool_pymunk.laws import Law
     from pool_pymunk.render import Figure
     from pool_pymunk.results.contacts import ContactRow
-    from pool_pymunk.results.persistent import PersistentContact
     from pool_pymunk.results.table import ResultTable
     from pool_pymunk.results.trace import Trace
     from pool_pymunk.studies.derivatives import Derivatives
@@ -218,8 +218,6 @@ class Run:
         The change (m/s^2) is that of a ball alone, or while a contact persists that to the next
         breakpoint.
         """
-        from pool_pymunk.results.persistent import spells, turning
-
         return tuple(
             np.column_stack((rows[:, 0], rows[:, 7:9], turning(rows, spells(self, ball.id))))
             for ball, rows in zip(self.scene.balls, self.knots, strict=True)

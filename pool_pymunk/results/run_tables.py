@@ -28,7 +28,7 @@ def samples(run: Run, units: Units) -> ResultTable:
         *numbers(units.speed, "vx", "vy"), *numbers("J", "energy"),
     )  # fmt: skip
     return ResultTable(columns, [
-        (t, id_, *row)
+        [t, id_, *row]
         for t, rows in zip(run.t.tolist(), values.tolist(), strict=True)
         for id_, row in zip(run.scene.index, rows, strict=True)
     ])  # fmt: skip

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.record import BALL_BALL, BALL_CUSHION, PATCH, POCKET, ROLL, STOP, Breakpoint
+from pool_pymunk.core.record import Push as Impulses
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.variants import Variant
 
@@ -19,13 +21,10 @@ if TYPE_CHECKING:
 # instants and pieces without one. So a run takes some minutes at most.
 NEVER_SETTLES = 1_000_000
 
-# t (s), x, y (m), vx, vy (m/s), ax, ay (m/s^2), and where balls roll wx, wy (m/s)
-Breakpoint = tuple[float, ...]
 UNKNOWN = (math.nan, math.nan)  # an acceleration that the surface determines
 NONE = (0.0, 0.0)
 
 # the impulse of a contact; what adds it up is asked for it at the end
-Impulses = tuple[float, float, float | None]
 Push: TypeAlias = "Impulses | Callable[[], Impulses] | None"
 # the time, the kind, the balls, the number of the cushion, pocket or patch, a contact's impulse
 Row: TypeAlias = "tuple[float, str, tuple[int, ...], int | None, Push]"
@@ -33,10 +32,6 @@ Row: TypeAlias = "tuple[float, str, tuple[int, ...], int | None, Push]"
 # Balls a and b (-1: a cushion), the cushion (-1: a ball), from when to when (s) they stayed in
 # contact, and the impulse (x, y) in N s that this gave to the last ball.
 Persisted = tuple[int, int, int, float, float, float, float]
-
-PATCH = "patch"  # This is the kind of event at which a ball crosses the border of a patch.
-ROLL = "roll"  # This is the kind of event at which a ball that slid begins to roll.
-POCKET = "pocket"  # This is the kind of event in which a pocket takes a ball in.
 
 # These are the policies that answer what has no exact answer.
 ZERO_SLIP = "zero slip"
@@ -113,22 +108,18 @@ class Trace:
         """Ball ``i`` began to roll."""
         self.events.append((t, ROLL, (i,), None, None))
 
-    def crossed(self, i: int, patch: int, t: float) -> None:
-        """Ball ``i`` came into a patch, or out of all patches (-1)."""
-        self.events.append((t, PATCH, (i,), None if patch < 0 else patch, None))
-
     def ball_ball(self, t: float, i: int, j: int, push: Push = None) -> None:
         """Balls ``i`` and ``j`` met."""
-        self.events.append((t, "ball-ball", (i, j), None, push))
+        self.events.append((t, BALL_BALL, (i, j), None, push))
 
     def ball_cushion(self, t: float, i: int, cushion: int, push: Push = None) -> None:
         """Ball ``i`` met a cushion."""
-        self.events.append((t, "ball-cushion", (i,), cushion, push))
+        self.events.append((t, BALL_CUSHION, (i,), cushion, push))
 
     def stop(self, i: int, t: float, position: Point) -> None:
         """Ball ``i`` came to rest."""
         self.breakpoint(i, t, position, NONE, NONE)
-        self.events.append((t, "stop", (i,), None, None))
+        self.events.append((t, STOP, (i,), None, None))
         self.duration = max(self.duration, t)
 
     def pocketed(

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.motion.path import Path
-from pool_pymunk.core.record import Record
+from pool_pymunk.core.persistent.groups import persistence_of
+from pool_pymunk.core.record import Record, Recorder
 from pool_pymunk.core.variant import Errors
-from pool_pymunk.laws import Law
-from pool_pymunk.model import Scene
+from pool_pymunk.laws import Law, law_in_core
+from pool_pymunk.model import Scene, State
+from pool_pymunk.results.persistent import warn_of_persisted
 from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
 from pool_pymunk.results.variants import Variant
 from pool_pymunk.results.words import without_slip
-from pool_pymunk.solvers.record import OnTime
+from pool_pymunk.solvers.in_core import balls_of, table_of
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings
 
 ENDINGS = ("settled", "max_time", "max_events", "non_finite")  # as the engine counts them
 LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
@@ -34,6 +38,37 @@ class Listener(Record):
 def pull_of(path: Path) -> tuple[float, float]:
     """Return the acceleration (m/s^2) on a path."""
     return path.ax, path.ay
+
+
+def engine_of(scene: Scene, start: State, law: Law, tolerance: float | None) -> Engine:
+    """Return an engine that has a scene's balls on their first paths."""
+    table = table_of(scene)
+    balls = balls_of(scene, start, table)
+    persistence = persistence_of(table, balls, tolerance or CONTACT_TOLERANCE)
+    engine = Engine(table, balls, law_in_core(law), Recorder(), persistence)
+    for id_ in start.off:
+        i = scene.index[id_]
+        engine.remove(balls[i], start.position[i])
+    return engine
+
+
+def play(
+    engine: Engine,
+    scene: Scene,
+    start: State,
+    settings: Settings,
+    advance: Callable[[float], object],
+) -> Trace:
+    """Return the trace of a run that ``advance`` plays with the engine, up to a time (s)."""
+    trace = Trace(start, [pull_of(ball.path) for ball in engine.balls])
+    record = engine.recorder = Listener(trace, settings.on_time)
+    vary(engine.errors, settings.variant)
+    engine.most_events = settings.max_events
+    latest = math.inf if settings.max_time is None else settings.max_time
+    advance(latest)
+    keep(trace, engine, record, latest)
+    tell(trace, record, scene, settings.law_of(scene))
+    return trace
 
 
 def vary(errors: Errors, variant: Variant) -> None:
@@ -81,8 +116,6 @@ def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
     """Put what no event says into words."""
     ids, crowded = [ball.id for ball in scene.balls], record.crowded
     if trace.persisted:
-        from pool_pymunk.results.persistent import warn_of_persisted
-
         warn_of_persisted(trace, ids)
         if law.name != "coulomb":
             first = min(row[3] for row in trace.persisted)

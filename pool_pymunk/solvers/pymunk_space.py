@@ -12,7 +12,7 @@ import pymunk
 
 from pool_pymunk.model import Scene, State
 from pool_pymunk.results.trace import Trace
-from pool_pymunk.solvers.by_core import Listener, keep, pull_of, tell, vary
+from pool_pymunk.solvers.by_core import play
 from pool_pymunk.solvers.in_core import new_table_of
 from pool_pymunk.solvers.record import Settings
 from pool_pymunk.world.billiards import Billiards
@@ -26,15 +26,11 @@ def solve(scene: Scene, start: State, settings: Settings, *, friction: str = "jo
     Both choices of ``friction`` are the same now: the core slows balls down.
     """
     table = set_up(scene, start, settings)
-    trace = Trace(start, [pull_of(ball.path) for ball in table.engine.balls])
-    record = table.engine.recorder = Listener(trace, None)
-    vary(table.engine.errors, settings.variant)
-    table.engine.most_events = settings.max_events
-    latest = math.inf if settings.max_time is None else settings.max_time
-    table.play(settings.on_time, latest)
-    keep(trace, table.engine, record, latest)
+    trace = play(
+        table.engine, scene, start, settings._replace(on_time=None),
+        lambda latest: table.play(settings.on_time, latest),
+    )  # fmt: skip
     trace.steps = table.steps
-    tell(trace, record, scene, settings.law_of(scene))
     return trace
 
 

@@ -29,8 +29,7 @@ class Settings(NamedTuple):
     The step ``dt`` is in s, and None for solvers without one. By default the scene's law answers
     the contacts. A solver with steps calls ``on_time`` now and then with its present time (s).
     Solvers with the contact engine play a ``variant``, which shows what depends on policies.
-    ``measures_policies`` tells whether a run measures this by playing variants. Without
-    ``compiled``, Python plays the run even if compiled shots are loaded. What is left out at
+    ``measures_policies`` tells whether a run measures this by playing variants. What is left out at
     a contact that persists, and one piece of its motion, may move a ball by the
     ``contact_tolerance`` (m), if the solver plays to one.
     """
@@ -42,7 +41,6 @@ class Settings(NamedTuple):
     on_time: OnTime | None = None
     variant: Variant = AS_IT_IS
     measures_policies: bool = True
-    compiled: bool = True
     contact_tolerance: float = CONTACT_TOLERANCE
 
     def law_of(self, scene: Scene) -> Law:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from pool_pymunk.core.record import POCKET
 from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.plain import (
@@ -22,17 +23,15 @@ from pool_pymunk.model.plain import (
     whole,
 )
 from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
+from pool_pymunk.results.persistent import contacts_of
 from pool_pymunk.results.run import Run, made_later, read_times
-from pool_pymunk.results.trace import NEVER_SETTLES, POCKET, ZERO_SLIP, Trace, farthest
+from pool_pymunk.results.trace import NEVER_SETTLES, ZERO_SLIP, Trace, farthest
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.results.words import counted
 from pool_pymunk.solvers.frozen import DECIDED, nudged, touching
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings, Solver
 from pool_pymunk.solvers.registry import PYMUNK
 from pool_pymunk.solvers.registry import SOLVERS as SOLVERS
-
-if TYPE_CHECKING:
-    from pool_pymunk.results.persistent import PersistentContact
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
@@ -173,7 +172,7 @@ class Request(NamedTuple):
             sample_times=self.times,
             off=start.off.union(taken),
             policies=frozenset(trace.policies),
-            persistent=_persistent(trace, ids),
+            persistent=contacts_of(trace.persisted, ids),
             contact_tolerance=self.settings.contact_tolerance if self.solver.to_tolerance else None,
             known_shift=shift,
             variants=trace.variants,
@@ -190,15 +189,6 @@ class Request(NamedTuple):
         bounds = self.settings._replace(max_events=min(most or listed, listed))
         trace = self._replace(settings=bounds)._solve(start, variant)
         return self._run(shot, start, trace, 0.0, None)
-
-
-def _persistent(trace: Trace, ids: Sequence[str]) -> tuple[PersistentContact, ...]:
-    """Return the contacts that persisted."""
-    if not trace.persisted:
-        return ()
-    from pool_pymunk.results.persistent import contacts_of
-
-    return contacts_of(trace.persisted, ids)
 
 
 def with_law(scene: Scene, law: str) -> Scene:
@@ -261,7 +251,6 @@ def request(
         max_events=_given("max_events", max_events, whole(1)) or NEVER_SETTLES,
         law=law if isinstance(law, Law) else None,
         on_time=on_time,
-        compiled=compiled,
         contact_tolerance=left_out or CONTACT_TOLERANCE,
     )
     at = None if times is None else read_times(times)

@@ -6,18 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.motion.surface import Rolling, Sliding
-from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.touches import Corner
-from pool_pymunk.laws import Law, law_in_core
-from pool_pymunk.model import Scene, State
+from pool_pymunk.model import Scene
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.solvers.in_core import balls_of, table_of
-from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 
 
 class Pausing(Recorder):
@@ -32,18 +27,6 @@ def check_surface(scene: Scene) -> None:
     if type(scene.surface) not in (Sliding, Rolling):
         message = "is a surface of your own, and has no derivatives"
         raise setting_error("surface", type(scene.surface).__name__, message)
-
-
-def engine_of(scene: Scene, start: State, law: Law, tolerance: float | None) -> Engine:
-    """Return an engine that has a scene's balls on their first paths."""
-    table = table_of(scene)
-    balls = balls_of(scene, start, table)
-    persistence = persistence_of(table, balls, tolerance or CONTACT_TOLERANCE)
-    engine = Engine(table, balls, law_in_core(law), Recorder(), persistence)
-    for id_ in start.off:
-        i = scene.index[id_]
-        engine.remove(balls[i], start.position[i])
-    return engine
 
 
 def inputs_of(scene: Scene, starts: Array, numbers: Sequence[Array]) -> Inputs:

@@ -29,11 +29,11 @@ from pool_pymunk.model.problems import SettingError, setting_error
 from pool_pymunk.results.run import Run, points
 from pool_pymunk.results.trace import NEVER_SETTLES
 from pool_pymunk.solvers import find_solver
+from pool_pymunk.solvers.by_core import engine_of
 from pool_pymunk.solvers.small_changes import (
     Pausing,
     check_surface,
     corners_of,
-    engine_of,
     inputs_of,
 )
 
