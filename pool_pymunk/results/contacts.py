@@ -77,7 +77,7 @@ class ContactRow:
 
 
 class MovingBall(NamedTuple):
-    """How fast a ball moves and rolls (m/s)."""
+    """A ball has this velocity and this roll (m/s)."""
 
     velocity: Point
     roll: Point = NONE
@@ -109,7 +109,7 @@ class TrackedBall:
         rows = rows[:-1] if ball.id in run.pocketed else rows  # The last one is in the pocket.
         self.mass, self.radius = ball.mass, ball.radius
         self.rows, self.times = rows.tolist(), rows[:, 0].tolist()
-        self.rolls = run.rolls[number].tolist() if run.scene.surface.rolls else []
+        self.rolls = run._rolls[number].tolist() if run.scene.surface.rolls else []
         self.step_loss = run.scene.surface.pull * (run.dt or 0.0)  # m/s
         self.contacts = defaultdict[float, list[Met]](list)  # by instants
         self.rounds = list[RoundOfHits]()  # of the contacts to come at this instant

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 IMPULSES = ("impulse", "tangential", "tangential_first")
 
@@ -49,10 +53,16 @@ class Event:
 
     def as_dict(self) -> dict[str, object]:
         """Return the event as it stands in the JSON."""
-        said = {"t": self.t, "kind": self.kind, "balls": list(self.balls)}
-        said |= {"cushion": self.cushion, "pocket": self.pocket, "patch": self.patch}
-        said |= dict(zip(IMPULSES, self.impulses, strict=True))
-        return {key: value for key, value in said.items() if value is not None}
+        return parts_of(self)
+
+
+def parts_of(row: DataclassInstance) -> dict[str, object]:
+    """Return what is known of an event or a contact for the JSON; a tuple is a list there."""
+    said = {each.name: getattr(row, each.name) for each in fields(row)}
+    return {
+        key: list(value) if isinstance(value, tuple) else value
+        for key, value in said.items() if value is not None
+    }  # fmt: skip
 
 
 def two(balls: tuple[str, ...]) -> tuple[str, str]:

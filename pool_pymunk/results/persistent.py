@@ -11,6 +11,7 @@ import numpy as np
 
 from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
+from pool_pymunk.results.events import parts_of
 from pool_pymunk.results.motion import roll_rates
 
 if TYPE_CHECKING:
@@ -51,9 +52,7 @@ class PersistentContact:
 
     def as_dict(self) -> dict[str, object]:
         """Return the contact as it stands in the JSON."""
-        said: dict[str, object] = {"balls": list(self.balls)}
-        said |= {} if self.cushion is None else {"cushion": self.cushion}
-        return said | {"since": self.since, "until": self.until, "impulse": list(self.impulse)}
+        return parts_of(self)
 
 
 def contacts_of(

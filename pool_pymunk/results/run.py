@@ -199,7 +199,7 @@ class Run:
         """
         if not self.scene.surface.rolls:
             raise setting_error("scene", self.scene.title, NO_ROLLING)
-        last, t = self._last_of(self.rolls, times)
+        last, t = self._last_of(self._rolls, times)
         return np.asarray(last[..., 1:3] + (t - last[..., 0])[..., np.newaxis] * last[..., 3:])
 
     def _last_of(self, tables: Sequence[Array], times: object) -> tuple[Array, Array]:
@@ -212,7 +212,7 @@ class Run:
         return np.stack(last, axis=-2), t[..., np.newaxis]
 
     @cached_property
-    def rolls(self) -> tuple[Array, ...]:
+    def _rolls(self) -> tuple[Array, ...]:
         """For each ball the time (s) of each breakpoint, its roll (m/s), and how fast it changes.
 
         The change (m/s^2) is that of a ball alone, or while a contact persists that to the next

@@ -171,10 +171,8 @@ class Trace:
                 found.append(Event(t, kind, names, pocket=pockets[where].id))
             elif kind == PATCH:
                 found.append(Event(t, kind, names, patch=where))
-            elif push is None:
-                found.append(Event(t, kind, names, where))
             else:
-                pushes = push() if callable(push) else push
+                pushes = (push() if callable(push) else push) or ()
                 found.append(Event(t, kind, names, where, None, *pushes))
         return tuple(found)
 

@@ -268,8 +268,12 @@ class Forecast:
         found = self.places.copy()
         for k, of_balls in self.seen.items():
             for i, rows in of_balls.items():
-                found[rows] -= places_of(runs[k], i, self.times[rows])
+                found[rows] -= runs[k].at(self.until(runs[k], rows))[0][:, i]
         return found
+
+    def until(self, run: Run, rows: Any) -> Array:
+        """Return when (s) the places in these ``rows`` were measured, at the end at the latest."""
+        return np.asarray(np.minimum(self.times[rows], run.duration))
 
     def derivatives(self, values: Array) -> tuple[Array, tuple[str, ...]]:
         """Return the derivatives (M, 2, P) of the predicted places, and what runs warn of."""
@@ -284,22 +288,13 @@ class Forecast:
             run = known.run
             warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
             for i, rows in self.seen.get(k, {}).items():
-                times = np.minimum(self.times[rows], run.duration)
-                found[rows] = known.changes.at(times, i)
+                found[rows] = known.changes.at(self.until(run, rows), i)
         return found, tuple(warnings)
 
     def jacobian(self, values: Array, used: Mask) -> Array:
         """Return the derivatives (2 U, P) of the ``used`` places; 0 where there is none."""
         found = self.derivatives(values)[0][used]
         return np.nan_to_num(found).reshape(2 * len(found), len(self.names))
-
-
-def places_of(run: Run, ball: int, times: Array) -> Array:
-    """Return the places (T, 2) of one ball in m, at times (s); one after the end counts as that."""
-    rows, t = run.knots[ball], np.minimum(times, run.duration)
-    last = rows.take(np.searchsorted(rows[:, 0], t, side="right") - 1, axis=0)
-    time = (t - last[:, 0])[:, np.newaxis]
-    return np.asarray(last[:, 1:3] + time * (last[:, 3:5] + time * last[:, 5:7] / 2.0))
 
 
 def _size(scene: Scene, name: str) -> float:
