@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import sys
@@ -355,6 +356,26 @@ def test_to_frame_is_the_table_of_samples(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match=r"^to_frame needs pandas: pip install pandas$"):
         run.to_frame()
+
+
+@pytest.mark.parametrize("what", ["samples", "events", "persistent", "contacts"])
+def test_tables_say_the_same_in_all_their_forms(what: Any, tmp_path: Path) -> None:
+    run = simulate(load("eight-ball"), 1, solver="event-driven", max_time=1.0)
+    table = run.table(what, run.scene.units)
+    table.csv(tmp_path / "table.csv")
+    with (tmp_path / "table.csv").open(newline="", encoding="utf-8") as file:
+        heading, *lines = csv.reader(file)
+    rows, columns = table.json(), table.arrays()
+    assert len(lines) == len(rows) and len(heading) == len(columns)
+    assert (what == "persistent") == (not rows)
+    for k, (key, column) in enumerate(columns.items()):
+        assert heading[k].startswith(key) and len(column) == len(rows)
+        for cell, value, row in zip(
+            [line[k] for line in lines], column.tolist(), rows, strict=True
+        ):
+            said = row[key]
+            assert cell == ("" if said is None else str(said))
+            assert value == said or (said is None and (value in ("", -1) or math.isnan(value)))
 
 
 @pytest.mark.parametrize("what", ["start", "end", "energy"])

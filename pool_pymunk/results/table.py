@@ -31,7 +31,8 @@ class TableColumn(NamedTuple):
     The heading is the key if none is given. A ``unit`` stands in brackets behind it, and in CSV
     behind the key. So many ``digits`` of the column's largest number are printed, or two of its
     smallest. Columns are aligned to the right, or to the ``left`` if texts may be longer than a
-    line. In arrays ``missing`` stands for None: its type is that of the column.
+    line. In arrays ``missing`` stands for None, and its type is that of the array; by default it is
+    an empty text in a column with texts, and nan in others.
     """
 
     key: str
@@ -39,7 +40,7 @@ class TableColumn(NamedTuple):
     unit: str = ""
     digits: int | None = None
     left: bool = False
-    missing: float | str = math.nan
+    missing: float | str | None = None
 
     @property
     def in_files(self) -> str:
@@ -55,6 +56,13 @@ class TableColumn(NamedTuple):
     def texts(self, values: Sequence[Any]) -> list[str]:
         """Return the cells as a terminal shows them."""
         return alike(values, largest=self.digits)
+
+    def array(self, values: Sequence[Any]) -> NDArray[Any]:
+        """Return the cells as an array."""
+        missing = self.missing
+        if missing is None:
+            missing = "" if any(isinstance(value, str) for value in values) else math.nan
+        return np.array([missing if each is None else each for each in values], type(missing))
 
     def words(self, values: Sequence[Any]) -> list[str]:
         """Return what may not be broken: words of the title, and cells, or their words."""
@@ -80,10 +88,13 @@ class ResultTable:
     columns: Columns
     rows: Iterable[Sequence[Any]]
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rows", list(self.rows))  # They may be read again.
+
     @classmethod
     def of(cls, columns: Mapping[Any, Iterable[Any]]) -> Self:
         """Return the table that has these columns."""
-        return cls(tuple(columns), list(zip(*columns.values(), strict=True)))
+        return cls(tuple(columns), zip(*columns.values(), strict=True))
 
     @property
     def fields(self) -> list[TableColumn]:
@@ -104,16 +115,18 @@ class ResultTable:
         return [dict(zip(keys, row, strict=True)) for row in rows]
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return an array for each column; what is None there is what the column says.
+        """Return an array for each column, with what is missing there in place of None.
 
-        >>> ResultTable(("t", TableColumn("ball", missing="")), [(0.5, "C"), (None, None)]).arrays()
+        >>> ResultTable(("t", "ball"), [(0.5, "C"), (None, None)]).arrays()
         {'t': array([0.5, nan]), 'ball': array(['C', ''], dtype='<U1')}
         """
-        values = list(zip(*self.rows, strict=True)) or [()] * len(self.columns)
         return {
-            each.key: np.array([each.missing if v is None else v for v in its], type(each.missing))
-            for each, its in zip(self.fields, values, strict=True)
+            one.key: one.array(its) for one, its in zip(self.fields, self._cells(), strict=True)
         }
+
+    def _cells(self) -> list[Sequence[Any]]:
+        """Return the cells of each column, without those of empty rows."""
+        return list(zip(*filter(None, self.rows), strict=True)) or [()] * len(self.columns)
 
     def to_frame(self) -> Any:
         """Return a pandas DataFrame; raise ImportError where pandas is not installed."""
@@ -125,10 +138,9 @@ class ResultTable:
 
     def within(self, width: int) -> Iterator[ResultTable]:
         """Yield tables for lines of so many characters; each of them has the first column."""
-        rows, parts, room = list(self.rows), [[0]], 0
-        for k, column in enumerate(self.fields):
-            words = column.words([row[k] for row in rows if row])
-            needed = max(map(len, words)) + GAP
+        parts, room = [[0]], 0
+        for k, (column, its) in enumerate(zip(self.fields, self._cells(), strict=True)):
+            needed = max(map(len, column.words(its))) + GAP
             if k == 0:
                 first = room = needed
                 continue
@@ -138,7 +150,7 @@ class ResultTable:
             parts[-1].append(k)
             room += needed
         for part in parts:
-            chosen = [[row[k] for k in part if row] for row in rows]
+            chosen = [[row[k] for k in part if row] for row in self.rows]
             yield ResultTable([self.fields[k] for k in part], chosen)
 
     def rich(self) -> Printed:
@@ -150,15 +162,14 @@ class ResultTable:
         from rich.table import Table as Printed
 
         printed = Printed(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-        rows = list(self.rows)
-        values = list(zip(*filter(None, rows), strict=True)) or [()] * len(self.columns)
+        values = self._cells()
         for column, its in zip(self.fields, values, strict=True):
             aligned: Literal["left", "right"] = "left" if column.left else "right"
             words = BREAK.split(column.title) if column.left else column.words(its)
             heading = "\n".join(wrap(column.title, max(1, *map(len, words))))
             printed.add_column(heading.replace(NO_BREAK, " "), justify=aligned, overflow="fold")
         texts = zip(*map(TableColumn.texts, self.fields, values), strict=True)
-        for row in rows:
+        for row in self.rows:
             printed.add_row(*next(texts)) if row else printed.add_section()
         return printed
 
