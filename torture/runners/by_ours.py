@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
+from pool_pymunk import simulate
+from pool_pymunk.studies.stability.known import Disc, known_scenes
 from torture.runners.common import serve, setting
 
 DOCS = "docs/solver-and-step.md"
@@ -24,25 +26,14 @@ SETTINGS = {
     "event-driven": setting({"solver": "event-driven"}, "the default of studies; no step", DOCS),
     "pymunk, 1/60 s": setting({"solver": "pymunk", "dt": 1 / 60}, "the default step", DOCS),
 }
+BY_NAME = {scene.name: scene for scene in known_scenes()}
 
 
 def play(scene: dict[str, Any], balls: Any, times: list[float], given: dict[str, Any]) -> Any:
     """Play by a solver, and look at the run at the times."""
-    discs = tuple(
-        Ball(str(i), (x, y), r, m, velocity=(vx, vy), roll=scene["roll"])
-        for i, (x, y, vx, vy, r, m) in enumerate(balls)
-    )
-    table = Table(tuple((x, y) for x, y in scene["walls"])) if scene["walls"] else None
-    run = simulate(
-        Scene(
-            discs,
-            table,
-            Restitution(scene["restitution"], cushion=scene["wall_restitution"]),
-            Friction(scene["friction"], rolling=scene["rolling"]),
-            physics=Physics(gravity=9.81, max_time=times[-1]),
-        ),
-        **given,
-    )
+    discs = tuple(Disc(*ball) for ball in balls)
+    known = replace(BY_NAME[scene["name"]], balls=discs, time=times[-1])
+    run = simulate(known.scene, **given)
     states: list[list[list[float]]] = np.concatenate(run.at(times), axis=2).tolist()
     return states
 
