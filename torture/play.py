@@ -21,8 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pool_pymunk.studies.stability.known import KnownScene
-from torture.scenes import SCENES, judge
+from torture.scenes import SCENES, Scene, judge
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
@@ -96,7 +95,7 @@ class Player:
         answer: dict[str, Any] = json.loads(line)
         return answer
 
-    def play(self, scene: KnownScene, setting: str) -> dict[str, Any]:
+    def play(self, scene: Scene, setting: str) -> dict[str, Any]:
         """Return its answer to a scene."""
         if self.process.poll() is not None:
             self.start()
@@ -117,7 +116,7 @@ def player(name: str, python: str | None = None) -> Iterator[Player]:
         somebody.process.wait()
 
 
-def result(scene: KnownScene, answer: dict[str, Any]) -> dict[str, Any]:
+def result(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
     """Return what is kept of an answer: errors by check, and the time."""
     if not ("states" in answer or "gradient" in answer):
         return answer
@@ -127,7 +126,7 @@ def result(scene: KnownScene, answer: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def timed(scene: KnownScene, peer: Player, ours: Player) -> dict[str, Any]:
+def timed(scene: Scene, peer: Player, ours: Player) -> dict[str, Any]:
     """Return errors and best times (s) by setting; ours and the peer take turns."""
     measured: dict[str, Any] = {}
     scene = replace(scene, looks=1)
@@ -157,12 +156,12 @@ def machine() -> dict[str, Any]:
             "cores": os.cpu_count()}  # fmt: skip
 
 
-def is_for(given: dict[str, Any], scene: KnownScene) -> bool:
+def is_for(given: dict[str, Any], scene: Scene) -> bool:
     """Tell whether a setting is for this scene: some are for timing, or for scenes of a kind."""
     return not given.get("ladder") and scene.plain().get(given.get("only", "name")) is not False
 
 
-def play(name: str, scenes: list[KnownScene], python: str | None) -> dict[str, Any]:
+def play(name: str, scenes: list[Scene], python: str | None) -> dict[str, Any]:
     """Play scenes by every setting of a simulator, and return the results."""
     out: dict[str, Any] = {"name": name}
     with player(name, python) as peer, player(OURS) as ours:

@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from pool_pymunk.studies.stability.known import KnownScene
 from torture.play import HERE, PACKAGES, ROOT
-from torture.scenes import SCENES
+from torture.scenes import SCENES, Scene
 
 PAGES = ROOT / "docs" / "beside-others.md", HERE / "README.md"
 PICTURE = ROOT / "docs" / "figures" / "beside-others.svg"
@@ -42,7 +41,7 @@ def short(number: float) -> str:
     return re.sub(r"e([-+])0*", r"e\1", f"{number:.2g}").replace("e+", "e")
 
 
-def verdict(scene: KnownScene, row: dict[str, Any]) -> str:
+def verdict(scene: Scene, row: dict[str, Any]) -> str:
     """Return the cell of one setting: survives, off by x, or not offered."""
     if "not offered" in row:
         return "not offered"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from pool_pymunk import simulate
-from pool_pymunk.studies.stability.known import Disc, known_scenes
+from pool_pymunk.studies.stability.known import scene_of
 from torture.runners.common import serve, setting
 
 DOCS = "docs/solver-and-step.md"
@@ -26,14 +25,11 @@ SETTINGS = {
     "event-driven": setting({"solver": "event-driven"}, "the default of studies; no step", DOCS),
     "pymunk, 1/60 s": setting({"solver": "pymunk", "dt": 1 / 60}, "the default step", DOCS),
 }
-BY_NAME = {scene.name: scene for scene in known_scenes()}
 
 
 def play(scene: dict[str, Any], balls: Any, times: list[float], given: dict[str, Any]) -> Any:
     """Play by a solver, and look at the run at the times."""
-    discs = tuple(Disc(*ball) for ball in balls)
-    known = replace(BY_NAME[scene["name"]], balls=discs, time=times[-1])
-    run = simulate(known.scene, **given)
+    run = simulate(scene_of(scene | {"balls": balls, "time": times[-1]}), **given)
     states: list[list[list[float]]] = np.concatenate(run.at(times), axis=2).tolist()
     return states
 

@@ -22,7 +22,7 @@ from pool_pymunk.model import (
     Table,
 )
 from pool_pymunk.studies.stability import claims as must
-from pool_pymunk.studies.stability.known import REST, known_answers, rack
+from pool_pymunk.studies.stability.known import known_answers
 from pool_pymunk.studies.stability.trial import LISTED, Case, Extreme
 
 EXTREMES: list[Extreme] = []
@@ -47,6 +47,7 @@ def extreme(name: str, about: str, *laws: str, **more: Any) -> Callable[[Cases],
 
 R = 2.0**-5  # m; sizes and places are short binary numbers, so that balls touch exactly
 M = 0.2  # kg
+REST = (0.0, 0.0)  # m/s
 LIVELY = Restitution(ball_ball=0.9, cushion=0.7)
 CLOTH = Friction(surface=0.1, cushion=0.2, ball_ball=0.05)
 SMOOTH = Friction()
@@ -122,6 +123,15 @@ def crowd(count: int, box: float) -> list[Row]:
     pitch = box / side
     places = (((k % side + 0.5) * pitch, (k // side + 0.5) * pitch) for k in range(count))
     return [(*place, *unit(rng.uniform(0.0, 360.0))) for place in places]
+
+
+def rack(gap: float) -> list[Row]:
+    """Return a triangle of fifteen balls, each with a gap (m) to the next ones."""
+    pitch = 2.0 * R + gap
+    return [
+        (1.25 + row * pitch * math.sqrt(0.75), (k - row / 2.0) * pitch, *REST)
+        for row in range(5) for k in range(row + 1)
+    ]  # fmt: skip
 
 
 # On a table of 2 m by 1 m, two balls move among others that rest; three of those touch.
@@ -235,7 +245,7 @@ def origins() -> Iterator[Case]:
 def racks() -> Iterator[Case]:
     """Hit a rack of 15 head-on: the break stays symmetric."""
     for gap in (1e-6, 1e-9, 1e-12, 1e-15, 0.0):
-        rows, table = [(0.5, 0.0, 4.0, 0.0), *rack(2.0 * R + gap)], rectangle(2.0, 1.0, (0.0, -0.5))
+        rows, table = [(0.5, 0.0, 4.0, 0.0), *rack(gap)], rectangle(2.0, 1.0, (0.0, -0.5))
         scene = scene_of(rows, table, Restitution(0.95, None, 0.7), CLOTH)
         yield Case(f"gaps of {gap:g} m", scene, (must.mirrored,))
 
@@ -491,7 +501,7 @@ def soft_breaks() -> Iterator[Case]:
     for label, gap, speed in (
         ("1 m/s", 0.0, 1.0), ("0.25 m/s", 0.0, 0.25), ("0.25 m/s, gaps of 1e-6 m", 1e-6, 0.25),
     ):  # fmt: skip
-        rows = [(1.0, 0.0, speed, 0.0, 1.0), *rack(2.0 * R + gap)]
+        rows = [(1.0, 0.0, speed, 0.0, 1.0), *rack(gap)]
         table, restitution = rectangle(2.0, 1.0, (0.0, -0.5)), Restitution(0.95, None, 0.7)
         scene = scene_of(rows, table, restitution, friction)
         yield Case(label, scene, max_events=1_000, slow=gap == 0.0)
