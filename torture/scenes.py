@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pool_pymunk.model import Point, Table
+from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
-from pool_pymunk.studies.stability.claims import beyond, deepest_overlap
+from pool_pymunk.studies.stability.claims import deepest_overlap
 from pool_pymunk.studies.stability.known import FILE
+from torture.runners.common import sides
 
 
 class Ball(NamedTuple):
@@ -79,10 +80,7 @@ class Scene:
     @property
     def needs(self) -> tuple[str, ...]:
         """What a simulator must offer to play this."""
-        upright = all(
-            0.0 in (a[0] - b[0], a[1] - b[1])
-            for a, b in zip(self.walls, self.walls[1:] + self.walls[:1], strict=True)
-        )
+        upright = all(a[0] == b[0] or a[1] == b[1] for a, b in sides(self.walls))
         asked = {
             "restitution below 1": min(self.restitution, self.wall_restitution) < 1.0,
             "friction of sliding discs": self.friction > 0.0 and self.rolling is None,
@@ -129,7 +127,8 @@ def _error(scene: Scene, check: Check, answer: dict[str, Any]) -> float:
     if check.kind == "overlap":
         return deepest_overlap(points, radii)
     if check.kind == "inside":
-        return max(0.0, float(beyond(Table(scene.walls), points, radii).max()))
+        depths = [float((radii - _inwards(points, *side)).max()) for side in sides(scene.walls)]
+        return max(0.0, *depths)
     if check.kind == "energy":
         starts = np.array([ball[:4] for ball in scene.balls])
         return abs(energy(scene, last) / energy(scene, starts) - 1.0)
@@ -138,6 +137,12 @@ def _error(scene: Scene, check: Check, answer: dict[str, Any]) -> float:
         return float(np.hypot(*(one - other * (1.0, -1.0)).T).max())
     vectors = last[:, :2] if check.kind == "ends" else last[:, 2:]
     return float(np.hypot(*(vectors - check.answer).T).max())
+
+
+def _inwards(points: Array, a: Point, b: Point) -> Array:
+    """Return how far (m) points are from the straight line through a wall, on its inner side."""
+    x, y = np.moveaxis(points - np.array(a), -1, 0)
+    return np.asarray((b[0] - a[0]) * y - (b[1] - a[1]) * x) / math.dist(a, b)
 
 
 def energy(scene: Scene, state: Array) -> float:
