@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from oracle.reference import reference_run
 
-from pool_pymunk import Ball, Physics, Restitution, Scene, Table, simulate
-from pool_pymunk.studies.stability.known import FILE
+from pool_pymunk import simulate
+from pool_pymunk.studies.stability.known import FILE, scene_of
 from torture import show
 from torture.play import PACKAGES, is_for, result
 from torture.runners import by_ours, common
@@ -61,18 +61,9 @@ def test_errors_are_far_below_the_tolerances() -> None:
 
 
 def test_six_balls_are_those_of_forty_digits() -> None:
-    given = BY_NAME["six balls"]
-    scene = Scene(
-        tuple(
-            Ball(str(i), (b.x, b.y), b.r, b.m, velocity=(b.vx, b.vy))
-            for i, b in enumerate(given.balls)
-        ),
-        Table(given.walls),
-        Restitution(1.0, cushion=1.0),
-        physics=Physics(max_time=given.time),
-    )
+    scene = scene_of(ENTRIES["six balls"])
     exact = reference_run(scene).final
-    known = given.checks[0].answer
+    known = known_of(ENTRIES["six balls"])["ends"]
     assert max(math.dist(end, right) for end, right in zip(exact, known, strict=True)) < 1e-15
     assert len(simulate(scene, solver="event-driven").events) == 9
 

@@ -26,10 +26,10 @@ class Ball(NamedTuple):
 
     x: float
     y: float
-    vx: float = 0.0
-    vy: float = 0.0
-    r: float = 0.03
-    m: float = 0.17
+    vx: float
+    vy: float
+    r: float
+    m: float
 
 
 class Check(NamedTuple):
