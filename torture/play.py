@@ -15,8 +15,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -75,10 +74,10 @@ def _python(name: str) -> str:
 
 
 class Player:
-    """A player is a simulator that plays scenes in a process of its own."""
+    """A player is a simulator that plays scenes in a process of its own, which ends with it."""
 
-    def __init__(self, name: str, python: Path) -> None:
-        self.command = [str(python), "-m", f"torture.runners.by_{name}"]
+    def __init__(self, name: str, python: str | None = None) -> None:
+        self.command = [str(environment(name, python)), "-m", f"torture.runners.by_{name}"]
         self.start()
 
     def start(self) -> None:
@@ -104,16 +103,10 @@ class Player:
         print(json.dumps(request), file=self.process.stdin, flush=True)
         return self._read()
 
-
-@contextmanager
-def player(name: str, python: str | None = None) -> Iterator[Player]:
-    """Start a simulator, and end its process afterwards."""
-    somebody = Player(name, environment(name, python))
-    try:
-        yield somebody
-    finally:
-        somebody.process.kill()
-        somebody.process.wait()
+    def close(self) -> None:
+        """End its process."""
+        self.process.kill()
+        self.process.wait()
 
 
 def result(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
@@ -133,10 +126,8 @@ def timed(scene: Scene, peer: Player, ours: Player) -> dict[str, Any]:
     for setting, about in peer.about["settings"].items():
         if "only" in about["given"]:
             continue
-        began = time.monotonic()
+        ends = time.monotonic() + AT_MOST
         for _ in range(ROUNDS):
-            if time.monotonic() - began > AT_MOST:
-                break
             answer = result(scene, peer.play(scene, setting))
             if "seconds" not in answer:
                 break
@@ -144,6 +135,8 @@ def timed(scene: Scene, peer: Player, ours: Player) -> dict[str, Any]:
             best = measured.setdefault(setting, answer | {"beside": beside})
             best["seconds"] = min(best["seconds"], answer["seconds"])
             best["beside"] = float(f"{min(best['beside'], beside):.3g}")
+            if time.monotonic() > ends:
+                break
     return measured
 
 
@@ -164,7 +157,7 @@ def is_for(given: dict[str, Any], scene: Scene) -> bool:
 def play(name: str, scenes: list[Scene], python: str | None) -> dict[str, Any]:
     """Play scenes by every setting of a simulator, and return the results."""
     out: dict[str, Any] = {"name": name}
-    with player(name, python) as peer, player(OURS) as ours:
+    with closing(Player(name, python)) as peer, closing(Player(OURS)) as ours:
         out |= {"versions": peer.about["versions"], "machine": machine()}
         out["settings"] = peer.about["settings"]
         out |= {"scenes": {}, "timed": {}}

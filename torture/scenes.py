@@ -1,22 +1,24 @@
 """This module reads the scenes of the torture suite, each with a known answer and its source.
 
-They stand in `scenes.json`, which `python -m torture.export` makes of the extremes of
-`pool-pymunk stability`. A scene is data and needs no simulator: a runner gets `plain()` as JSON,
-and `judge()` says how far an answer is from the known one. Lengths are in m, speeds in m/s, masses
-in kg.
+They stand in `pool_pymunk/studies/stability/known.json`, because `pool-pymunk stability` plays
+them, too. A scene is data: a runner gets `plain()` as JSON, and `judge()` says how far an answer is
+from the known one. Lengths are in m, speeds in m/s, masses in kg.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
-Pair = tuple[float, float]
-State = Sequence[Sequence[float]]  # x, y, vx, vy of each ball
+import numpy as np
+
+from pool_pymunk.model import Point
+from pool_pymunk.model.arrays import Array
+from pool_pymunk.studies.stability.claims import deepest_overlap
+from pool_pymunk.studies.stability.known import FILE
+from torture.runners.common import sides
 
 
 class Ball(NamedTuple):
@@ -24,10 +26,10 @@ class Ball(NamedTuple):
 
     x: float
     y: float
-    vx: float = 0.0
-    vy: float = 0.0
-    r: float = 0.03
-    m: float = 0.17
+    vx: float
+    vy: float
+    r: float
+    m: float
 
 
 class Check(NamedTuple):
@@ -58,7 +60,7 @@ class Scene:
     balls: tuple[Ball, ...]
     time: float
     checks: tuple[Check, ...]
-    walls: tuple[Pair, ...] = ()
+    walls: tuple[Point, ...] = ()
     restitution: float = 1.0
     wall_restitution: float = 1.0
     friction: float = 0.0
@@ -78,10 +80,7 @@ class Scene:
     @property
     def needs(self) -> tuple[str, ...]:
         """What a simulator must offer to play this."""
-        upright = all(
-            0.0 in (a[0] - b[0], a[1] - b[1])
-            for a, b in zip(self.walls, self.walls[1:] + self.walls[:1], strict=True)
-        )
+        upright = all(a[0] == b[0] or a[1] == b[1] for a, b in sides(self.walls))
         asked = {
             "restitution below 1": min(self.restitution, self.wall_restitution) < 1.0,
             "friction of sliding discs": self.friction > 0.0 and self.rolling is None,
@@ -120,66 +119,45 @@ def judge(scene: Scene, answer: dict[str, Any]) -> list[tuple[Check, float]]:
 
 def _error(scene: Scene, check: Check, answer: dict[str, Any]) -> float:
     if check.kind == "gradient":
-        known = zip(answer["gradient"], check.answer, strict=True)
-        return float(max(abs(a - b) for a, b in known))
-    states: list[State] = answer["states"]
-    if any(not math.isfinite(number) for row in states[-1] for number in row):
+        return float(np.abs(np.subtract(answer["gradient"], check.answer)).max())
+    states = np.array(answer["states"])  # x, y, vx, vy of each ball at each look
+    points, last, radii = states[..., :2], states[-1], np.array([ball.r for ball in scene.balls])
+    if not np.isfinite(last).all():
         return math.inf
     if check.kind == "overlap":
-        return max(_overlap(scene, state) for state in states)
+        return deepest_overlap(points, radii)
     if check.kind == "inside":
-        return max(_outside(scene, state) for state in states)
+        depths = [float((radii - _inwards(points, *side)).max()) for side in sides(scene.walls)]
+        return max(0.0, *depths)
     if check.kind == "energy":
-        return abs(energy(scene, states[-1]) / energy(scene, _starts(scene)) - 1.0)
+        starts = np.array([ball[:4] for ball in scene.balls])
+        return abs(energy(scene, last) / energy(scene, starts) - 1.0)
     if check.kind == "mirror":
-        pairs = [(states[-1][i], states[-1][j]) for i, j in check.answer]
-        return max(math.dist((a[0], a[1]), (b[0], -b[1])) for a, b in pairs)
-    columns = slice(0, 2) if check.kind == "ends" else slice(2, 4)
-    ends = [row[columns] for row in states[-1]]
-    known = zip(ends, check.answer, strict=True)
-    return float(max(math.dist(end, right) for end, right in known if right is not None))
+        one, other = last[np.transpose(check.answer), :2]
+        return float(np.hypot(*(one - other * (1.0, -1.0)).T).max())
+    vectors = last[:, :2] if check.kind == "ends" else last[:, 2:]
+    return float(np.hypot(*(vectors - check.answer).T).max())
 
 
-def _starts(scene: Scene) -> State:
-    return [ball[:4] for ball in scene.balls]
+def _inwards(points: Array, a: Point, b: Point) -> Array:
+    """Return how far (m) points are from the straight line through a wall, on its inner side."""
+    x, y = np.moveaxis(points - np.array(a), -1, 0)
+    return np.asarray((b[0] - a[0]) * y - (b[1] - a[1]) * x) / math.dist(a, b)
 
 
-def energy(scene: Scene, state: State) -> float:
-    """Return the kinetic energy of discs, and that of their heights (J)."""
-    return sum(
-        ball.m * ((vx * vx + vy * vy) / 2 - scene.gravity * y)
-        for ball, (_, y, vx, vy) in zip(scene.balls, state, strict=True)
-    )
+def energy(scene: Scene, state: Array) -> float:
+    """Return the kinetic energy of discs, by their x, y, vx, vy, and that of their heights (J)."""
+    mass, (_, y, vx, vy) = np.array([ball.m for ball in scene.balls]), state.T
+    return float((mass * ((vx * vx + vy * vy) / 2.0 - scene.gravity * y)).sum())
 
 
-def _overlap(scene: Scene, state: State) -> float:
-    """Return how deep two balls are in each other, at most."""
-    rows = [(row[0], row[1], ball.r) for row, ball in zip(state, scene.balls, strict=True)]
-    pairs = [(a, b) for i, a in enumerate(rows) for b in rows[:i]]
-    return max(max(0.0, a[2] + b[2] - math.dist(a[:2], b[:2])) for a, b in pairs)
+def read(entry: dict[str, Any]) -> Scene:
+    """Return a scene from its JSON, without what the stability study alone reads."""
+    numbers = {key: value for key, value in entry.items() if key not in ("also", "case", "slow")}
+    balls = tuple(Ball(*ball) for ball in entry["balls"])
+    checks = tuple(Check(*check) for check in entry["checks"])
+    walls = tuple((x, y) for x, y in entry.get("walls", ()))
+    return Scene(**numbers | {"balls": balls, "checks": checks, "walls": walls})
 
 
-def _outside(scene: Scene, state: State) -> float:
-    """Return how far a ball's edge is beyond a wall, at most; the outline is convex."""
-    worst = 0.0
-    for (ax, ay), (bx, by) in zip(scene.walls, scene.walls[1:] + scene.walls[:1], strict=True):
-        length = math.hypot(bx - ax, by - ay)
-        for (x, y, *_), ball in zip(state, scene.balls, strict=True):
-            inwards = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / length
-            worst = max(worst, ball.r - inwards)
-    return worst
-
-
-# -- the scenes --------------------------------------------------------------------------------
-
-
-def read(told: dict[str, Any]) -> Scene:
-    """Return a scene from its JSON."""
-    balls = tuple(Ball(*ball) for ball in told["balls"])
-    checks = tuple(Check(*check) for check in told["checks"])
-    walls = tuple((x, y) for x, y in told.get("walls", ()))
-    return Scene(**told | {"balls": balls, "checks": checks, "walls": walls})
-
-
-FILE = Path(__file__).with_name("scenes.json")
-SCENES = [read(told) for told in json.loads(FILE.read_text(encoding="utf-8"))]
+SCENES = [read(entry) for entry in json.loads(FILE.read_text(encoding="utf-8"))]

@@ -33,7 +33,7 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from pool_pymunk.model.plain import argument, whole
-from pool_pymunk.safety.interrupts import block_sigint
+from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 
 Common = TypeVar("Common")
 Item = TypeVar("Item")
@@ -201,6 +201,7 @@ def results(
             if not running:
                 return
             finished, running = wait(running, POLL, FIRST_COMPLETED)
+            raise_pending()
             yield from (each.result() for each in finished)
     finally:
         for each in running:

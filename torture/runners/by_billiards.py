@@ -7,7 +7,7 @@ from typing import Any
 
 from billiards import Billiard, InfiniteWall
 
-from torture.runners.common import serve, setting
+from torture.runners.common import serve, setting, sides
 
 README = "https://github.com/markus-ebke/python-billiards"
 OFFERS = {"any outline", "unequal masses", "unequal radii"}  # of convex outlines
@@ -16,9 +16,7 @@ SETTINGS = {"as it is": setting({}, "it has no tolerance or step to choose", REA
 
 def play(scene: dict[str, Any], balls: Any, times: list[float], given: dict[str, Any]) -> Any:
     """Evolve a billiard to each of the times."""
-    corners = scene["walls"]
-    sides = zip(corners, corners[1:] + corners[:1], strict=True)
-    table = Billiard([InfiniteWall(a, b) for a, b in sides])
+    table = Billiard([InfiniteWall(a, b) for a, b in sides(scene["walls"])])
     for x, y, vx, vy, r, m in balls:
         table.add_ball((x, y), (vx, vy), r, m)
     states = []

@@ -9,7 +9,7 @@ from typing import Any
 from box2d import World
 from box2d._box2d import lib
 
-from torture.runners.common import RIGID_BODIES, serve, setting
+from torture.runners.common import RIGID_BODIES, serve, setting, sides, stepped
 
 HELLO = "https://github.com/erincatto/box2d/blob/v3.1.0/docs/hello.md"
 SUB_STEPS = "https://github.com/erincatto/box2d/blob/v3.1.0/docs/simulation.md"
@@ -40,7 +40,7 @@ def play(scene: dict[str, Any], balls: Any, times: list[float], given: dict[str,
     lib.b2World_SetMaximumLinearSpeed(world._world_id, 1e5)  # By default 400 m/s.
     ground = world.new_body().static()
     corners = [(x * scale, y * scale) for x, y in scene["walls"]]
-    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+    for a, b in sides(corners):
         ground.segment(a, b, friction=0.0, restitution=scene["wall_restitution"])
     ground = ground.build()
     bodies = []
@@ -58,14 +58,12 @@ def play(scene: dict[str, Any], balls: Any, times: list[float], given: dict[str,
                 ground, bodies[-1], max_force=m * scene["friction"] * 9.81 * scale,
                 max_torque=0.0, correction_factor=0.0, collide_connected=True,
             )  # fmt: skip
-    states, before = [], 0.0
-    for time in times:
-        steps = math.ceil((time - before) / given["dt"] - 1e-9)
-        for _ in range(steps):
-            world.step((time - before) / steps, given["sub"])
-        before = time
+
+    def look() -> list[list[float]]:
         rows = [(*body.position, *body.linear_velocity) for body in bodies]
-        states.append([[number / scale for number in row] for row in rows])
+        return [[number / scale for number in row] for row in rows]
+
+    states = stepped(times, given["dt"], lambda dt: world.step(dt, given["sub"]), look)
     world.destroy()
     return states
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, Table, simulate
+from pool_pymunk import simulate
+from pool_pymunk.studies.stability.known import scene_of
 from torture.runners.common import serve, setting
 
 DOCS = "docs/solver-and-step.md"
@@ -28,21 +29,7 @@ SETTINGS = {
 
 def play(scene: dict[str, Any], balls: Any, times: list[float], given: dict[str, Any]) -> Any:
     """Play by a solver, and look at the run at the times."""
-    discs = tuple(
-        Ball(str(i), (x, y), r, m, velocity=(vx, vy), roll=scene["roll"])
-        for i, (x, y, vx, vy, r, m) in enumerate(balls)
-    )
-    table = Table(tuple((x, y) for x, y in scene["walls"])) if scene["walls"] else None
-    run = simulate(
-        Scene(
-            discs,
-            table,
-            Restitution(scene["restitution"], cushion=scene["wall_restitution"]),
-            Friction(scene["friction"], rolling=scene["rolling"]),
-            physics=Physics(gravity=9.81, max_time=times[-1]),
-        ),
-        **given,
-    )
+    run = simulate(scene_of(scene | {"balls": balls, "time": times[-1]}), **given)
     states: list[list[list[float]]] = np.concatenate(run.at(times), axis=2).tolist()
     return states
 

@@ -24,7 +24,7 @@ from pooltool.physics.resolve.ball_cushion.unrealistic import (
 )
 from pooltool.physics.resolve.resolver import default_resolver
 
-from torture.runners.common import serve, setting
+from torture.runners.common import serve, setting, sides
 
 MODELS = "https://github.com/ekiefl/pooltool/blob/v0.6.0/docs/resources/custom_physics.md"
 LAYOUTS = "https://github.com/ekiefl/pooltool/blob/v0.6.0/pooltool/layouts.py"
@@ -89,8 +89,10 @@ def _table(scene: dict[str, Any], x0: float, y0: float) -> Any:
     if "any outline" in scene["needs"]:
         height = table.cushion_segments.linear["3"].height
         ends = [np.array((x, y, height)) for x, y in corners]
-        sides = enumerate(zip(ends, ends[1:] + ends[:1], strict=True))
-        lines = {str(k): LinearCushionSegment(str(k), a.copy(), b.copy()) for k, (a, b) in sides}
+        lines = {
+            str(k): LinearCushionSegment(str(k), a.copy(), b.copy())
+            for k, (a, b) in enumerate(sides(ends))
+        }
         table.cushion_segments = CushionSegments(linear=lines, circular={})
     return table
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pymunk
 
-from torture.runners.common import RIGID_BODIES, serve, setting
+from torture.runners.common import RIGID_BODIES, serve, setting, sides, stepped
 
 TUTORIAL = "https://github.com/russs123/pool_tutorial"
 TUNNELING = "https://www.pymunk.org/en/latest/overview.html"
@@ -35,20 +35,17 @@ def play(scene: dict[str, Any], balls: Any, times: list[float], given: dict[str,
     bounce = math.sqrt(scene["restitution"])  # In pymunk elasticities multiply.
     bodies = [_ball(space, scale, ball, bounce, scene["friction"] * 9.81) for ball in balls]
     corners = [pymunk.Vec2d(*corner) * scale for corner in scene["walls"]]
-    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+    for a, b in sides(corners):
         thickness = 0.0 if scene["thin"] else RADIUS
         out = (b - a).normalized().rotated(-math.pi / 2) * thickness
         wall = pymunk.Segment(space.static_body, a + out, b + out, thickness)
         wall.elasticity = scene["wall_restitution"] / bounce
         space.add(wall)
-    states, before = [], 0.0
-    for time in times:
-        steps = math.ceil((time - before) / given["dt"] - 1e-9)
-        for _ in range(steps):
-            space.step((time - before) / steps)
-        before = time
-        states.append([[*(b.position / scale), *(b.velocity / scale)] for b in bodies])
-    return states
+
+    def look() -> list[list[float]]:
+        return [[*(body.position / scale), *(body.velocity / scale)] for body in bodies]
+
+    return stepped(times, given["dt"], space.step, look)
 
 
 def _ball(space: Any, scale: float, ball: list[float], bounce: float, slows: float) -> Any:

@@ -6,11 +6,12 @@ It needs only Python, so it runs in every environment.
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 # what a general engine of rigid bodies offers
@@ -98,3 +99,22 @@ def _gradient(scene: dict[str, Any], setting: dict[str, Any], play: Play) -> lis
 def setting(given: dict[str, Any], why: str, link: str) -> dict[str, Any]:
     """Return a setting: what is passed on, and the page that recommends it."""
     return {"given": given, "why": why, "link": link}
+
+
+def sides(corners: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
+    """Yield both ends of each side of a closed outline."""
+    yield from zip(corners, [*corners[1:], *corners[:1]], strict=True)
+
+
+def stepped(
+    times: list[float], dt: float, step: Callable[[float], object], look: Callable[[], Any]
+) -> list[Any]:
+    """Return what one sees at the times (s), after equal steps of at most ``dt`` (s) to each."""
+    seen, before = [], 0.0
+    for end in times:
+        steps = math.ceil((end - before) / dt - 1e-9)
+        for _ in range(steps):
+            step((end - before) / steps)
+        before = end
+        seen.append(look())
+    return seen

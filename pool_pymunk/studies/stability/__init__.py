@@ -1,8 +1,11 @@
 """This study goes to extremes: it finds where each solver breaks, and whether it says so.
 
-An extreme is a row of small scenes made from parameters, from mild to extreme. Each claim measures
-what must hold, with a bound; the module of claims says where the bounds come from
-(:mod:`pool_pymunk.studies.stability.claims`).
+- ``extremes`` has the scenes: an extreme is a row of small ones, from mild to extreme. The row
+  "known answers" stands in ``known.json``, which programs of other authors play, too.
+- ``claims`` has what is known: what must hold in every scene, and the closed forms, symmetries and
+  likenesses of single ones. Each claim measures a run, with a bound that it must not pass.
+- ``trial`` plays a scene by a solver, beside a reference run whose sensitivity is measured.
+- ``suite`` plays every extreme by every solver, and makes the table of who breaks where.
 """
 
 from pool_pymunk.studies.stability.extremes import EXTREMES

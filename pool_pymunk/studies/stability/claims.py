@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any, Concatenate, ParamSpec
+from typing import Concatenate, ParamSpec
 
 import numpy as np
 
@@ -66,14 +66,15 @@ def ends(trial: Trial) -> Measure:
     return Measure("ends", over, bound, run.duration, "s", "goes on for {} too long")
 
 
-def but_published(claim: Claim) -> Claim:
-    """Return the claim for all laws but `published`, which answers in the listing's order."""
-    return lambda trial: claim(trial) if trial.law != "published" else None
+def unless(law: str, claim: Claim) -> Claim:
+    """Return the claim for all other laws.
+
+    `published` answers in the listing's order, and the friction of `weakening` depends on m/s.
+    """
+    return lambda trial: None if trial.law == law else claim(trial)
 
 
-def at_any_speed(claim: Claim) -> Claim:
-    """Return the claim for all laws but `weakening`, whose friction depends on the speed in m/s."""
-    return lambda trial: claim(trial) if trial.law != "weakening" else None
+but_published = partial(unless, "published")
 
 
 def energy_kept(trial: Trial) -> Measure:
@@ -149,18 +150,22 @@ def overlap(trial: Trial) -> Measure | None:
         return None
     each = max(1, AT_ONCE // len(radii) ** 2)
     times = trial.times if each > 1 else trial.times[:: len(trial.times) // 20 + 1]
-    touching = radii[:, None] + radii
-    np.fill_diagonal(touching, -np.inf)
     deepest = 0.0
     for part in range(0, len(times), each):
         points = trial.run.at(times[part : part + each])[0]
         points[~trial.run.on_table(times[part : part + each])] = np.nan
-        gaps = points[:, :, None] - points[:, None]
-        depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
-        deepest = max(deepest, float(np.fmax.reduce(depths, axis=None, initial=0.0)))
+        deepest = max(deepest, deepest_overlap(points, radii))
     bound = OVERLAP * 2.0 * trial.smallest + CARE * trial.rounding + 2.0 * trial.late
     bound = max(bound, 2.0 * sunk(trial))
     return Measure("overlap", deepest, bound, trial.smallest, "m", "balls overlap by {}")
+
+
+def deepest_overlap(points: Array, radii: Array) -> float:
+    """Return how deep (m) two of the balls at ``points`` (T, N, 2) are in each other; nan: gone."""
+    touching, gaps = radii[:, None] + radii, points[:, :, None] - points[:, None]
+    np.fill_diagonal(touching, -np.inf)
+    depths = touching - np.hypot(gaps[..., 0], gaps[..., 1])
+    return float(np.fmax.reduce(depths, axis=None, initial=0.0))
 
 
 def near_reference(trial: Trial) -> Measure | None:
@@ -236,25 +241,9 @@ ALWAYS = (
 # -- of single extremes: a closed form, a symmetry, or a likeness ----------------------------------
 
 
-@dataclass(frozen=True)
-class Stated:
-    """A stated claim knows what it states, such as the velocities that balls must end with."""
-
-    measure: Callable[..., Measure | None]
-    about: tuple[Any, ...]
-    named: Mapping[str, Any]
-
-    def __call__(self, trial: Trial) -> Measure | None:
-        return self.measure(trial, *self.about, **self.named)
-
-
 def claim(measure: Callable[Concatenate[Trial, P], Measure | None]) -> Callable[P, Claim]:
     """Return a maker of claims: it takes the arguments of a measure that follow the trial."""
-
-    def made(*about: P.args, **named: P.kwargs) -> Claim:
-        return Stated(measure, about, named)
-
-    return made
+    return lambda *about, **named: lambda trial: measure(trial, *about, **named)
 
 
 @claim

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing import resource_tracker
-from multiprocessing.pool import IMapIterator
 from typing import TYPE_CHECKING
 
+from pool_pymunk.many.workers import Workers, check_halt
 from pool_pymunk.results.table import ResultTable, TableColumn
 from pool_pymunk.results.words import step_text
-from pool_pymunk.safety.interrupts import block_sigint, raise_pending
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver
 from pool_pymunk.studies.stability.claims import measures
 from pool_pymunk.studies.stability.extremes import EXTREMES
@@ -151,6 +146,7 @@ def check(extreme: Extreme, solver: str, quick: bool = False) -> Cell:
 
 
 def _outcome(trial: Trial, quick: bool) -> CaseResult:
+    check_halt()
     about = (trial.case.label, trial.law, trial.dt)
     if trial.scene.surface.rolls and not trial.method.rolls:
         return CaseResult(*about, not_run=NOT_OFFERED)
@@ -176,26 +172,14 @@ def check_all(
     One process works out a whole row, so it needs the row's reference runs only once. The last
     rows, which take longest, come first. If the iterator is closed, as by Ctrl-C, processes end.
     """
-    rows_of = partial(_check_row, solvers=solvers, quick=quick)
-    resource_tracker.ensure_running()  # This must not start later: it would then unblock SIGINT.
-    with block_sigint():
-        pool = multiprocessing.get_context("spawn").Pool(processes)
-    with pool:
-        rows = pool.imap_unordered(rows_of, extremes[::-1])
-        for _ in extremes:
-            yield from _next(rows)
+    with Workers(processes) as workers:
+        for row in workers.share(_check_row, (tuple(solvers), quick), extremes[::-1]):
+            yield from row
 
 
-def _check_row(extreme: Extreme, solvers: Sequence[str], quick: bool) -> list[Cell]:
+def _check_row(asked: tuple[Sequence[str], bool], extreme: Extreme) -> list[Cell]:
+    solvers, quick = asked
     return [check(extreme, solver, quick) for solver in solvers]
-
-
-def _next(rows: IMapIterator[list[Cell]]) -> list[Cell]:
-    """Return the next row that is done; wake up now and then, because Ctrl-C may be pending."""
-    while True:
-        with suppress(multiprocessing.TimeoutError):
-            return rows.next(timeout=0.1)
-        raise_pending()
 
 
 # -- the table -------------------------------------------------------------------------------------

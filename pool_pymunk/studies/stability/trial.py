@@ -7,12 +7,13 @@ import random
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.many.workers import check_halt
 from pool_pymunk.model import Scene, State
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.results.run import Run
@@ -145,14 +146,13 @@ class Trial:
 
     def simulate(self, scene: Scene, start: State | None = None) -> Run:
         """Run a scene with bounds on events and time, because a solver may never come to rest."""
+        play = partial(simulate, scene, solver=self.solver, start=start, on_time=_look_up)
         if self.is_reference:
-            return simulate(scene, solver=self.solver, max_events=self.case.max_events, start=start)
+            return play(max_events=self.case.max_events)
         reference = self.reference.run
         most = min(10 * len(contacts(reference)) + 1000, self.case.max_events)
         latest = scene.physics.max_time or 4.0 * reference.duration + 10.0 * (self.dt or 0.0)
-        return simulate(
-            scene, solver=self.solver, dt=self.dt, max_events=most, max_time=latest, start=start
-        )
+        return play(dt=self.dt, max_events=most, max_time=latest)
 
     @cached_property
     def contacts(self) -> int:
@@ -213,7 +213,8 @@ class ReferenceRun:
 @lru_cache(maxsize=128)
 def reference_of(scene: Scene, max_events: int) -> ReferenceRun:
     """Return the reference run, and nudge what moves at the start to measure amplification."""
-    run = simulate(scene, solver=reference_solver().name, max_events=max_events)
+    play = partial(simulate, solver=reference_solver().name, on_time=_look_up)
+    run = play(scene, max_events=max_events)
     radii = [ball.radius for ball in scene.balls]
     outline = max(map(abs, scene.table.bounds)) if scene.table else 0.0
     extent = max(*radii, outline, *(float(np.abs(each[:, 1:3]).max()) for each in run.knots))
@@ -222,13 +223,18 @@ def reference_of(scene: Scene, max_events: int) -> ReferenceRun:
     growth = np.zeros(len(times))
     for seed in range(NUDGES):
         start = _nudged(scene, nudge, extent, random.Random(seed))
-        other = simulate(start, solver=run.solver, max_events=min(max_events, ENOUGH))
+        other = play(start, max_events=min(max_events, ENOUGH))
         if other.status == "max_events":
             times = times[times <= other.duration]
         growth = np.maximum(growth[: len(times)], Comparison(run, other).apart(times))
     growth = np.maximum.accumulate(growth)
     linear = growth <= LINEAR * min(radii)
     return ReferenceRun(run, times[linear], growth[linear] / nudge, extent)
+
+
+def _look_up(_: float) -> None:
+    """End the run if nobody waits for it any more."""
+    check_halt()
 
 
 def grid(duration: float) -> Array:
