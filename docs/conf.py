@@ -70,8 +70,8 @@ def draw_figures(app: Sphinx) -> None:
 # This is how a type of array is written in full, with any type of its elements.
 ARRAY = re.compile(r"ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[~?numpy\.\w+\]\]")
 
-# This is how the type of a part's field is written, with the key that says how it is read.
-KEYED = re.compile(r"~?[\w.]*\bAnnotated\[(.*?), Key\(\)\]")
+# This is how the type of a part's field is written, with its key and what is said about it.
+KEYED = re.compile(r"~?[\w.]*\bAnnotated\[(.*?), Key\(\)(?:, (?:'[^']*'|\"[^\"]*\"))?\]")
 
 
 def plain_signature(_app: Sphinx, *about: Any) -> tuple[str | None, str | None]:

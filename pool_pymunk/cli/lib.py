@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pool_pymunk.cli import terminal
     from pool_pymunk.many import workers
     from pool_pymunk.model import Point, Scene, Shot, Units
-    from pool_pymunk.model import inputs, problems, quantities, scenario
+    from pool_pymunk.model import inputs, problems, quantities, scenario, schema
     from pool_pymunk.page.live import server
     from pool_pymunk.laws import contact
     from pool_pymunk.render import clouds, collision, diagram, residuals
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 else:
     MODULES = """
         page render solvers cli.terminal many.workers model.inputs model.problems model.quantities
-        model.scenario page.live.server laws.contact render.clouds render.collision
+        model.scenario model.schema page.live.server laws.contact render.clouds render.collision
         render.diagram render.residuals report.collide report.listing results.contacts results.run
         results.table results.trace results.words studies.atlas studies.compare studies.fit
         studies.grid studies.sensitivity studies.stability.extremes studies.stability.suite

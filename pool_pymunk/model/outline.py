@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from pool_pymunk.core.floor import Bow, Floor
 from pool_pymunk.core.motion.times import unit
@@ -144,9 +144,9 @@ class Table(Part):
     (True, False)
     """
 
-    outline: Corners
-    bulge: Bulges = ()
-    color: Color | None = None
+    outline: Annotated[Corners, "Corners of any simple polygon, counter-clockwise."]
+    bulge: Annotated[Bulges, "Of each side: 0 straight, 1 a half circle out, -1 in."] = ()
+    color: Annotated[Color, "Of a board in pictures; default: green cloth."] | None = None
 
     @classmethod
     def rectangle(cls, length: float, width: float, color: str | None = None) -> Table:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pool_pymunk.laws import LAWS
 from pool_pymunk.model import plain
 from pool_pymunk.model.outline import misdrawn
-from pool_pymunk.model.plain import Key, Part, Unfit, choice, name, text
+from pool_pymunk.model.plain import TEXT, Key, Part, Unfit, name, one_of, text
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem
 
 STANDARD_GRAVITY = 9.80665  # m/s^2; the standard value (CGPM 1901), as in the report
@@ -38,14 +38,17 @@ class Ball(Part):
     velocity: with 1 it rolls, with 0 it does not rotate, with less it rotates backwards (draw).
     """
 
-    id: Annotated[str, Key(_ball_id)]
-    position: plain.Place
-    radius: plain.Length
-    mass: plain.Mass
-    cue: plain.Flag = False
-    velocity: plain.Velocity = (0.0, 0.0)
-    color: plain.Color | None = None
-    roll: plain.Factor = 0.0
+    id: Annotated[str, Key(_ball_id, schema=TEXT), "The name by which shots and results know it."]
+    position: Annotated[plain.Place, "The place of its centre."]
+    radius: Annotated[plain.Length, "Its radius; default: that of [ball]."]
+    mass: Annotated[plain.Mass, "Its mass; default: that of [ball]."]
+    cue: Annotated[plain.Flag, "True for the cue ball, which shots strike by default."] = False
+    velocity: Annotated[plain.Velocity, "How it moves at the start; default: it rests."] = (
+        0.0,
+        0.0,
+    )
+    color: Annotated[plain.Color, "Its colour in pictures; default: that of [ball]."] | None = None
+    roll: Annotated[plain.Factor, "Its roll, as a share of its velocity: 1 rolls, 0 not."] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +59,9 @@ class Pocket(Part):
     rests at the pocket's position, and meets nothing any more.
     """
 
-    id: plain.Name
-    position: plain.Place
-    radius: plain.Length
+    id: Annotated[plain.Name, 'Its name; default: "1", "2" and so on.']
+    position: Annotated[plain.Place, "The place of its middle."]
+    radius: Annotated[plain.Length, "A ball whose centre comes within it is pocketed."]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +74,10 @@ class Post(Part):
     True
     """
 
-    position: plain.Place
-    radius: plain.Gap
-    restitution: plain.Share | None = None
-    friction: plain.Number | None = None
+    position: Annotated[plain.Place, "The place of its middle."]
+    radius: Annotated[plain.Gap, "Its radius; 0: a pin."]
+    restitution: Annotated[plain.Share, "Default: that of cushions."] | None = None
+    friction: Annotated[plain.Number, "Default: that of cushions."] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +92,15 @@ class Patch(Part):
     True
     """
 
-    corners: plain.Corners = ()
-    center: plain.Place | None = None
-    radius: plain.Length | None = None
-    surface: plain.Number | None = None
-    rolling: plain.Number | None = None
+    corners: Annotated[plain.Corners, "The corners of a polygon; or: center and radius."] = ()
+    center: Annotated[plain.Place, "The middle of a round patch."] | None = None
+    radius: Annotated[plain.Length, "The radius of a round patch."] | None = None
+    surface: Annotated[plain.Number, "Friction of sliding; default: that of [friction]."] | None = (
+        None
+    )
+    rolling: Annotated[plain.Number, "Friction of rolling; default: that of [friction]."] | None = (
+        None
+    )
 
     def _problems(self) -> Iterator[Problem]:
         """Find a form that is missing, given twice, or no polygon."""
@@ -116,9 +123,9 @@ class Patch(Part):
 class Restitution(Part):
     """These are coefficients of restitution, each in [0, 1]; None where none is needed."""
 
-    ball_ball: plain.Share | None = None
-    cue_ball: plain.Share | None = None
-    cushion: plain.Share | None = None
+    ball_ball: Annotated[plain.Share, "Of hits of two balls; two balls need it."] | None = None
+    cue_ball: Annotated[plain.Share, "Of hits of the cue ball; default: ball_ball."] | None = None
+    cushion: Annotated[plain.Share, "Of hits on cushions; a table needs it."] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,10 +135,10 @@ class Friction(Part):
     If ``rolling`` is given, balls slide and then roll; ``surface`` (sliding) is not below it.
     """
 
-    surface: plain.Number = 0.0
-    cushion: plain.Number = 0.0
-    ball_ball: plain.Number = 0.0
-    rolling: plain.Number | None = None
+    surface: Annotated[plain.Number, "Of balls that slide on the table; default: 0."] = 0.0
+    cushion: Annotated[plain.Number, "Of hits on cushions; default: 0."] = 0.0
+    ball_ball: Annotated[plain.Number, "Of hits of two balls; default: 0."] = 0.0
+    rolling: Annotated[plain.Number, "Of balls that roll; default: they slide."] | None = None
 
     def _problems(self) -> Iterator[Problem]:
         """Find friction of rolling that is above that of sliding."""
@@ -144,17 +151,9 @@ class Friction(Part):
 class Physics(Part):
     """These are the contact law's name, gravity (m/s^2), and a run's latest end (s)."""
 
-    law: Annotated[str, Key(choice(LAWS))] = "coulomb"
-    gravity: plain.Number = STANDARD_GRAVITY
-    max_time: plain.Time | None = None
-
-
-# These parts are sections of a scenario file.
-SECTIONS: dict[str, type[Part]] = {
-    "physics": Physics,
-    "restitution": Restitution,
-    "friction": Friction,
-}
+    law: Annotated[str, one_of(LAWS), "The contact law; default: coulomb."] = "coulomb"
+    gravity: Annotated[plain.Number, "m/s^2; default: 9.80665."] = STANDARD_GRAVITY
+    max_time: Annotated[plain.Time, "The latest end of a run (s); default: none."] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,16 +170,18 @@ class Shot(Part):
     (2.0, 0.0)
     """
 
-    name: plain.Name
-    ball: plain.Text
-    velocity: plain.Velocity | None = None
-    speed: plain.Speed | None = None
-    aim: Annotated[str, Key(_target)] | None = None
+    name: Annotated[plain.Name, 'Its name; default: "Shot 1", "Shot 2" and so on.']
+    ball: Annotated[plain.Text, "The ball that it strikes; default: the cue ball."]
+    velocity: Annotated[plain.Velocity, "Or: speed and angle, or speed and aim."] | None = None
+    speed: Annotated[plain.Speed, "Goes with an angle, or with aim."] | None = None
+    aim: Annotated[str, Key(_target, schema=TEXT), 'A ball\'s id, or "nearest".'] | None = None
     from_previous: plain.Flag = False
-    published: plain.Ends = field(default_factory=dict, hash=False)
-    angle: plain.Angle | None = None
-    roll: plain.Factor = 0.0
-    place: plain.Place | None = None
+    published: Annotated[plain.Ends, "Reference ends to compare with."] = field(
+        default_factory=dict, hash=False
+    )
+    angle: Annotated[plain.Angle, "In degrees, counter-clockwise from +x."] | None = None
+    roll: Annotated[plain.Factor, "A share of the velocity: 1 follows, -1 draws, 0 not."] = 0.0
+    place: Annotated[plain.Place, "The struck ball begins here: ball in hand."] | None = None
 
     def __repr__(self) -> str:
         usual = {"roll": 0.0, "from_previous": False}  # Others are usually None.

@@ -4,8 +4,9 @@ A reader takes one value and returns it as a plain one, or raises :class:`Unfit`
 and files never see a number of NumPy. Readers of numbers also take the ``unit`` of the file, as a
 number in SI; bounds are in SI.
 
-The annotation of a part's field has a key, which says how the value is read and checked, and in
-which unit a file has it. Parts use these keys to check themselves, and files to read and write.
+The annotation of a part's field has a key, which says how the value is read and checked, in which
+unit a file has it, and what an editor may say about it. Parts use these keys to check themselves,
+files to read and write, and the JSON schema of files to describe them.
 """
 
 from __future__ import annotations
@@ -13,21 +14,24 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Integral, Real
-from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
 from pool_pymunk.laws import LAWS, Law, find_law
 from pool_pymunk.model.problems import (
     LARGEST,
+    LEFT_OUT,
     SMALLEST,
     TOO_LARGE,
     TOO_SMALL,
     Location,
     Point,
     Problem,
+    most_like,
     raise_any,
     setting_error,
     shown,
@@ -170,8 +174,10 @@ def text(value: Any) -> str:
     """Read a text as a plain str that a file can hold."""
     if not isinstance(value, str):
         raise Unfit('must be text, in "quotes"')
-    if any("\ud800" <= letter <= "\udfff" for letter in value):
-        raise Unfit("must be text that UTF-8 can write")
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise Unfit("must be text that UTF-8 can write") from None
     return str(value)
 
 
@@ -232,37 +238,69 @@ def made(kind: type[Any], in_row: bool = False) -> Reader[Any]:
 # -- keys ------------------------------------------------------------------------------------------
 
 
-class Key(NamedTuple):
-    """A key says how a value is read, and of which kind its unit is."""
+Schema = dict[str, Any]  # JSON schema of a value
+
+
+@dataclass(frozen=True, eq=False)
+class Key:
+    """A key says how a value is read, of which kind its unit is, and what may stand in a file.
+
+    The ``schema`` of JSON says what an editor offers and marks as wrong, ``about`` what it shows.
+    """
 
     read: Reader[Any]
     unit: str = ""
+    schema: Schema = field(default_factory=dict)
+    about: str = ""
     may_be_none: bool = False
 
     def __repr__(self) -> str:
         return "Key()"
 
 
-Flag = Annotated[bool, Key(flag)]
-Text = Annotated[str, Key(text)]
-Ids = Annotated[Sequence[str], Key(many(text, 'ids, ["1", "2", ...]'))]
-Name = Annotated[str, Key(name)]
-Color = Annotated[str, Key(color)]  # "#rrggbb"
-Colors = Annotated[str | Sequence[str], Key(colors)]  # one for all balls, or one for each
-Length = Annotated[float, Key(size, "length")]  # m, greater than 0
-Gap = Annotated[float, Key(between(0.0), "length")]  # m
-Mass = Annotated[float, Key(size, "mass")]  # kg
-Time = Annotated[float, Key(size, "time")]  # s
-Speed = Annotated[float, Key(between(0.0), "speed")]  # m/s
-Angle = Annotated[float, Key(finite, "angle")]  # degrees
-Factor = Annotated[float, Key(finite)]  # any finite number
-Share = Annotated[float, Key(between(0.0, 1.0))]
-Number = Annotated[float, Key(between(0.0))]  # from 0 on
-Place = Annotated[Point, Key(point, "length")]  # m
-Velocity = Annotated[Point, Key(point, "speed")]  # m/s
-Corners = Annotated[tuple[Point, ...], Key(many(point, "corners, [[x, y], ...]"), "length")]  # m
-Bulges = Annotated[tuple[float, ...], Key(many(finite, "numbers, [0.0, 1.0, ...]"))]
-Ends = Annotated[Mapping[str, Point], Key(ends, "length")]  # m
+def one_of(known: Collection[str], about: str = "") -> Key:
+    """Return the key of one of the names that are ``known``."""
+    return Key(choice(known), schema={"enum": [*known]}, about=about)
+
+
+def _row_of(schema: Schema, **limits: int) -> Schema:
+    return {"type": "array", "items": schema, **limits}
+
+
+TEXT: Schema = {"type": "string"}
+NUMBER: Schema = {"type": "number"}
+FROM_0: Schema = NUMBER | {"minimum": 0}
+ABOVE_0: Schema = NUMBER | {"minimum": SMALLEST}
+POINT = _row_of(NUMBER, minItems=2, maxItems=2)
+COLOR: Schema = TEXT | {"pattern": "^#[0-9A-Fa-f]{6}$"}
+
+Flag = Annotated[bool, Key(flag, schema={"type": "boolean"})]
+Text = Annotated[str, Key(text, schema=TEXT)]
+Ids = Annotated[Sequence[str], Key(many(text, 'ids, ["1", "2", ...]'), schema=_row_of(TEXT))]
+Name = Annotated[str, Key(name, schema=TEXT)]
+Color = Annotated[str, Key(color, schema=COLOR)]  # "#rrggbb"
+# one for all balls, or one for each
+Colors = Annotated[str | Sequence[str], Key(colors, schema={"anyOf": [COLOR, _row_of(COLOR)]})]
+Length = Annotated[float, Key(size, "length", ABOVE_0)]  # m, greater than 0
+Gap = Annotated[float, Key(between(0.0), "length", FROM_0)]  # m
+Mass = Annotated[float, Key(size, "mass", ABOVE_0)]  # kg
+Time = Annotated[float, Key(size, "time", ABOVE_0)]  # s
+Speed = Annotated[float, Key(between(0.0), "speed", FROM_0)]  # m/s
+Angle = Annotated[float, Key(finite, "angle", NUMBER)]  # degrees
+Factor = Annotated[float, Key(finite, schema=NUMBER)]  # any finite number
+Share = Annotated[float, Key(between(0.0, 1.0), schema=FROM_0 | {"maximum": 1})]
+Number = Annotated[float, Key(between(0.0), schema=FROM_0)]  # from 0 on
+Place = Annotated[Point, Key(point, "length", POINT)]  # m
+Velocity = Annotated[Point, Key(point, "speed", POINT)]  # m/s
+Corners = Annotated[
+    tuple[Point, ...], Key(many(point, "corners, [[x, y], ...]"), "length", _row_of(POINT))
+]  # m
+Bulges = Annotated[
+    tuple[float, ...], Key(many(finite, "numbers, [0.0, 1.0, ...]"), schema=_row_of(NUMBER))
+]
+Ends = Annotated[
+    Mapping[str, Point], Key(ends, "length", {"type": "object", "additionalProperties": POINT})
+]  # m
 
 
 Keys = dict[str, Key]
@@ -279,24 +317,40 @@ def _key(hint: Any) -> Key:
     if isinstance(hint, type):
         return Key(made(hint))
     if hasattr(hint, "__metadata__"):
-        key: Key = hint.__metadata__[0]
-        return key
+        key, *about = hint.__metadata__
+        own: Key = replace(key, about=about[-1]) if about else key
+        return own
     first, second = get_args(hint)
     if second is ...:
         return Key(made(first, in_row=True))
-    return _key(first)._replace(may_be_none=True)
+    return replace(_key(first), may_be_none=True)
 
 
-def read_all(keys: Keys, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Read values by their keys; raises SceneError with every one that does not fit."""
+def read_all(
+    keys: Keys,
+    values: Mapping[str, Any],
+    units: Mapping[str, float] | None = None,
+    needed: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """Read values by their keys; raises SceneError with every one that does not fit.
+
+    The values of a file are in ``units``, by their kinds, as numbers in SI. It also has problems of
+    unknown keys, and of ``needed`` keys that are missing, with what is said of them.
+    """
     found: dict[str, Any] = {}
     problems: list[Problem] = []
-    for name, key in keys.items():
-        value = values[name]
+    for name, value in values.items():
         try:
-            found[name] = None if value is None and key.may_be_none else key.read(value)
+            if name not in keys:
+                raise Unfit(f"unknown key (there are: {', '.join(keys)}){suggestion(name, keys)}")
+            key = keys[name]
+            unit = (units[key.unit],) if units and key.unit in units else ()
+            found[name] = None if value is None and key.may_be_none else key.read(value, *unit)
         except Unfit as unfit:
             problems += unfit.problems((name,), value)
+    misspelt = [most_like(name, keys) for name in values if name not in keys]
+    missing = {name: said for name, said in (needed or {}).items() if name not in values}
+    problems += [Problem(k, LEFT_OUT, missing[k]) for k in missing if k not in misspelt]
     raise_any(problems)
     return found
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from pool_pymunk.model.plain import Key, Part, between, choice, finite, problems_of
+from pool_pymunk.model.plain import Part, between, finite, one_of, problems_of
 from pool_pymunk.model.problems import SMALLEST, Point, Problem, SceneError, raise_any
 
 UNITS: Mapping[str, Mapping[str, float]] = {
@@ -33,9 +33,9 @@ class Units(Part):
     1.0
     """
 
-    length: Annotated[str, Key(choice(UNITS["length"]))] = "m"
-    mass: Annotated[str, Key(choice(UNITS["mass"]))] = "kg"
-    speed: Annotated[str, Key(choice(UNITS["speed"]))] = "m/s"
+    length: Annotated[str, one_of(UNITS["length"]), "Default: m."] = "m"
+    mass: Annotated[str, one_of(UNITS["mass"]), "Default: kg."] = "kg"
+    speed: Annotated[str, one_of(UNITS["speed"]), "Default: m/s."] = "m/s"
 
     def to_si(self, value: float, kind: str) -> float:
         """Convert a ``value`` of a ``kind`` to SI; an angle stays in degrees.

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pool_pymunk.model import plain
 from pool_pymunk.model.parts import Ball
-from pool_pymunk.model.plain import Key, choice, keys_of, read_all, whole
+from pool_pymunk.model.plain import Key, keys_of, one_of, read_all, whole
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem, raise_any
 
 HEXAGON = "hexagon"
@@ -29,23 +29,24 @@ CORNERS = (
     (-1.0, 0.0), (-0.5, -HALF_ROOT_3), (0.5, -HALF_ROOT_3),
 )  # fmt: skip
 
-Rows = Annotated[int, Key(whole(1, MOST_ROWS))]
-Shape = Annotated[str, Key(choice(SHAPES))]
+MANY = {"type": "integer", "minimum": 1, "maximum": MOST_ROWS}
+Rows = Annotated[int, Key(whole(1, MOST_ROWS), schema=MANY)]
+Shape = Annotated[str, one_of(SHAPES)]
 
 
 def rack(
-    apex: plain.Place | None = None,
+    apex: Annotated[plain.Place, "The centre of the foremost ball."] | None = None,
     *,
-    radius: plain.Length,
-    mass: plain.Mass,
-    rows: Rows | None = None,
-    shape: Shape = "triangle",
-    angle: plain.Angle = 0.0,
-    gap: plain.Gap = 0.0,
-    ids: plain.Ids | None = None,
-    color: plain.Colors | None = None,
-    center: plain.Place | None = None,
-    rings: Rows | None = None,
+    radius: Annotated[plain.Length, "That of each ball; default: that of [ball]."],
+    mass: Annotated[plain.Mass, "That of each ball; default: that of [ball]."],
+    rows: Annotated[Rows, "Of a triangle."] | None = None,
+    shape: Annotated[Shape, "Default: triangle; a diamond has nine balls."] = "triangle",
+    angle: Annotated[plain.Angle, "Where rows lie behind the apex, in degrees from +x."] = 0.0,
+    gap: Annotated[plain.Gap, "Between surfaces of neighbours; default 0: frozen."] = 0.0,
+    ids: Annotated[plain.Ids, 'Row by row; default: "1", "2" and so on.'] | None = None,
+    color: Annotated[plain.Colors, "One for all balls, or a list, one for each."] | None = None,
+    center: Annotated[plain.Place, "The centre of a hexagon's middle ball."] | None = None,
+    rings: Annotated[Rows, "Of a hexagon, around its middle ball."] | None = None,
 ) -> tuple[Ball, ...]:
     """Return balls in a triangle of ``rows`` (default: 5), a "diamond" of nine, or a "hexagon".
 

@@ -79,8 +79,8 @@ Values = dict[str, Any]
 def _said(part: Any, units: Units) -> Values:
     """Return the fields of a part that are not None, in these units."""
     return {
-        key: _in_units(getattr(part, key), unit, units)
-        for key, (_, unit, _) in part.KEYS.items()
+        key: _in_units(getattr(part, key), its.unit, units)
+        for key, its in part.KEYS.items()
         if getattr(part, key) is not None
     }
 

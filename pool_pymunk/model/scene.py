@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar, overload
+from typing import Annotated, Any, overload
 
 from pool_pymunk.core.motion.patches import Border, Circle, Line, Patches
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
@@ -45,9 +45,6 @@ from pool_pymunk.model.quantities import Units
 from pool_pymunk.model.state import NO_ROLLING, State, read_state
 from pool_pymunk.safety.files import whole
 
-SomePart = TypeVar("SomePart")
-Located = Sequence[tuple[Location, SomePart]]
-
 
 @dataclass(frozen=True)
 class Scene(Part):
@@ -69,7 +66,7 @@ class Scene(Part):
     friction: Friction = field(default_factory=Friction)
     physics: Physics = field(default_factory=Physics)
     shots: tuple[Shot, ...] = ()
-    title: Text = ""
+    title: Annotated[Text, "What the scene is called."] = ""
     units: Units = field(default_factory=Units)
     pockets: tuple[Pocket, ...] = ()
     posts: tuple[Post, ...] = ()
@@ -100,13 +97,117 @@ class Scene(Part):
         return f"{ground} with {' and '.join(has)}" if has else ground
 
     def _problems(self) -> Iterator[Problem]:
-        parts: dict[str, Any] = {
-            name: [((name, k), part) for k, part in enumerate(getattr(self, name))]
-            for name in ("balls", "pockets", "posts", "patches", "shots")
-        }
-        for name in ("table", "restitution", "friction", "physics"):
-            parts[name] = getattr(self, name)
-        return Sketch(**parts, has_table=self.table is not None).problems()
+        return self.clashes(METRES)
+
+    # -- what must fit together --------------------------------------------------------------------
+
+    def clashes(self, units: Units) -> Iterator[Problem]:
+        """Find what is wrong between the parts; messages are in ``units``."""
+        if not self.balls:
+            yield Problem("balls", LEFT_OUT, "one ball or more is needed")
+        yield from repeated("id", [(("balls", k), ball.id) for k, ball in enumerate(self.balls)])
+        cues = [k for k, ball in enumerate(self.balls) if ball.cue]
+        for k in cues[1:]:
+            yield Problem(("balls", k, "cue"), True, f"balls[{cues[0]}] is the cue ball already")
+        yield from repeated(
+            "id", [(("pockets", k), each.id) for k, each in enumerate(self.pockets)]
+        )
+        yield from self._of_places(units)
+        yield from repeated(
+            "name", [(("shots", k), shot.name) for k, shot in enumerate(self.shots)]
+        )
+        for k, shot in enumerate(self.shots):
+            yield from (each.under("shots", k) for each in self._of_shot(shot, is_first=k == 0))
+        yield from self._of_coefficients(len(cues))
+        for k, patch in enumerate(self.patches):
+            yield from (each.under("patches", k) for each in self._of_patch(patch))
+        yield from self._of_time()
+
+    def _of_places(self, units: Units) -> Iterator[Problem]:
+        """Find balls, posts, arcs and shots' places that have no room."""
+        around = Surroundings(self.table, self.pockets, self.posts, units)
+        yield from around.problems(dict(enumerate(self.balls)))
+        largest = max([ball.radius for ball in self.balls], default=0.0)
+        for k, edge in enumerate(self.table.edges if self.table else ()):
+            if edge.bulge > 0.0 and edge.arc_radius <= largest:
+                message = f"cushion {k} is no wider than the largest ball"
+                yield Problem(("table", "bulge", k), edge.bulge, message)
+        for k, post in enumerate(self.posts):
+            for message in around.post_problems(post):
+                yield Problem(("posts", k, "position"), list(post.position), message)
+        radii = {ball.id: ball.radius for ball in self.balls}
+        for k, shot in enumerate(self.shots):
+            if shot.place is not None and shot.ball in radii:
+                here = Placed(shot.ball, shot.place, radii[shot.ball])
+                for message in around.no_room(here, () if shot.from_previous else self.balls):
+                    yield Problem(("shots", k, "place"), list(shot.place), message)
+
+    def _of_shot(self, shot: Shot, is_first: bool) -> Iterator[Problem]:
+        """Find balls in a shot that are not there, and a shot that aims at or follows nothing."""
+        asked: dict[Location, str] = {("ball",): shot.ball}
+        if shot.aim == shot.ball:
+            yield Problem("aim", shot.aim, "a ball cannot aim at itself")
+        elif shot.aim == NEAREST and len(self.index) == 1:
+            yield Problem("aim", shot.aim, "there is no other ball to aim at")
+        elif shot.aim not in (None, NEAREST):
+            asked[("aim",)] = str(shot.aim)
+        asked |= {("published", id_): id_ for id_ in shot.published}
+        for key, id_ in asked.items():
+            if self.balls and id_ not in self.index:
+                value = list(shot.published[id_]) if len(key) > 1 else id_
+                yield Problem(key, value, no_such_ball(self.index))
+        if is_first and shot.from_previous:
+            yield Problem("from", "previous", "there is no shot before the first")
+
+    def _of_coefficients(self, cues: int) -> Iterator[Problem]:
+        """Find coefficients that the scene needs and leaves out, and needless rolls."""
+        lacks = any(post.restitution is None for post in self.posts)
+        why = "a table" if self.table else "a post without its own" * lacks
+        if why and self.restitution.cushion is None:
+            yield Problem(("restitution", "cushion"), LEFT_OUT, f"is missing ({why} needs it)")
+        balls = len(self.balls)
+        met = [False] * (balls - cues > 1) + [True] * (balls > 1 and cues > 0)  # with the cue ball
+        if None in [ball_ball_restitution(self.restitution, cue) for cue in met]:
+            yield Problem(("restitution", "ball_ball"), LEFT_OUT, "is missing (two balls need it)")
+        rolls = [(("balls", k), ball.roll) for k, ball in enumerate(self.balls)]
+        rolls += [(("shots", k), shot.roll) for k, shot in enumerate(self.shots)]
+        for where, roll in rolls if self.friction.rolling is None else ():
+            if roll != 0.0:
+                yield Problem((*where, "roll"), roll, NO_ROLLING)
+
+    def _of_patch(self, patch: Patch) -> Iterator[Problem]:
+        """Find coefficients of a patch that do not fit those of the scene."""
+        surface = self.friction.surface if patch.surface is None else patch.surface
+        rolling = self.friction.rolling if patch.rolling is None else patch.rolling
+        if self.friction.rolling is None and patch.rolling is not None:
+            yield Problem("rolling", patch.rolling, NO_ROLLING)
+        elif rolling is None or rolling <= surface:
+            return
+        elif patch.rolling is None:
+            message = f"must not be below rolling ({rolling:g}, of [friction])"
+            yield Problem("surface", patch.surface, message)
+        else:
+            whose = "" if patch.surface is not None else ", of [friction]"
+            yield Problem(
+                "rolling", patch.rolling, f"must not be above surface ({surface:g}{whose})"
+            )
+
+    def _of_time(self) -> Iterator[Problem]:
+        """Find that a run needs a latest end, because balls may never come to rest."""
+        moves = self.shots or any(ball.velocity != (0.0, 0.0) for ball in self.balls)
+        if not moves or self.physics.max_time is not None:
+            return
+        key = "surface" if self.friction.rolling is None else "rolling"
+        ice = [k for k, patch in enumerate(self.patches) if getattr(patch, key) == 0.0]
+        why = ""
+        if slowest(self.friction, self.physics) == 0.0:
+            why = f"friction.{key} or gravity is 0, so balls never come to rest"
+        elif ice:
+            why = f"patches[{ice[0]}].{key} is 0, so a ball may never come to rest"
+        if why:
+            yield Problem(("physics", "max_time"), LEFT_OUT, f"is missing: {why}")
+
+    # -- what solvers ask --------------------------------------------------------------------------
 
     @cached_property
     def index(self) -> Mapping[str, int]:
@@ -336,131 +437,6 @@ def _with(vectors: tuple[Point, ...], i: int, vector: Point) -> tuple[Point, ...
 
 def _scaled(vector: Point, share: float) -> Point:
     return (share * vector[0], share * vector[1])
-
-
-@dataclass(frozen=True)
-class Sketch:
-    """A sketch has the sound parts of a scene, each with its location in the file.
-
-    ``has_table`` is true for an unsound table, too. The places of the balls ``nowhere`` are not
-    known. Unless it ``knows_balls``, a shot may strike any ball. Messages are in ``units``.
-    """
-
-    balls: Located[Ball]
-    pockets: Located[Pocket]
-    posts: Located[Post]
-    shots: Located[Shot]
-    table: Table | None
-    restitution: Restitution
-    friction: Friction
-    physics: Physics
-    has_table: bool
-    patches: Located[Patch] = ()
-    nowhere: Collection[Location] = ()
-    knows_balls: bool = True
-    units: Units = METRES
-
-    def problems(self) -> Iterator[Problem]:
-        """Find what is wrong between the parts."""
-        if self.knows_balls and not self.balls:
-            yield Problem("balls", LEFT_OUT, "one ball or more is needed")
-        yield from repeated("id", [(where, ball.id) for where, ball in self.balls])
-        cues = [where for where, ball in self.balls if ball.cue]
-        for where in cues[1:]:
-            yield Problem((*where, "cue"), True, f"{written(cues[0])} is the cue ball already")
-        yield from repeated("id", [(where, pocket.id) for where, pocket in self.pockets])
-        yield from self._of_places()
-        yield from repeated("name", [(where, shot.name) for where, shot in self.shots])
-        ids = dict.fromkeys(ball.id for _, ball in self.balls if self.knows_balls)
-        for where, shot in self.shots:
-            yield from self._of_shot(where, shot, ids)
-        yield from self._of_coefficients(len(cues))
-
-    def _of_places(self) -> Iterator[Problem]:
-        """Find balls, posts, arcs and shots' places that have no room."""
-        there = {k: ball for k, (where, ball) in enumerate(self.balls) if where not in self.nowhere}
-        holes, posts = [hole for _, hole in self.pockets], [post for _, post in self.posts]
-        around = Surroundings(self.table, holes, posts, self.units)
-        for problem in around.problems(there):
-            where = self.balls[int(problem.steps[1])][0]
-            yield Problem((*where, "position"), problem.value, problem.message)
-        largest = max([ball.radius for _, ball in self.balls], default=0.0)
-        for k, edge in enumerate(self.table.edges if self.table else ()):
-            if edge.bulge > 0.0 and edge.arc_radius <= largest:
-                message = f"cushion {k} is no wider than the largest ball"
-                yield Problem(("table", "bulge", k), edge.bulge, message)
-        for where, post in self.posts:
-            for message in around.post_problems(post):
-                yield Problem((*where, "position"), list(post.position), message)
-        radii = {ball.id: ball.radius for ball in there.values()}
-        for where, shot in self.shots:
-            if shot.place is not None and shot.ball in radii:
-                here = Placed(shot.ball, shot.place, radii[shot.ball])
-                others = () if shot.from_previous else there.values()
-                for message in around.no_room(here, others):
-                    yield Problem((*where, "place"), list(shot.place), message)
-
-    def _of_shot(self, where: Location, shot: Shot, ids: Collection[str]) -> Iterator[Problem]:
-        """Find balls in a shot that are not in ``ids``, and shots that aim at or follow nothing."""
-        asked: dict[Location, str] = {("ball",): shot.ball}
-        if shot.aim == shot.ball:
-            yield Problem((*where, "aim"), shot.aim, "a ball cannot aim at itself")
-        elif shot.aim == NEAREST and len(ids) == 1:
-            yield Problem((*where, "aim"), shot.aim, "there is no other ball to aim at")
-        elif shot.aim not in (None, NEAREST):
-            asked[("aim",)] = str(shot.aim)
-        asked |= {("published", id_): id_ for id_ in shot.published}
-        for key, id_ in asked.items():
-            if ids and id_ not in ids:
-                value = list(shot.published[id_]) if len(key) > 1 else id_
-                yield Problem((*where, *key), value, no_such_ball(ids))
-        if where == self.shots[0][0] and shot.from_previous:
-            yield Problem((*where, "from"), "previous", "there is no shot before the first")
-
-    def _of_coefficients(self, cues: int) -> Iterator[Problem]:
-        """Find coefficients and a time that the scene needs and leaves out, and needless rolls."""
-        lacks = any(post.restitution is None for _, post in self.posts)
-        why = "a table" if self.has_table else "a post without its own" * lacks
-        if why and self.restitution.cushion is None:
-            yield Problem(("restitution", "cushion"), LEFT_OUT, f"is missing ({why} needs it)")
-        balls = len(self.balls)
-        met = [False] * (balls - cues > 1) + [True] * (balls > 1 and cues > 0)  # with the cue ball
-        if None in [ball_ball_restitution(self.restitution, cue) for cue in met]:
-            yield Problem(("restitution", "ball_ball"), LEFT_OUT, "is missing (two balls need it)")
-        rolls = [(where, ball.roll) for where, ball in self.balls]
-        rolls += [(where, shot.roll) for where, shot in self.shots]
-        for where, roll in rolls if self.friction.rolling is None else ():
-            if roll != 0.0:
-                yield Problem((*where, "roll"), roll, NO_ROLLING)
-        yield from self._of_patches()
-        moves = self.shots or any(ball.velocity != (0.0, 0.0) for _, ball in self.balls)
-        if moves and self.physics.max_time is None:
-            key = "surface" if self.friction.rolling is None else "rolling"
-            ice = [where for where, patch in self.patches if getattr(patch, key) == 0.0]
-            why = ""
-            if slowest(self.friction, self.physics) == 0.0:
-                why = f"friction.{key} or gravity is 0, so balls never come to rest"
-            elif ice:
-                why = f"{written((*ice[0], key))} is 0, so a ball may never come to rest"
-            if why:
-                yield Problem(("physics", "max_time"), LEFT_OUT, f"is missing: {why}")
-
-    def _of_patches(self) -> Iterator[Problem]:
-        """Find coefficients of patches that do not fit those of the scene."""
-        for where, patch in self.patches:
-            surface = self.friction.surface if patch.surface is None else patch.surface
-            rolling = self.friction.rolling if patch.rolling is None else patch.rolling
-            if self.friction.rolling is None and patch.rolling is not None:
-                yield Problem((*where, "rolling"), patch.rolling, NO_ROLLING)
-            elif rolling is None or rolling <= surface:
-                continue
-            elif patch.rolling is None:
-                message = f"must not be below rolling ({rolling:g}, of [friction])"
-                yield Problem((*where, "surface"), patch.surface, message)
-            else:
-                whose = "" if patch.surface is not None else ", of [friction]"
-                message = f"must not be above surface ({surface:g}{whose})"
-                yield Problem((*where, "rolling"), patch.rolling, message)
 
 
 def repeated(field: str, names: Iterable[tuple[Location, str]]) -> Iterator[Problem]:

@@ -1,0 +1,43 @@
+"""This module describes scenario files as JSON schema, by which editors complete and check them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from pool_pymunk.model.plain import Key, Schema
+from pool_pymunk.model.quantities import UNITS
+from pool_pymunk.model.scenario import INHERIT, SECTIONS, TOP, USUAL, Section
+
+# Editors of TOML know different drafts; in all of them these words mean the same.
+DRAFT = "http://json-schema.org/draft-07/schema#"
+
+
+def scenario_schema() -> dict[str, Any]:
+    """Return the JSON schema of scenario files.
+
+    >>> scenario_schema()["properties"]["friction"]["properties"]["surface"]["minimum"]
+    0
+    """
+    found = {"title": _value(TOP["title"])}
+    found |= {name: _section(name, section) for name, section in SECTIONS.items()}
+    return {"$schema": DRAFT, "title": "A scenario of pool-pymunk", **_object(found)}
+
+
+def _section(name: str, section: Section) -> Schema:
+    """Describe a section, or a list of them."""
+    needed = [key for key in section.needed if not (name in INHERIT and key in USUAL)]
+    inside = _object({key: _value(its) for key, its in section.keys.items()}, needed)
+    outside = {"type": "array", "items": inside} if section.is_list else inside
+    return {"description": section.about, **outside}
+
+
+def _value(key: Key) -> Schema:
+    """Describe a value; a file has its number in a unit of [units]."""
+    unit = f" In the file's unit of {key.unit}." if key.unit in UNITS else ""
+    return {"description": key.about + unit, **key.schema}
+
+
+def _object(keys: dict[str, Schema], needed: Collection[str] = ()) -> Schema:
+    required = {"required": [*needed]} if needed else {}
+    return {"type": "object", "properties": keys, **required, "additionalProperties": False}
