@@ -44,7 +44,7 @@ LATE: set[tuple[str, str]] = {
 ONLY_IN = {
     "matplotlib": "render",
     "typer": "cli",
-    "pydantic": "page",
+    "pydantic": "model page",
     "gymnasium": "env",
     "starlette": "page",
     "uvicorn": "page",

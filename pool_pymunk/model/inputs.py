@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pool_pymunk.core.motion.path import NOISE
+from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.parts import Ball, Shot
 from pool_pymunk.model.problems import Point, listed, no_such_ball, setting_error, suggestion
 from pool_pymunk.model.quantities import Units
@@ -23,7 +24,6 @@ from pool_pymunk.model.scene import Scene
 from pool_pymunk.model.state import NO_ROLLING
 
 Names = tuple[str, ...]
-Floats = NDArray[np.float64]
 
 BALL, SHOT, SCENE = "ball", "shot", "scene"
 SI = {"length": "m", "mass": "kg", "speed": "m/s", "angle": "degrees", "": ""}
@@ -64,12 +64,12 @@ class Input:
             return "must be a finite number"
         return f"must be {'greater than 0' if self.size else '0 or more'}, and finite"
 
-    def bad(self, values: Floats) -> NDArray[np.bool_]:
+    def bad(self, values: Array) -> NDArray[np.bool_]:
         """Tell which values are not allowed."""
         above = values > self.low if self.size else values >= self.low
         return ~(above & (values <= self.high) & np.isfinite(values))
 
-    def clipped(self, values: Floats) -> Floats:
+    def clipped(self, values: Array) -> Array:
         """Return values with those that are not allowed moved to the limits."""
         low = np.nextafter(self.low, math.inf) if self.size else self.low
         return np.clip(values, low, self.high)
@@ -287,7 +287,7 @@ def input_value(scene: Scene, name: str) -> float:
     return float(TABLE[kind].read(_part(scene, TABLE[kind], whose)))
 
 
-def erring(scene: Scene, name: str, errors: Floats) -> Floats:
+def erring(scene: Scene, name: str, errors: Array) -> Array:
     """Return an input's values (S,) with these errors; none lies beyond its limits.
 
     >>> from pool_pymunk import load
@@ -334,9 +334,9 @@ def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
 
 
 def starts_of(
-    scene: Scene, names: Iterable[str], struck: int | None, velocity: Floats,
-    roll: Floats | None = None, share: float | None = None,
-) -> Floats:  # fmt: skip
+    scene: Scene, names: Iterable[str], struck: int | None, velocity: Array,
+    roll: Array | None = None, share: float | None = None,
+) -> Array:  # fmt: skip
     """Return the derivatives (S, N, K, P) of the balls' states at the start, by these inputs.
 
     A state has place and velocity (K = 4), and the roll if balls roll (K = 6). ``velocity`` and
@@ -369,7 +369,7 @@ def starts_of(
     return found
 
 
-def changed_numbers(scene: Scene, names: Iterable[str], cue_ball: bool = False) -> list[Floats]:
+def changed_numbers(scene: Scene, names: Iterable[str], cue_ball: bool = False) -> list[Array]:
     """Return the derivatives of a scene's numbers by these inputs.
 
     They are those of the coefficients (7, P), of the masses (N, P) and of the radii (N, P). With
@@ -395,7 +395,7 @@ def changed_numbers(scene: Scene, names: Iterable[str], cue_ball: bool = False) 
     return [numbers, *sizes.values()]
 
 
-def share_of(velocity: Floats, roll: Floats, own: Any = None) -> Floats:
+def share_of(velocity: Array, roll: Array, own: Any = None) -> Array:
     """Return rolls (..., 2) as shares (...) of velocities (..., 2); 0 for a roll that is no share.
 
     A roll is compared with its ball's ``own`` share, or else with its part along the velocity.
@@ -460,7 +460,7 @@ def differing(scene: Scene, other: Scene, shot: int = 1) -> tuple[list[str], lis
 # -- many shots ------------------------------------------------------------------------------------
 
 
-def struck(velocity: Floats, values: Mapping[str, Any]) -> Floats:
+def struck(velocity: Array, values: Mapping[str, Any]) -> Array:
     """Return velocities (S, 2) of the struck ball with another ``speed``, ``angle`` or ``turn``.
 
     A ball at rest has the angle 0, to which ``turn`` is added.
@@ -476,8 +476,8 @@ def struck(velocity: Floats, values: Mapping[str, Any]) -> Floats:
 
 
 def rolled(
-    scene: Scene, velocity: Floats, ball: int | None, share: Any, carried: Any = None
-) -> Floats | None:
+    scene: Scene, velocity: Array, ball: int | None, share: Any, carried: Any = None
+) -> Array | None:
     """Return the rolls (S, N, 2) of balls with these velocities; None where balls do not roll.
 
     The struck ``ball`` has this ``share`` (S,). Others have their own, or the rolls ``carried``.

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pool_pymunk.laws import LAWS
 from pool_pymunk.model import plain
 from pool_pymunk.model.outline import misdrawn
-from pool_pymunk.model.plain import TEXT, Key, Part, Unfit, name, one_of, text
+from pool_pymunk.model.plain import Key, Part, Unfit, name, one_of, text
 from pool_pymunk.model.problems import LEFT_OUT, Point, Problem
 
 STANDARD_GRAVITY = 9.80665  # m/s^2; the standard value (CGPM 1901), as in the report
@@ -38,7 +38,7 @@ class Ball(Part):
     velocity: with 1 it rolls, with 0 it does not rotate, with less it rotates backwards (draw).
     """
 
-    id: Annotated[str, Key(_ball_id, schema=TEXT), "The name by which shots and results know it."]
+    id: Annotated[str, Key(_ball_id), "The name by which shots and results know it."]
     position: Annotated[plain.Place, "The place of its centre."]
     radius: Annotated[plain.Length, "Its radius; default: that of [ball]."]
     mass: Annotated[plain.Mass, "Its mass; default: that of [ball]."]
@@ -174,7 +174,7 @@ class Shot(Part):
     ball: Annotated[plain.Text, "The ball that it strikes; default: the cue ball."]
     velocity: Annotated[plain.Velocity, "Or: speed and angle, or speed and aim."] | None = None
     speed: Annotated[plain.Speed, "Goes with an angle, or with aim."] | None = None
-    aim: Annotated[str, Key(_target, schema=TEXT), 'A ball\'s id, or "nearest".'] | None = None
+    aim: Annotated[str, Key(_target), 'A ball\'s id, or "nearest".'] | None = None
     from_previous: plain.Flag = False
     published: Annotated[plain.Ends, "Reference ends to compare with."] = field(
         default_factory=dict, hash=False

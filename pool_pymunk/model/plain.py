@@ -238,20 +238,18 @@ def made(kind: type[Any], in_row: bool = False) -> Reader[Any]:
 # -- keys ------------------------------------------------------------------------------------------
 
 
-Schema = dict[str, Any]  # JSON schema of a value
-
-
 @dataclass(frozen=True, eq=False)
 class Key:
-    """A key says how a value is read, of which kind its unit is, and what may stand in a file.
+    """A key says how a value is read, of which kind its unit is, and what an editor is told.
 
-    The ``schema`` of JSON says what an editor offers and marks as wrong, ``about`` what it shows.
+    JSON schema has the ``limits`` of the value beside its ``type``, and words ``about`` it.
     """
 
     read: Reader[Any]
     unit: str = ""
-    schema: Schema = field(default_factory=dict)
+    limits: Mapping[str, Any] = field(default_factory=dict)
     about: str = ""
+    type: Any = str
     may_be_none: bool = False
 
     def __repr__(self) -> str:
@@ -260,47 +258,31 @@ class Key:
 
 def one_of(known: Collection[str], about: str = "") -> Key:
     """Return the key of one of the names that are ``known``."""
-    return Key(choice(known), schema={"enum": [*known]}, about=about)
+    return Key(choice(known), limits={"enum": [*known]}, about=about)
 
 
-def _row_of(schema: Schema, **limits: int) -> Schema:
-    return {"type": "array", "items": schema, **limits}
+FROM_0, ABOVE_0 = {"minimum": 0}, {"minimum": SMALLEST}
 
-
-TEXT: Schema = {"type": "string"}
-NUMBER: Schema = {"type": "number"}
-FROM_0: Schema = NUMBER | {"minimum": 0}
-ABOVE_0: Schema = NUMBER | {"minimum": SMALLEST}
-POINT = _row_of(NUMBER, minItems=2, maxItems=2)
-COLOR: Schema = TEXT | {"pattern": "^#[0-9A-Fa-f]{6}$"}
-
-Flag = Annotated[bool, Key(flag, schema={"type": "boolean"})]
-Text = Annotated[str, Key(text, schema=TEXT)]
-Ids = Annotated[Sequence[str], Key(many(text, 'ids, ["1", "2", ...]'), schema=_row_of(TEXT))]
-Name = Annotated[str, Key(name, schema=TEXT)]
-Color = Annotated[str, Key(color, schema=COLOR)]  # "#rrggbb"
-# one for all balls, or one for each
-Colors = Annotated[str | Sequence[str], Key(colors, schema={"anyOf": [COLOR, _row_of(COLOR)]})]
+Flag = Annotated[bool, Key(flag)]
+Text = Annotated[str, Key(text)]
+Ids = Annotated[Sequence[str], Key(many(text, 'ids, ["1", "2", ...]'))]
+Name = Annotated[str, Key(name)]
+Color = Annotated[str, Key(color, limits={"pattern": "^#[0-9A-Fa-f]{6}$"})]  # "#rrggbb"
+Colors = Annotated[str | Sequence[str], Key(colors)]  # one for all balls, or one for each
 Length = Annotated[float, Key(size, "length", ABOVE_0)]  # m, greater than 0
 Gap = Annotated[float, Key(between(0.0), "length", FROM_0)]  # m
 Mass = Annotated[float, Key(size, "mass", ABOVE_0)]  # kg
 Time = Annotated[float, Key(size, "time", ABOVE_0)]  # s
 Speed = Annotated[float, Key(between(0.0), "speed", FROM_0)]  # m/s
-Angle = Annotated[float, Key(finite, "angle", NUMBER)]  # degrees
-Factor = Annotated[float, Key(finite, schema=NUMBER)]  # any finite number
-Share = Annotated[float, Key(between(0.0, 1.0), schema=FROM_0 | {"maximum": 1})]
-Number = Annotated[float, Key(between(0.0), schema=FROM_0)]  # from 0 on
-Place = Annotated[Point, Key(point, "length", POINT)]  # m
-Velocity = Annotated[Point, Key(point, "speed", POINT)]  # m/s
-Corners = Annotated[
-    tuple[Point, ...], Key(many(point, "corners, [[x, y], ...]"), "length", _row_of(POINT))
-]  # m
-Bulges = Annotated[
-    tuple[float, ...], Key(many(finite, "numbers, [0.0, 1.0, ...]"), schema=_row_of(NUMBER))
-]
-Ends = Annotated[
-    Mapping[str, Point], Key(ends, "length", {"type": "object", "additionalProperties": POINT})
-]  # m
+Angle = Annotated[float, Key(finite, "angle")]  # degrees
+Factor = Annotated[float, Key(finite)]  # any finite number
+Share = Annotated[float, Key(between(0.0, 1.0), limits={"minimum": 0, "maximum": 1})]
+Number = Annotated[float, Key(between(0.0), limits=FROM_0)]  # from 0 on
+Place = Annotated[Point, Key(point, "length")]  # m
+Velocity = Annotated[Point, Key(point, "speed")]  # m/s
+Corners = Annotated[tuple[Point, ...], Key(many(point, "corners, [[x, y], ...]"), "length")]  # m
+Bulges = Annotated[tuple[float, ...], Key(many(finite, "numbers, [0.0, 1.0, ...]"))]
+Ends = Annotated[Mapping[str, Point], Key(ends, "length")]  # m
 
 
 Keys = dict[str, Key]
@@ -318,7 +300,7 @@ def _key(hint: Any) -> Key:
         return Key(made(hint))
     if hasattr(hint, "__metadata__"):
         key, *about = hint.__metadata__
-        own: Key = replace(key, about=about[-1]) if about else key
+        own: Key = replace(key, type=hint.__origin__, about="".join(about) or key.about)
         return own
     first, second = get_args(hint)
     if second is ...:

@@ -62,8 +62,8 @@ def _list_of(about: str, keys: Keys, *needed: str) -> Section:
 
 
 SIDES = {
-    "length": Key(size, "length", ABOVE_0, "Along x, from x = 0."),
-    "width": Key(size, "length", ABOVE_0, "Along y, from y = 0."),
+    key: Key(size, "length", ABOVE_0, f"Along {axis}, from {axis} = 0; or: an outline.", float)
+    for key, axis in (("length", "x"), ("width", "y"))
 }
 NUMBERS = one_of(
     ("units", "SI"), "SI: numbers of this file are in SI, only results in these units."
@@ -265,7 +265,7 @@ class _File:
             where = problem.steps
             if where[0] == "balls" and len(where) > 2 and self.places:
                 where = self.places[int(where[1])] + where[2:]
-            if where[0] == "racks":
+            if where[0] == "racks" and _find(self.raw, where) is None:
                 is_hexagon = _find(self.raw, (*where[:2], "shape")) == HEXAGON
                 own = OF_RACKS | ({"position": "center"} if is_hexagon else {})
                 where = (*where[:2], *(own.get(str(step), step) for step in where[2:]))

@@ -55,25 +55,22 @@ def in_units(value: float, kind: str, units: Units) -> float:
     return min(exact, key=lambda number: len(repr(number)))
 
 
+Values = dict[str, Any]
+
+
 def _text(scene: Scene, units: Units) -> str:
     """Write the file with all numbers in ``units``."""
-    sections = [
+    own = {} if units == scene.units else {"numbers": "SI"}
+    sections: list[tuple[str, Values]] = [
         ("", {"title": scene.title} if scene.title else {}),
-        ("[units]", _units(scene.units, units)),
+        ("[units]", _unusual(scene.units, units) | own),
         ("[table]", _table(scene.table, units)),
-        ("[physics]", _said(scene.physics, units)),
-        ("[restitution]", _said(scene.restitution, units)),
-        ("[friction]", _said(scene.friction, units)),
-        *(("[[pockets]]", _unusual(pocket, units)) for pocket in scene.pockets),
-        *(("[[posts]]", _unusual(post, units)) for post in scene.posts),
-        *(("[[patches]]", _unusual(patch, units)) for patch in scene.patches),
-        *(("[[balls]]", _unusual(ball, units)) for ball in scene.balls),
-        *(("[[shots]]", _unusual(shot, units)) for shot in scene.shots),
     ]
+    for name in ("physics", "restitution", "friction"):
+        sections.append((f"[{name}]", _said(getattr(scene, name), units)))
+    for name in ("pockets", "posts", "patches", "balls", "shots"):
+        sections += [(f"[[{name}]]", _unusual(part, units)) for part in getattr(scene, name)]
     return "\n".join(_section(head, values) for head, values in sections if values)
-
-
-Values = dict[str, Any]
 
 
 def _said(part: Any, units: Units) -> Values:
@@ -104,12 +101,6 @@ def _table(table: Table | None, units: Units) -> Values:
         sides = _in_units(corner[0], "length", units)
         return dict(zip(("length", "width"), sides, strict=True)) | said
     return said
-
-
-def _units(units: Units, written: Units) -> Values:
-    """Return the units that differ from SI, and whether the file's numbers are in them."""
-    said = _unusual(units, units)
-    return said if units == written else {**said, "numbers": "SI"}
 
 
 def _in_units(value: Any, kind: str, units: Units) -> Any:

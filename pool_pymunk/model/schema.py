@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from pool_pymunk.model.plain import Key, Schema
+from pydantic import TypeAdapter
+
+from pool_pymunk.model.plain import Key
 from pool_pymunk.model.quantities import UNITS
 from pool_pymunk.model.scenario import INHERIT, SECTIONS, TOP, USUAL, Section
 
-# Editors of TOML know different drafts; in all of them these words mean the same.
-DRAFT = "http://json-schema.org/draft-07/schema#"
+Schema = dict[str, Any]
 
 
-def scenario_schema() -> dict[str, Any]:
+def scenario_schema() -> Schema:
     """Return the JSON schema of scenario files.
 
     >>> scenario_schema()["properties"]["friction"]["properties"]["surface"]["minimum"]
@@ -21,7 +22,8 @@ def scenario_schema() -> dict[str, Any]:
     """
     found = {"title": _value(TOP["title"])}
     found |= {name: _section(name, section) for name, section in SECTIONS.items()}
-    return {"$schema": DRAFT, "title": "A scenario of pool-pymunk", **_object(found)}
+    draft = "https://json-schema.org/draft/2020-12/schema"  # what pydantic writes
+    return {"$schema": draft, "title": "A scenario of pool-pymunk", **_object(found)}
 
 
 def _section(name: str, section: Section) -> Schema:
@@ -33,9 +35,9 @@ def _section(name: str, section: Section) -> Schema:
 
 
 def _value(key: Key) -> Schema:
-    """Describe a value; a file has its number in a unit of [units]."""
+    """Describe a value by its type; a file has its number in a unit of [units]."""
     unit = f" In the file's unit of {key.unit}." if key.unit in UNITS else ""
-    return {"description": key.about + unit, **key.schema}
+    return {"description": key.about + unit, **TypeAdapter(key.type).json_schema(), **key.limits}
 
 
 def _object(keys: dict[str, Schema], needed: Collection[str] = ()) -> Schema:
