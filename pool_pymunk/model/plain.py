@@ -240,7 +240,7 @@ def made(kind: type[Any], in_row: bool = False) -> Reader[Any]:
 
 @dataclass(frozen=True, eq=False)
 class Key:
-    """A key says how a value is read, of which kind its unit is, and what an editor is told.
+    """A key says how a value is read, of which kind its unit is, and what editors show of it.
 
     JSON schema has the ``limits`` of the value beside its ``type``, and words ``about`` it.
     """

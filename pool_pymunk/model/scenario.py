@@ -46,6 +46,8 @@ Made = TypeVar("Made")
 Values = dict[str, Any]  # of a section
 
 USUAL = ("radius", "mass", "color")  # the keys of [ball]: balls and racks take them from there
+MISSING, IN_NEITHER = "is missing", "is missing, here or in [ball]"
+PLACED, SIZED = {"position": MISSING, "radius": MISSING}, dict.fromkeys(USUAL[:2], IN_NEITHER)
 
 
 class Section(NamedTuple):
@@ -53,12 +55,7 @@ class Section(NamedTuple):
 
     about: str
     keys: Keys
-    needed: tuple[str, ...] = ()
-    is_list: bool = False
-
-
-def _list_of(about: str, keys: Keys, *needed: str) -> Section:
-    return Section(about, keys, needed, is_list=True)
+    needed: Mapping[str, str] = {}  # what is said where one is missing
 
 
 SIDES = {
@@ -69,8 +66,8 @@ NUMBERS = one_of(
     ("units", "SI"), "SI: numbers of this file are in SI, only results in these units."
 )
 FROM = one_of(("start", "previous"), "previous: go on from where the last shot ended.")
-SECTIONS: Mapping[str, Section] = {
-    "units": Section("Units of the numbers of this file; SI without it.",
+SECTIONS = {
+    "units": Section("Units of the file's numbers; SI without it.",
                      Units.KEYS | {"numbers": NUMBERS}),
     "table": Section("Left out: an open plane without cushions.", SIDES | Table.KEYS),
     "physics": Section("The contact law, gravity, and a run's latest end.", Physics.KEYS),
@@ -78,20 +75,22 @@ SECTIONS: Mapping[str, Section] = {
     "friction": Section("Coefficients of friction; left out: not modelled.", Friction.KEYS),
     "ball": Section("What every ball has that does not say otherwise.",
                     {key: Ball.KEYS[key] for key in USUAL}),
-    "pockets": _list_of("They take balls off the table.", Pocket.KEYS, "position", "radius"),
-    "posts": _list_of("Round obstacles.", Post.KEYS, "position", "radius"),
-    "patches": _list_of("Regions with other friction, such as sand or ice.", Patch.KEYS),
-    "balls": _list_of("The balls.", Ball.KEYS, "id", "position", "radius", "mass"),
-    "racks": _list_of("Balls in rows, or in rings.", RACK, "radius", "mass"),
-    "shots": _list_of("Each is played on its own. Without any, balls have their own velocities.", {
+}  # fmt: skip
+LISTS = {
+    "pockets": Section("They take balls off the table.", Pocket.KEYS, PLACED),
+    "posts": Section("Round obstacles.", Post.KEYS, PLACED),
+    "patches": Section("Regions with other friction, such as sand or ice.", Patch.KEYS),
+    "balls": Section("The balls.", Ball.KEYS, {"id": MISSING, "position": MISSING} | SIZED),
+    "racks": Section("Balls in rows, or in rings.", RACK, SIZED),
+    "shots": Section("Each is played on its own. Without any, balls have their own velocities.", {
         name.removesuffix("_previous"): FROM if name == "from_previous" else key
         for name, key in Shot.KEYS.items()
     }),
 }  # fmt: skip
-INHERIT = ("balls", "racks")  # They take from [ball] the keys that they leave out.
+PARTS = SECTIONS | LISTS
 # These keys of a rack give these keys of its balls; in a hexagon, center gives the position.
 OF_RACKS = {"position": "apex", "id": "ids"}
-TOP: Keys = {"title": Scene.KEYS["title"]} | dict.fromkeys(SECTIONS, Key(lambda value: value))
+TOP: Keys = {"title": Scene.KEYS["title"]} | dict.fromkeys(PARTS, Key(lambda value: value))
 
 
 def load(scenario: str | Path) -> Scene:
@@ -239,15 +238,9 @@ class _File:
         """Return the values of a section; raises SceneError for all that is wrong with them."""
         if not isinstance(raw, dict):
             raise SceneError([Problem((), raw, "must be a table")])
-        section, units = SECTIONS[name], {kind: self.written.to_si(1.0, kind) for kind in UNITS}
-        needed = {
-            key: "is missing, here or in [ball]"
-            if key in USUAL and name in INHERIT
-            else "is missing"
-            for key in section.needed
-            if key not in given
-        }
-        return read_all(section.keys, raw, units, needed)
+        units = {kind: self.written.to_si(1.0, kind) for kind in UNITS}
+        needed = {key: said for key, said in PARTS[name].needed.items() if key not in given}
+        return read_all(PARTS[name].keys, raw, units, needed)
 
     # -- problems --------------------------------------------------------------------------------
 

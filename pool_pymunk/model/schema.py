@@ -9,7 +9,7 @@ from pydantic import TypeAdapter
 
 from pool_pymunk.model.plain import Key
 from pool_pymunk.model.quantities import UNITS
-from pool_pymunk.model.scenario import INHERIT, SECTIONS, TOP, USUAL, Section
+from pool_pymunk.model.scenario import LISTS, MISSING, PARTS, TOP, Section
 
 Schema = dict[str, Any]
 
@@ -21,16 +21,16 @@ def scenario_schema() -> Schema:
     0
     """
     found = {"title": _value(TOP["title"])}
-    found |= {name: _section(name, section) for name, section in SECTIONS.items()}
+    found |= {name: _section(name, section) for name, section in PARTS.items()}
     draft = "https://json-schema.org/draft/2020-12/schema"  # what pydantic writes
     return {"$schema": draft, "title": "A scenario of pool-pymunk", **_object(found)}
 
 
 def _section(name: str, section: Section) -> Schema:
     """Describe a section, or a list of them."""
-    needed = [key for key in section.needed if not (name in INHERIT and key in USUAL)]
+    needed = [key for key, said in section.needed.items() if said == MISSING]
     inside = _object({key: _value(its) for key, its in section.keys.items()}, needed)
-    outside = {"type": "array", "items": inside} if section.is_list else inside
+    outside = {"type": "array", "items": inside} if name in LISTS else inside
     return {"description": section.about, **outside}
 
 
