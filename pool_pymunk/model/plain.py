@@ -57,16 +57,12 @@ class Unfit(ValueError):
 
 def each(read: Reader[Value], values: Iterable[tuple[int | str, Any]], *unit: float) -> list[Value]:
     """Read values that stand under keys or numbers; raises Unfit with all that do not fit."""
-    found: list[Value] = []
-    problems: list[Problem] = []
-    for step, value in values:
-        try:
-            found.append(read(value, *unit))
-        except Unfit as unfit:
-            problems += unfit.problems((step,), value)
-    if problems:
-        raise Unfit(problems[0].message, problems)
-    return found
+    pairs = [*values]
+    try:
+        return [read(value, *unit) for _, value in pairs]
+    except Unfit:
+        problems = [p for k, v in pairs for p in problems_of(v, lambda v: read(v, *unit), k)]
+        raise Unfit(problems[0].message, problems) from None
 
 
 def is_row(value: Any) -> bool:
@@ -330,9 +326,10 @@ def read_all(
             found[name] = None if value is None and key.may_be_none else key.read(value, *unit)
         except Unfit as unfit:
             problems += unfit.problems((name,), value)
-    misspelt = [most_like(name, keys) for name in values if name not in keys]
     missing = {name: said for name, said in (needed or {}).items() if name not in values}
-    problems += [Problem(k, LEFT_OUT, missing[k]) for k in missing if k not in misspelt]
+    if missing:
+        misspelt = [most_like(name, keys) for name in values if name not in keys]
+        problems += [Problem(k, LEFT_OUT, missing[k]) for k in missing if k not in misspelt]
     raise_any(problems)
     return found
 
@@ -379,7 +376,7 @@ def argument(key: str, value: Any, read: Reader[Value]) -> Value:
         raise setting_error(key, shown(value), str(unfit)) from None
 
 
-def problems_of(value: Any, read: Reader[object], *where: str) -> Iterator[Problem]:
+def problems_of(value: Any, read: Reader[object], *where: int | str) -> Iterator[Problem]:
     """Return the problems of the value that stands at ``where``, if it has any."""
     try:
         read(value)
