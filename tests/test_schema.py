@@ -19,7 +19,7 @@ from pool_pymunk.model.scenario import bundled
 from pool_pymunk.model.schema import scenario_schema
 
 DOCS = Path(__file__).parent.parent / "docs"
-SCHEMA = scenario_schema()
+SCHEMA = json.loads(json.dumps(scenario_schema()))
 SECTIONS = {name: each for name, each in SCHEMA["properties"].items() if name != "title"}
 TYPES = {
     "array": list, "boolean": bool, "integer": int, "number": int | float, "object": dict,

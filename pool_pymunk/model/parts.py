@@ -174,7 +174,7 @@ class Shot(Part):
     ball: Annotated[plain.Text, "The ball that it strikes; default: the cue ball."]
     velocity: Annotated[plain.Velocity, "Or: speed and angle, or speed and aim."] | None = None
     speed: Annotated[plain.Speed, "Goes with an angle, or with aim."] | None = None
-    aim: Annotated[str, Key(_target), 'A ball\'s id, or "nearest".'] | None = None
+    aim: Annotated[str, Key(_target), 'The id of a ball, or "nearest".'] | None = None
     from_previous: plain.Flag = False
     published: Annotated[plain.Ends, "Reference ends to compare with."] = field(
         default_factory=dict, hash=False

@@ -14,10 +14,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Integral, Real
-from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
@@ -234,8 +233,7 @@ def made(kind: type[Any], in_row: bool = False) -> Reader[Any]:
 # -- keys ------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class Key:
+class Key(NamedTuple):
     """A key says how a value is read, of which kind its unit is, and what editors show of it.
 
     JSON schema has the ``limits`` of the value beside its ``type``, and words ``about`` it.
@@ -243,7 +241,7 @@ class Key:
 
     read: Reader[Any]
     unit: str = ""
-    limits: Mapping[str, Any] = field(default_factory=dict)
+    limits: tuple[tuple[str, Any], ...] = ()
     about: str = ""
     type: Any = str
     may_be_none: bool = False
@@ -254,16 +252,16 @@ class Key:
 
 def one_of(known: Collection[str], about: str = "") -> Key:
     """Return the key of one of the names that are ``known``."""
-    return Key(choice(known), limits={"enum": [*known]}, about=about)
+    return Key(choice(known), limits=(("enum", (*known,)),), about=about)
 
 
-FROM_0, ABOVE_0 = {"minimum": 0}, {"minimum": SMALLEST}
+FROM_0, ABOVE_0 = (("minimum", 0),), (("minimum", SMALLEST),)
 
 Flag = Annotated[bool, Key(flag)]
 Text = Annotated[str, Key(text)]
 Ids = Annotated[Sequence[str], Key(many(text, 'ids, ["1", "2", ...]'))]
 Name = Annotated[str, Key(name)]
-Color = Annotated[str, Key(color, limits={"pattern": "^#[0-9A-Fa-f]{6}$"})]  # "#rrggbb"
+Color = Annotated[str, Key(color, limits=(("pattern", "^#[0-9A-Fa-f]{6}$"),))]  # "#rrggbb"
 Colors = Annotated[str | Sequence[str], Key(colors)]  # one for all balls, or one for each
 Length = Annotated[float, Key(size, "length", ABOVE_0)]  # m, greater than 0
 Gap = Annotated[float, Key(between(0.0), "length", FROM_0)]  # m
@@ -272,7 +270,7 @@ Time = Annotated[float, Key(size, "time", ABOVE_0)]  # s
 Speed = Annotated[float, Key(between(0.0), "speed", FROM_0)]  # m/s
 Angle = Annotated[float, Key(finite, "angle")]  # degrees
 Factor = Annotated[float, Key(finite)]  # any finite number
-Share = Annotated[float, Key(between(0.0, 1.0), limits={"minimum": 0, "maximum": 1})]
+Share = Annotated[float, Key(between(0.0, 1.0), limits=(*FROM_0, ("maximum", 1)))]
 Number = Annotated[float, Key(between(0.0), limits=FROM_0)]  # from 0 on
 Place = Annotated[Point, Key(point, "length")]  # m
 Velocity = Annotated[Point, Key(point, "speed")]  # m/s
@@ -296,12 +294,12 @@ def _key(hint: Any) -> Key:
         return Key(made(hint))
     if hasattr(hint, "__metadata__"):
         key, *about = hint.__metadata__
-        own: Key = replace(key, type=hint.__origin__, about="".join(about) or key.about)
+        own: Key = key._replace(type=hint.__origin__, about="".join(about) or key.about)
         return own
     first, second = get_args(hint)
     if second is ...:
         return Key(made(first, in_row=True))
-    return replace(_key(first), may_be_none=True)
+    return _key(first)._replace(may_be_none=True)
 
 
 def read_all(

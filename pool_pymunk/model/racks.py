@@ -29,7 +29,7 @@ CORNERS = (
     (-1.0, 0.0), (-0.5, -HALF_ROOT_3), (0.5, -HALF_ROOT_3),
 )  # fmt: skip
 
-Rows = Annotated[int, Key(whole(1, MOST_ROWS), limits={"minimum": 1, "maximum": MOST_ROWS})]
+Rows = Annotated[int, Key(whole(1, MOST_ROWS), limits=(("minimum", 1), ("maximum", MOST_ROWS)))]
 Shape = Annotated[str, one_of(SHAPES)]
 
 

@@ -37,7 +37,11 @@ def _section(name: str, section: Section) -> Schema:
 def _value(key: Key) -> Schema:
     """Describe a value by its type; a file has its number in a unit of [units]."""
     unit = f" In the file's unit of {key.unit}." if key.unit in UNITS else ""
-    return {"description": key.about + unit, **TypeAdapter(key.type).json_schema(), **key.limits}
+    return {
+        "description": key.about + unit,
+        **TypeAdapter(key.type).json_schema(),
+        **dict(key.limits),
+    }
 
 
 def _object(keys: dict[str, Schema], needed: Collection[str] = ()) -> Schema:
