@@ -240,12 +240,10 @@ class _ShotSearch:
         found, spots, most = list[Found](), list[Array](), CANDIDATES * count
         self.planned = tries + most * (STEPS + 1) * samples
         for looked_at in self.look(tries)[:most]:
-            if (one := self.closely(looked_at, samples)) is not None:
-                shot = one.shot
-                spot = np.array([shot.angle, shot.speed, shot.roll, *(shot.place or self.own)])
-                if not self.is_near(spot, spots):
-                    found.append(one)
-                    spots.append(spot)
+            one, spot = self.closely(looked_at, samples)
+            if one is not None and not self.is_near(spot, spots):
+                found.append(one)
+                spots.append(spot)
         return sorted(found, key=lambda one: (one.off, -one.share))[:count]
 
     def look(self, tries: int) -> list[Array]:
@@ -267,7 +265,7 @@ class _ShotSearch:
                 spots.append(grid[k])
         return spots
 
-    def closely(self, spot: Array, samples: int) -> Found | None:
+    def closely(self, spot: Array, samples: int) -> tuple[Found | None, Array]:
         """Move a spot to where most tries around it do what is asked, and measure their share."""
         turn, speed, *others = numbers(self.player, samples, self.seed).values()
         still = np.zeros((samples, len(spot) - 2))
@@ -280,13 +278,13 @@ class _ShotSearch:
                 spot = middle if self.does(middle[np.newaxis])[0] else spot
         run = self.played(spot)
         if run is None:
-            return None
+            return None, spot
         why: tuple[str, ...] = ()
         if self.balls:
             spot, run, why = self.improved(spot, run)
         share, (angle, speed, *_) = self.does(self.around(spot, errors)).mean(), spot.tolist()
         assert run.shot is not None
-        return Found(run.shot, angle, speed, float(share), run, self.off(run), why)
+        return Found(run.shot, angle, speed, float(share), run, self.off(run), why), spot
 
     def around(self, spot: Array, errors: Array) -> Array:
         """Return tries of a spot with these errors, (S, 5 + P)."""

@@ -302,9 +302,7 @@ def offsets(scene: Scene, errors: Mapping[str, Array]) -> Array:
 
 
 def launched(scene: Scene, shot: Shot, position: Array) -> Array:
-    """Return the velocity (S, 2) that a shot gives to its ball at starts (S, N, 2), NaN if off."""
-    if shot.launch is not None:
-        return np.tile(shot.launch, (len(position), 1))
+    """Return the velocity (S, 2) of a shot that aims at a ball at starts (S, N, 2), NaN if off."""
     assert shot.aim is not None and shot.speed is not None
     ball = scene.index[shot.ball]
     offset = position - position[:, ball : ball + 1]
