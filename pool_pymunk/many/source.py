@@ -207,7 +207,7 @@ def read_source(
         first = find_shot(scene, position)  # type: ignore[arg-type]
         assert first is not None, "it raises for a shot that is not there"
         struck, state = scene.index[first.ball], asked.start(first)
-        position, velocity, roll = _of_state(scene, state)
+        position, velocity, roll = arrays_of(scene, state)
         vary = {**({} if roll is None else {"roll": [first.roll]}), **(vary or {})}
     own = [ball.velocity for ball in scene.balls]
     given = {
@@ -247,7 +247,7 @@ def refuse_given(message: str, **arguments: Any) -> None:
             raise setting_error(name, f"shape {np.shape(value)}", f"leave it out: {message}")
 
 
-def _of_state(scene: Scene, state: State) -> tuple[Floats, Floats, Floats | None]:
+def arrays_of(scene: Scene, state: State) -> tuple[Floats, Floats, Floats | None]:
     """Return the positions, velocities and rolls (N, 2) of a state; NaN for balls off the table."""
     position, velocity = np.array(state.position), np.array(state.velocity)
     position[[scene.index[id_] for id_ in state.off]] = np.nan

@@ -19,7 +19,7 @@ import numpy as np
 
 from pool_pymunk.laws import Law
 from pool_pymunk.many import Batch, simulate_many
-from pool_pymunk.many.source import Begun, opening
+from pool_pymunk.many.source import Begun, arrays_of, opening
 from pool_pymunk.model import NEAREST, Scene, Shot, State
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import ROWS, SHOT, TABLE, Input, input_value, names_in, parts, row_of
@@ -188,9 +188,7 @@ class Variation:
 
     def places(self, shots: int) -> Array:
         """Return where the balls are as so many shots begin (S, N, 2); NaN is off the table."""
-        found = np.array(self.start.position)
-        found[[self.scene.index[id_] for id_ in self.start.off]] = np.nan
-        return np.tile(found, (shots, 1, 1))
+        return np.tile(arrays_of(self.scene, self.start)[0], (shots, 1, 1))
 
     def begin(
         self, position: Array, values: Mapping[str, Any], velocity: Any = None, carried: Any = None

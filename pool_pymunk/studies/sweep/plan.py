@@ -175,8 +175,8 @@ def make_plan(
     asked = request(scene, reference_solver().name, law=law, max_time=max_time)
     latest = asked.settings.max_time
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
-    varied = {key: _distribution(scene, key, value) for key, value in (vary or {}).items()}
-    steps = {key: _grid(scene, key, value) for key, value in (grid or {}).items()}
+    varied = {key: _read(scene, "vary", key, value) for key, value in (vary or {}).items()}
+    steps = {key: _read(scene, "grid", key, value) for key, value in (grid or {}).items()}
     if both := varied.keys() & steps.keys():
         raise setting_error("grid", min(both), "is varied already")
     if samples is None and not steps:
@@ -199,28 +199,17 @@ def make_plan(
     return plan
 
 
-def _distribution(scene: Scene, key: str, value: Any) -> Distribution:
-    """Read a range (low, high), or one width."""
-    where = f"vary[{key!r}]"
-    if key not in SPREADS:
-        return Between(*read_range(where, value, _row(scene, key, "vary")))
-    if np.size(value) != 1:
-        raise setting_error(where, str(value), "must be one width")
-    return SPREADS[key](argument(where, np.ravel(value)[0], between(0.0)))
-
-
-def _grid(scene: Scene, key: str, value: Any) -> Grid:
-    """Read (low, high, count)."""
-    where = f"grid[{key!r}]"
-    if key in SPREADS or np.ndim(value) != 1 or len(value) != 3:
+def _read(scene: Scene, of: str, key: str, value: Any) -> Any:
+    """Read a range (low, high) or one width of ``vary``, or (low, high, count) of ``grid``."""
+    where, is_grid, spread = f"{of}[{key!r}]", of == "grid", SPREADS.get(key)
+    if is_grid and (spread or np.ndim(value) != 1 or len(value) != 3):
         message = "must be (low, high, count), of a key that takes a range"
         raise setting_error(where, str(value), message)
-    ends = read_range(where, value[:2], _row(scene, key, "grid"))
-    return Grid(*ends, argument(where, value[2], whole(1)))
-
-
-def _row(scene: Scene, key: str, name: str) -> inputs.Input:
-    """Return the row of a key in the table of inputs; SettingError names the argument."""
-    if key == "mass":
-        return inputs.TABLE[key]
-    return inputs.row_of(name, key, scene, (*SPREADS, "mass"))[0]
+    if spread is not None:
+        if np.size(value) != 1:
+            raise setting_error(where, str(value), "must be one width")
+        return spread(argument(where, np.ravel(value)[0], between(0.0)))
+    also = (*SPREADS, "mass")
+    row = inputs.TABLE[key] if key == "mass" else inputs.row_of(of, key, scene, also)[0]
+    ends = read_range(where, value[:2] if is_grid else value, row)
+    return Grid(*ends, argument(where, value[2], whole(1))) if is_grid else Between(*ends)
