@@ -74,7 +74,7 @@ class Plan:
     scene: Scene
     shot: Shot | None
     vary: Mapping[str, Distribution]
-    grid: Mapping[str, Grid]
+    grid: Mapping[str, Distribution]
     samples: int
     seed: int
     chunk: int
@@ -199,7 +199,7 @@ def make_plan(
     return plan
 
 
-def _read(scene: Scene, of: str, key: str, value: Any) -> Any:
+def _read(scene: Scene, of: str, key: str, value: Any) -> Distribution:
     """Read a range (low, high) or one width of ``vary``, or (low, high, count) of ``grid``."""
     where, is_grid, spread = f"{of}[{key!r}]", of == "grid", SPREADS.get(key)
     if is_grid and (spread or np.ndim(value) != 1 or len(value) != 3):
