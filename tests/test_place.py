@@ -152,3 +152,16 @@ def test_a_ball_in_hand_is_looked_for_where_there_is_room() -> None:
         again = simulate(one.run.scene, one.shot, solver="event-driven")
         assert again.final == one.run.final
     assert found[0].share > find(lone, 1, pots, **how)[0].share
+
+
+def test_a_search_errs_around_the_place() -> None:
+    """Errors of a struck ball's place are around where its shot puts it."""
+    seen = []
+
+    def meets(batch: Batch) -> Any:
+        seen.append(batch.source.position[:, 0])
+        return batch.hits > 0
+
+    errors = {"x.C": 1e-6, "y.C": 1e-6}
+    assert find(SCENE, 1, meets, errors=errors, tries=600, samples=10, best=1)
+    assert abs(np.concatenate(seen) - HAND).max() < 1e-5

@@ -12,6 +12,7 @@ import pytest
 from pool_pymunk import Scene, Uncertainty, load, sensitivity, simulate_many
 from pool_pymunk.page.live import answers
 from pool_pymunk.page.live.answers import Answers
+from pool_pymunk.studies import variation
 from pool_pymunk.studies.find import _ShotSearch
 from pool_pymunk.studies.sweep.plan import make_plan
 from pool_pymunk.studies.variation import (
@@ -104,7 +105,7 @@ def test_the_player_of_the_live_table_errs_by_the_same_numbers(
         seen.append(velocity[:, scene.index["C"]])
         return simulate_many(scene, position, velocity, **how)
 
-    monkeypatch.setattr(answers, "simulate_many", watched)
+    monkeypatch.setattr(variation, "simulate_many", watched)
     monkeypatch.setattr(answers, "SAMPLES", SHOTS)
     state = REPORT.start(None)
     asked = {"position": state.position, "velocity": state.velocity, "ball": "C", "speed": 2.0,

@@ -18,16 +18,11 @@ from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
 from pool_pymunk.laws import law_in_core
 from pool_pymunk.many.batch import CANNOT_START, NON_FINITE, SETTLED
-from pool_pymunk.many.source import NOTHING, Floats, Ints, Source, is_gone
+from pool_pymunk.many.source import NOTHING, Begun, Floats, Ints, Source, is_gone
 from pool_pymunk.many.workers import EACH as PIECES
 from pool_pymunk.many.workers import Workers, check_halt
 from pool_pymunk.model import Scene, SceneError, inputs
-from pool_pymunk.solvers.in_core import (
-    floor_of,
-    new_balls,
-    new_table_of,
-    table_of,
-)
+from pool_pymunk.solvers.in_core import floor_of, new_balls, new_table_of, table_of
 from pool_pymunk.solvers.small_changes import corners_of, inputs_of
 
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
@@ -69,11 +64,8 @@ class Results(NamedTuple):
             own[part] = each
 
 
-def no_results(source: Source, count: int, columns: int = 0) -> Results:
-    """Return the results of so many shots that were not played.
-
-    Those beside a reference have so many columns.
-    """
+def no_results(source: Source, count: int, has_reference: bool) -> Results:
+    """Return the results of so many shots that were not played, perhaps beside a reference."""
     balls = source.position.shape[1]
     whole = np.zeros((4, count), np.int32)
     return Results(
@@ -82,7 +74,7 @@ def no_results(source: Source, count: int, columns: int = 0) -> Results:
         pocketed=np.full((count, balls), NOTHING, np.int32), met=np.zeros((count, balls), np.bool_),
         status=np.full(count, CANNOT_START, np.int8), in_doubt=np.zeros(count, np.bool_),
         derivatives=np.full((count, balls, 2, len(source.by)), np.nan),
-        beside=np.zeros((count, columns)),
+        beside=np.zeros((count, (1 + balls) * has_reference)),
         figures=np.full((count, len(FIGURES) * source.has_figures), np.nan),
     )  # fmt: skip
 
@@ -99,8 +91,8 @@ def play_all(
     source: Source, done: Done, workers: Workers | None = None, make: Make | None = None
 ) -> Results:
     """Play all shots of a source, here or by workers; compare them with what ``make`` returns."""
-    count, balls = source.position.shape[:2]
-    found = no_results(source, count, 0 if make is None else 1 + balls)
+    count = len(source.position)
+    found = no_results(source, count, make is not None)
     began = time.perf_counter()
     for part, each in play_parts(source, make):
         found.put(part, each)
@@ -121,43 +113,30 @@ def share_out(
     count, fewest = len(source.position), HANDFUL if source.has_figures else FEWEST
     size = min(LARGEST, max(fewest, (count - first) // (PIECES * (workers.count or MANY))))
     parts = (slice(k, min(k + size, count)) for k in range(first, count, size))
-    head = replaced(source, lambda each: each[:0])
-    return workers.share(play_some, (head, make), (some_of(source, part) for part in parts))
+    begun = Begun(source.position, source.velocity, dict(source.vary), source.roll)
+    none = changed(begun, lambda each: each[:0])
+    head = source._replace(**none._asdict(), struck=source.watched)
+
+    def some(part: slice) -> tuple[slice, Begun]:  # One row stands for many that are alike.
+        return part, changed(begun, lambda each: each[:1] if each.strides[0] == 0 else each[part])
+
+    return workers.share(play_some, (head, make), map(some, parts))
 
 
-class SomeShots(NamedTuple):
-    """Some shots of a source have their arrays; one row stands for many that are alike."""
-
-    part: slice
-    position: Floats
-    velocity: Floats
-    vary: Mapping[str, Floats]
-    roll: Floats | None
+def changed(begun: Begun, change: Callable[[Floats], Floats]) -> Begun:
+    """Return how shots begin, with all arrays changed."""
+    position, velocity, vary, roll = begun
+    others = {key: change(each) for key, each in vary.items()}
+    return Begun(change(position), change(velocity), others, None if roll is None else change(roll))
 
 
-def some_of(source: Source, part: slice) -> SomeShots:
-    """Return some shots of a source."""
-    its = replaced(source, lambda each: each[:1] if each.strides[0] == 0 else each[part])
-    return SomeShots(part, its.position, its.velocity, its.vary, its.roll)
-
-
-def replaced(source: Source, change: Callable[[Floats], Floats]) -> Source:
-    """Return a source with other arrays; it watches the same ball."""
-    return source._replace(
-        position=change(source.position), velocity=change(source.velocity),
-        vary={key: change(each) for key, each in source.vary.items()},
-        roll=None if source.roll is None else change(source.roll), struck=source.watched,
-    )  # fmt: skip
-
-
-def play_some(common: tuple[Source, Make | None], some: SomeShots) -> tuple[slice, Results]:
+def play_some(
+    common: tuple[Source, Make | None], some: tuple[slice, Begun]
+) -> tuple[slice, Results]:
     """Play some shots of a source, in any process."""
-    (source, make), count = common, some.part.stop - some.part.start
-    whole = replaced(
-        source._replace(**{key: each for key, each in some._asdict().items() if key != "part"}),
-        lambda each: np.broadcast_to(each, (count, *each.shape[1:])),
-    )
-    return some.part, play_all(whole, lambda _: None, None, make)
+    (head, make), (part, begun), count = common, some, some[0].stop - some[0].start
+    whole = changed(begun, lambda each: np.broadcast_to(each, (count, *each.shape[1:])))
+    return part, play_all(head._replace(**whole._asdict()), lambda _: None, None, make)
 
 
 def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice, Results]]:
@@ -196,8 +175,7 @@ def has_scenes_of_its_own(source: Source) -> bool:
 
 def play_singly(beside: Beside | None, source: Source, part: slice) -> Results:
     """Play each shot on a table of its own; a shot without a sound scene cannot start."""
-    columns = 0 if beside is None else 1 + source.position.shape[1]
-    found = no_results(source, part.stop - part.start, columns)
+    found = no_results(source, part.stop - part.start, beside is not None)
     for k in range(part.start, part.stop):
         with suppress(SceneError):
             one = source._replace(scene=source.scene_of(k), vary={}, struck=source.watched)
@@ -239,7 +217,7 @@ class Player:
             self.follower.give(*changes_of_starts(source, part, is_off))
         given = batch.Given(others, starts, coefficients.ravel().tolist(), masses.ravel().tolist())
         ends = self.shots.play(given, Hearing())
-        found = no_results(source, len(places), 0 if self.beside is None else 1 + places.shape[1])
+        found = no_results(source, len(places), self.beside is not None)
         read_ends(found, ends, places, is_off)
         if self.follower is not None:
             read_changes(found.derivatives, self.follower)

@@ -78,7 +78,6 @@ def simulate_many(
         refuse_given("the shot has its own", position=position)
         position = find_shot(scene, shot)
     source = read_source(scene, position, velocity, vary, law, max_time, roll, contact_tolerance)
-    more, count = dict[str, Any](), len(source.position)
     if derivatives is not None:
         source = derived_by(source, derivatives)
     source = source._replace(has_figures=figures)
@@ -87,16 +86,16 @@ def simulate_many(
         done(0)
         found = play_all(source, done, several)._asdict()
     del found["beside"]
-    measured = found.pop("figures")
+    measured, none = found.pop("figures").T, np.zeros(len(source.position), np.bool_)
+    more: dict[str, Any] = dict(zip(FIGURES, measured, strict=True)) if figures else {}
     if derivatives is None:
         found["derivatives"] = None
     else:
-        more = {"by": source.by, "derived_in_python": np.zeros(count, np.bool_)}
-    if figures:
-        more |= zip(FIGURES, measured.T, strict=True)
-    more |= {"handed_back": np.zeros(count, np.bool_), "by_reference": 0, "source": source}
-    wall_time = time.perf_counter() - began
-    return Batch(source.scene, source.asked.law, wall_time=wall_time, **found, **more)
+        more |= {"by": source.by, "derived_in_python": none.copy()}
+    return Batch(
+        source.scene, source.asked.law, **found, **more, by_reference=0, handed_back=none,
+        wall_time=time.perf_counter() - began, source=source,
+    )  # fmt: skip
 
 
 def derived_by(source: Source, names: str | Sequence[str]) -> Source:

@@ -117,6 +117,15 @@ def _watched(scene: Scene, velocity: Floats) -> int:
 # -- how shots begin -------------------------------------------------------------------------------
 
 
+class Begun(NamedTuple):
+    """These are the positions, velocities (S, N, 2), other inputs and rolls of shots that begin."""
+
+    position: Floats
+    velocity: Floats
+    vary: dict[str, Floats]
+    roll: Floats | None
+
+
 def opening(
     scene: Scene,
     position: Floats,
@@ -125,8 +134,8 @@ def opening(
     ball: int | None = None,
     carried: Any = None,
     shot: Shot | None = None,
-) -> tuple[Floats, Floats, dict[str, Floats], Floats | None]:
-    """Return the positions, velocities, other inputs and rolls with which shots begin.
+) -> Begun:
+    """Return how shots begin.
 
     Inputs have ``values`` (S,) by their names. Positions and velocities (S, N, 2) that own their
     numbers are changed in place. ``ball`` is the number of the struck ball, by default that of the
@@ -155,7 +164,7 @@ def opening(
         carried = inputs.rolled(scene, velocity, scene.index[shot.ball], shot.roll)
     share = struck.get("roll")
     roll = inputs.rolled(scene, velocity, None if share is None else ball, share, carried)
-    return position, velocity, vary, roll
+    return Begun(position, velocity, vary, roll)
 
 
 def _struck_ball(scene: Scene, velocity: Floats, values: Mapping[str, Any]) -> int:
@@ -198,7 +207,7 @@ def read_source(
         first = find_shot(scene, position)  # type: ignore[arg-type]
         assert first is not None, "it raises for a shot that is not there"
         struck, state = scene.index[first.ball], asked.start(first)
-        position, velocity, roll = _of_state(scene, state)
+        position, velocity, roll = arrays_of(scene, state)
         vary = {**({} if roll is None else {"roll": [first.roll]}), **(vary or {})}
     own = [ball.velocity for ball in scene.balls]
     given = {
@@ -238,7 +247,7 @@ def refuse_given(message: str, **arguments: Any) -> None:
             raise setting_error(name, f"shape {np.shape(value)}", f"leave it out: {message}")
 
 
-def _of_state(scene: Scene, state: State) -> tuple[Floats, Floats, Floats | None]:
+def arrays_of(scene: Scene, state: State) -> tuple[Floats, Floats, Floats | None]:
     """Return the positions, velocities and rolls (N, 2) of a state; NaN for balls off the table."""
     position, velocity = np.array(state.position), np.array(state.velocity)
     position[[scene.index[id_] for id_ in state.off]] = np.nan

@@ -140,12 +140,24 @@ class Workers:
     def _shared(
         self, executor: Executor, work: Callable[[Item], Result], items: Iterable[Item]
     ) -> Iterator[Result]:
+        """Let an executor work on a few items at once, and yield results as they come."""
+        waiting, running, room = iter(items), set[Future[Result]](), EACH * self.count or ROOM
         try:
-            yield from results(executor, work, items, EACH * self.count or ROOM)
+            while True:
+                some = islice(waiting, room - len(running))
+                running |= {executor.submit(work, item) for item in some}
+                if not running:
+                    return
+                finished, running = wait(running, POLL, FIRST_COMPLETED)
+                raise_pending()
+                yield from (each.result() for each in finished)
         except BrokenExecutor:
             if self.executor is not None:
                 raise
             raise RuntimeError(f"workers = {self.count}: {ENDED}") from None
+        finally:
+            for each in running:
+                each.cancel()
 
     def _alone(
         self, work: Callable[[Common, Item], Result], common: Common, items: Iterable[Item],
@@ -187,25 +199,6 @@ def cores() -> int:
     """Return how many cores this process may use."""
     has_affinity = hasattr(os, "sched_getaffinity")
     return len(os.sched_getaffinity(0)) if has_affinity else os.cpu_count() or 1
-
-
-def results(
-    executor: Executor, work: Callable[[Item], Result], items: Iterable[Item], room: int
-) -> Iterator[Result]:
-    """Let an executor work on at most ``room`` items at once, and yield results as they come."""
-    waiting, running = iter(items), set[Future[Result]]()
-    try:
-        while True:
-            free = room - len(running)
-            running |= {executor.submit(work, item) for item in islice(waiting, free)}
-            if not running:
-                return
-            finished, running = wait(running, POLL, FIRST_COMPLETED)
-            raise_pending()
-            yield from (each.result() for each in finished)
-    finally:
-        for each in running:
-            each.cancel()
 
 
 # -- in a worker -----------------------------------------------------------------------------------

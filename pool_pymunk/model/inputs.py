@@ -287,16 +287,6 @@ def input_value(scene: Scene, name: str) -> float:
     return float(TABLE[kind].read(_part(scene, TABLE[kind], whose)))
 
 
-def erring(scene: Scene, name: str, errors: Array) -> Array:
-    """Return an input's values (S,) with these errors; none lies beyond its limits.
-
-    >>> from pool_pymunk import load
-    >>> erring(load("report"), "friction.surface", np.array([-1.0, 0.1])).round(3).tolist()
-    [0.0, 0.2]
-    """
-    return TABLE[parts(name)[0]].clipped(input_value(scene, name) + errors)
-
-
 def with_inputs(scene: Scene, values: Mapping[str, float]) -> Scene:
     """Return the scene with these numbers instead of its own.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -131,45 +130,30 @@ def atlas(
         watched = ball_number(scene, str(chosen.aim) if ball is None else ball)
     elif len(scene.balls) > 1:
         watched = scene.nearest(struck)
-    map_of = partial(_shaped, plan, watched, ranges)
-    kept, by_reference, played = _nothing(plan, show), 0, 0
+    x, y = np.linspace(*columns, width), np.linspace(*rows, height)
+    kept = _nothing((height, width), show)
+    found, played = Atlas(plan, watched, x, y, **kept, by_reference=0, axes=(across, up)), 0
     try:
         with workers_of(workers) as several:
             for shots in map(plan.shots_of, range(plan.parts)):
                 batch = plan.play(plan.draw(shots), workers=several, on_done=on_done)
                 _keep(kept, shots, batch, watched)
-                by_reference, played = by_reference + batch.by_reference, played + len(batch)
+                played += len(batch)
     except KeyboardInterrupt:
         if played == 0:
             raise
-        raise CutShort(map_of(kept, by_reference)) from None
-    return map_of(kept, by_reference)
+        raise CutShort(found) from None
+    return found
 
 
-def _shaped(
-    plan: Plan, ball: int, ranges: Mapping[str, Range], kept: Mapping[str, NDArray[Any]],
-    by_reference: int,
-) -> Atlas:  # fmt: skip
-    """Return an atlas of what is kept of the shots."""
-    (across, columns), (up, rows) = ranges.items()
-    width, height = plan.grid[across].count, plan.grid[up].count
-    shaped: dict[str, Any] = {
-        key: each.reshape(height, width, *each.shape[1:]) if len(each) else each
-        for key, each in kept.items()
-    }
-    x, y = np.linspace(*columns, width), np.linspace(*rows, height)
-    return Atlas(plan, ball, x, y, **shaped, by_reference=by_reference, axes=(across, up))
-
-
-def _nothing(plan: Plan, show: str | None) -> dict[str, NDArray[Any]]:
-    """Return what all maps, or one of them, show of shots that were not played."""
+def _nothing(size: tuple[int, int], show: str | None) -> dict[str, NDArray[Any]]:
+    """Return what all maps, or one of them, show of shots (H, W) that were not played."""
     if show is not None and show not in MAPS:
         raise setting_error("show", show, f"must be one of {', '.join(MAPS)}")
     real, kept = float if show is None else np.float32, dict[str, NDArray[Any]]()
     for name, key in MAPS.items():
-        count = plan.samples if show in (None, name) else 0
         is_real = key in ("end", "duration")
-        shape: Any = (count, 2) if key == "end" else count
+        shape = (*(size if show in (None, name) else (0,)), *(2,) * (key == "end"))
         kept[key] = np.full(shape, np.nan if is_real else NOTHING, real if is_real else np.int32)
     return kept
 
@@ -179,5 +163,6 @@ def _keep(kept: dict[str, NDArray[Any]], shots: range, batch: Batch, ball: int) 
     found = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
     unplayed = batch.status == CANNOT_START
     found["end"][unplayed] = batch.duration[unplayed] = np.nan
-    for key in [key for key in kept if len(kept[key])]:
-        kept[key][shots.start : shots.stop] = found[key]
+    for key, each in kept.items():
+        if len(each):
+            each.reshape(-1, *found[key].shape[1:])[shots.start : shots.stop] = found[key]

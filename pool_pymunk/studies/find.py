@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.laws import Law
-from pool_pymunk.many import Batch, simulate_many
+from pool_pymunk.many import Batch
 from pool_pymunk.many.places import may_lie
-from pool_pymunk.many.source import opening
 from pool_pymunk.many.workers import Workers, workers_of
 from pool_pymunk.model import Point, Scene, Shot
 from pool_pymunk.model.arrays import Array
-from pool_pymunk.model.inputs import SHOT, erring, row_of
+from pool_pymunk.model.inputs import SHOT, row_of
 from pool_pymunk.model.plain import argument, read_pair, size, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
@@ -25,7 +24,7 @@ from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies import Mask
 from pool_pymunk.studies.derivatives import ball_number, derivatives
-from pool_pymunk.studies.variation import Normal, numbers
+from pool_pymunk.studies.variation import Normal, Variation, numbers
 
 Range = tuple[float, float]
 Wanted = Callable[[Batch], Any]
@@ -143,10 +142,12 @@ class _ShotSearch:
     def __init__(
         self, scene: Scene, shot: Shot, wanted: Wanted, seed: int, law: str | Law | None
     ) -> None:
-        self.scene, self.shot, self.wanted, self.seed, self.law = scene, shot, wanted, seed, law
-        self.ball, start = scene.index[shot.ball], scene.start(shot)
-        self.position, self.usual = np.array(start.position), math.hypot(*start.velocity[self.ball])
-        self.own = self.position[self.ball]
+        self.scene, self.shot, self.wanted, self.seed = scene, shot, wanted, seed
+        alone = replace(shot, from_previous=False)
+        self.varied = Variation(scene, {}, alone, law, state=scene.start(shot))
+        self.ball, self.usual = self.varied.ball, self.varied.own("speed")
+        self.names = ("angle", "speed", "roll", f"x.{shot.ball}", f"y.{shot.ball}")
+        self.own = np.array([self.varied.own(name) for name in self.names[3:]])
         self.on_done: Callable[[int, int], object] = lambda *_: None
         self.done = self.planned = 0
         self.workers = Workers(None)
@@ -196,7 +197,7 @@ class _ShotSearch:
                 raise setting_error(key, [low, high], "must be (low, high)")
             if key == "roll" and not self.scene.surface.rolls:
                 raise setting_error(key, [low, high], NO_ROLLING)
-        self.varied = {key: k for k, key in enumerate(given) if key in ranges}
+        self.free = {key: k for k, key in enumerate(given) if key in ranges}
         own = dict(zip(given, (0.0, 0.0, self.shot.roll, *self.own), strict=True))
         self.low, self.high = np.array([ranges.get(key, (own[key],) * 2) for key in given]).T
 
@@ -209,22 +210,17 @@ class _ShotSearch:
 
     def play(self, tries: Array) -> tuple[Batch, Mask]:
         """Play tries (S, 5 + P), and tell in which the ball has room."""
-        angle, speed, roll, x, y, *others = tries.T
-        values = {"angle": angle, "speed": np.maximum(speed, 0.0), "roll": roll}
-        for name, errors in zip(self.others, others, strict=False):
-            values[name] = roll + errors if name == "roll" else erring(self.scene, name, errors)
-        starts, has_room = np.tile(self.position, (len(tries), 1, 1)), np.ones(len(tries), bool)
-        if "x" in self.varied:
-            starts[:, self.ball] = np.stack((x, y), axis=-1)
+        spots = dict(zip(self.names, tries.T, strict=False))
+        values = {name: spots[name] for name in ("angle", "speed", "roll")}
+        for name, errors in zip(self.others, tries.T[len(spots) :], strict=False):
+            values[name] = self.varied.erring(name, errors, spots.get(name))
+        starts, has_room = self.varied.places(len(tries)), np.ones(len(tries), bool)
+        if "x" in self.free:
+            starts[:, self.ball] = tries[:, 3:5]
             has_room = np.asarray(may_lie(self.scene, starts).all(axis=1))
-            starts[~has_room] = self.position
-        velocity = np.tile([ball.velocity for ball in self.scene.balls], (len(tries), 1, 1))
-        *begun, vary, rolls = opening(self.scene, starts, velocity, values, self.ball)
-        batch = simulate_many(
-            self.scene, *begun, vary=vary, roll=rolls, law=self.law, workers=self.workers,
-            on_done=self.tell,
-        )  # fmt: skip
-        return batch, has_room
+            starts[~has_room] = self.varied.start.position
+        begun = self.varied.begin(starts, values)
+        return self.varied.play(begun, workers=self.workers, on_done=self.tell), has_room
 
     def does(self, tries: Array) -> Mask:
         """Tell which of these tries (S, 5 + P) do what is asked, AT_ONCE of them at a time."""
@@ -244,17 +240,15 @@ class _ShotSearch:
         found, spots, most = list[Found](), list[Array](), CANDIDATES * count
         self.planned = tries + most * (STEPS + 1) * samples
         for looked_at in self.look(tries)[:most]:
-            if (one := self.closely(looked_at, samples)) is not None:
-                shot = one.shot
-                spot = np.array([shot.angle, shot.speed, shot.roll, *(shot.place or self.own)])
-                if not self.is_near(spot, spots):
-                    found.append(one)
-                    spots.append(spot)
+            one, spot = self.closely(looked_at, samples)
+            if one is not None and not self.is_near(spot, spots):
+                found.append(one)
+                spots.append(spot)
         return sorted(found, key=lambda one: (one.off, -one.share))[:count]
 
     def look(self, tries: int) -> list[Array]:
         """Look at a grid, and return the spots around which most tries do what is asked."""
-        deep = [count if key in self.varied else 1 for key, count in FURTHER.items()]
+        deep = [count if key in self.free else 1 for key, count in FURTHER.items()]
         wide = max(tries // (TALL * math.prod(deep)), 2)
         axes = [*map(np.linspace, self.low, self.high, (wide, TALL, *deep))]
         grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, len(axes))
@@ -271,7 +265,7 @@ class _ShotSearch:
                 spots.append(grid[k])
         return spots
 
-    def closely(self, spot: Array, samples: int) -> Found | None:
+    def closely(self, spot: Array, samples: int) -> tuple[Found | None, Array]:
         """Move a spot to where most tries around it do what is asked, and measure their share."""
         turn, speed, *others = numbers(self.player, samples, self.seed).values()
         still = np.zeros((samples, len(spot) - 2))
@@ -284,13 +278,13 @@ class _ShotSearch:
                 spot = middle if self.does(middle[np.newaxis])[0] else spot
         run = self.played(spot)
         if run is None:
-            return None
+            return None, spot
         why: tuple[str, ...] = ()
         if self.balls:
             spot, run, why = self.improved(spot, run)
         share, (angle, speed, *_) = self.does(self.around(spot, errors)).mean(), spot.tolist()
         assert run.shot is not None
-        return Found(run.shot, angle, speed, float(share), run, self.off(run), why)
+        return Found(run.shot, angle, speed, float(share), run, self.off(run), why), spot
 
     def around(self, spot: Array, errors: Array) -> Array:
         """Return tries of a spot with these errors, (S, 5 + P)."""
@@ -301,7 +295,7 @@ class _ShotSearch:
         (batch, has_room), (angle, speed, roll, x, y) = self.play(spot[np.newaxis]), spot.tolist()
         if not has_room[0] or not np.asarray(self.wanted(batch))[0]:
             return None
-        place = (x, y) if "x" in self.varied else self.shot.place
+        place = (x, y) if "x" in self.free else self.shot.place
         shot = Shot(
             "found", self.shot.ball, speed=max(speed, 0.0), angle=angle, roll=roll, place=place
         )
@@ -317,7 +311,7 @@ class _ShotSearch:
 
         What has no derivative at the present shot is not moved; say why it has none.
         """
-        names = [f"{key}.{self.shot.ball}" if key in "xy" else key for key in self.varied]
+        names = [self.names[k] for k in self.free.values()]
         why: tuple[str, ...] = ()
         for _ in range(MOST_STEPS):
             found = derivatives(run, names)
@@ -326,7 +320,7 @@ class _ShotSearch:
             apart = (self.goals - np.array(run.end.position)[self.balls]).ravel()
             step = np.linalg.lstsq(np.nan_to_num(slopes), apart, rcond=None)[0]
             whole_step, least = np.zeros(len(spot)), (1.0 - LEAST_GAIN) * self.off(run)
-            whole_step[list(self.varied.values())] = step
+            whole_step[list(self.free.values())] = step
             for share in SIZES:
                 moved = self.within(spot + share * whole_step)
                 other = self.played(moved)

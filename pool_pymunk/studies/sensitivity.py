@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from pool_pymunk.laws import Law, find_law
 from pool_pymunk.many.batch import STATUSES
 from pool_pymunk.many.play import play_all
-from pool_pymunk.many.source import opening, read_source
+from pool_pymunk.many.source import is_gone, read_source
 from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Point, Scene, Shot, inputs
 from pool_pymunk.model.arrays import Array
@@ -39,8 +39,8 @@ from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.changes import law_of
 from pool_pymunk.studies.compare import Reference, play_beside, reference_of
 from pool_pymunk.studies.derivatives import follow
-from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of, launched
-from pool_pymunk.studies.variation import Uniform, numbers, offsets
+from pool_pymunk.studies.uncertainty import StartSampler, Uncertainty, cause_of
+from pool_pymunk.studies.variation import NOISE, Uniform, Variation, numbers, offsets
 
 MAX_TIME = STATUSES.index("max_time")
 PRINTED_DECIMALS = 2  # the decimals of a printed end, in the scenario's unit of length
@@ -258,39 +258,38 @@ class Study:
         self, errors: Mapping[str, Array], workers: Workers, done: Any = None
     ) -> tuple[dict[str, NDArray[Any]], Mask]:
         """Play samples through all shots of the chain; return arrays, and which are finished."""
-        scene, samples = self.reference.scene, len(next(iter(errors.values())))
-        off = offsets(scene, errors, samples)
-        starts = self.places + off
-        values = {
-            name: inputs.erring(scene, name, errors[name])
+        scene, off = self.reference.scene, offsets(self.reference.scene, errors)
+        values: dict[str, Any] = {
+            name: Variation(scene, {}, self.chain[0]).erring(name, errors[name])
             for name in self.widths.keys() - {*inputs.names_in(scene)["position"]}
             if inputs.TABLE[inputs.parts(name)[0]].of != inputs.SHOT
         }
+        starts, carried = self.places + off, None
+        position, still = starts.copy(), np.zeros(off.shape)
         velocity = np.tile([ball.velocity for ball in scene.balls], (len(off), 1, 1))
-        position, velocity, values, _ = opening(scene, starts.copy(), velocity, values)
         pocketed, finished = np.full(off.shape[:2], -1), np.ones(len(off), dtype=bool)
-        carried = None
-        for k, shot in enumerate(self.chain, start=1):
-            is_last, ball, its = k == len(self.chain), None, dict[str, Any]()
-            if shot is not None and shot.place is not None:
-                i = scene.index[shot.ball]
-                position[:, i], pocketed[:, i] = shot.place + off[:, i], -1
-            there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
+        for k, (shot, run) in enumerate(zip(self.chain, self.runs, strict=True), start=1):
+            its, is_last = Variation(scene, {}, shot, self.law, self.aims_anew), k == len(self.runs)
             if shot is not None:
-                ball = scene.index[shot.ball]
-                velocity[:, ball], its, is_lost = self._struck(k, shot, there, errors)
-                finished &= ~is_lost
-            there, velocity, vary, rolls = opening(
-                scene, there, velocity, values | its, ball, carried
-            )
-            source = read_source(scene, there, velocity, vary, self.law, None, rolls)
+                ball, noise = its.ball, [errors.get(f"{n}.{k}", 0.0) for n in ("speed", "turn")]
+                if shot.place is not None:
+                    position[:, ball], pocketed[:, ball] = shot.place + off[:, ball], -1
+                velocity[:, ball] = run.knots[ball][0, 3:5]
+                values["roll"] = shot.roll + errors.get(f"roll.{k}", 0.0)
+                values |= zip(NOISE, noise, strict=True) if any(map(np.any, noise)) else ()
+            there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
+            begun = its.begin(there, values, velocity, carried)
+            is_lost = is_gone(begun.velocity) & ~is_gone(begun.position)  # It aims at no ball.
+            finished &= ~is_lost.any(axis=1)
+            begun.position[is_lost], values = np.nan, begun.vary
+            source = read_source(scene, *begun[:3], self.law, None, begun.roll)
             if is_last:
                 tell = done or (lambda _: None)
                 out, same, departure = play_beside(source, tell, self.beside, workers)
             else:
                 out = play_all(source, lambda _: None, workers)
             # Balls still move where time was up.
-            velocity, carried = np.zeros(off.shape), np.zeros(off.shape)
+            velocity, carried = still.copy(), still.copy()
             for s in () if is_last else np.flatnonzero(out.status == MAX_TIME).tolist():
                 end = source.run(s, measures_policies=False).end
                 velocity[s], carried[s] = end.velocity, end.roll or 0.0
@@ -303,25 +302,6 @@ class Study:
             position = np.where(np.isnan(out.final), position, out.final)
         arrays = {"starts": starts, "ends": position, "left": departure}
         return arrays | {"same_contacts": same, "pocketed": pocketed}, finished
-
-    def _struck(
-        self, k: int, shot: Shot, there: Array, errors: Mapping[str, Array]
-    ) -> tuple[Array, dict[str, Any], Mask]:
-        """Return the ball's velocities (S, 2), its other inputs, and where (S,) its aim is off."""
-        ball = self.reference.scene.index[shot.ball]
-        if self.aims_anew:
-            own = launched(self.reference.scene, shot, there)
-        else:
-            own = np.tile(self.runs[k - 1].knots[ball][0, 3:5], (len(there), 1))
-        is_off = np.isnan(there[:, ball]).any(axis=-1)
-        is_lost = np.isnan(own).any(axis=-1) & ~is_off
-        own[is_off | is_lost] = 0.0
-        faster, turn, roll = (errors.get(f"{n}.{k}", 0.0) for n in ("speed", "turn", "roll"))
-        its: dict[str, Any] = {"roll": shot.roll + roll}
-        if np.any(faster) or np.any(turn):
-            speed = np.maximum(np.hypot(*own.T) + faster, 0.0)
-            its |= {"speed": np.where(is_off, 0.0, speed), "turn": turn}
-        return own, its, np.asarray(is_lost)
 
 
 def read_study(

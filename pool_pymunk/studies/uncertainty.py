@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.many.places import may_lie
-from pool_pymunk.model import NEAREST, Point, Scene, Shot, Units
+from pool_pymunk.model import Point, Scene, Units
 from pool_pymunk.model import inputs as table
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import TABLE, names_in, parts
@@ -213,23 +213,6 @@ def _written(
     return Units(**raw.get("units", {})), places
 
 
-def launched(scene: Scene, shot: Shot, position: Array) -> Array:
-    """Return the velocity (S, 2) that a shot gives to its ball at starts (S, N, 2), NaN if off."""
-    if shot.launch is not None:
-        return np.tile(shot.launch, (len(position), 1))
-    assert shot.aim is not None and shot.speed is not None
-    ball = scene.index[shot.ball]
-    offset = position - position[:, ball : ball + 1]
-    if shot.aim == NEAREST:
-        away = np.nan_to_num(np.hypot(offset[..., 0], offset[..., 1]), nan=np.inf)
-        away[:, ball] = np.inf
-        dx, dy = offset[np.arange(len(position)), away.argmin(axis=1)].T
-    else:
-        dx, dy = offset[:, scene.index[shot.aim]].T
-    angles = list(map(math.atan2, dy.tolist(), dx.tolist()))  # the same bits as in Scene.start
-    return np.array([(math.cos(a) * shot.speed, math.sin(a) * shot.speed) for a in angles])
-
-
 class StartSampler:
     """A start sampler draws starts around ``places`` (m), by default those of the scene's balls.
 
@@ -260,7 +243,7 @@ class StartSampler:
         missing = np.ones(samples, dtype=bool)
         for k in range(ATTEMPTS):
             errors = numbers(self.spread, range(k * ANEW, k * ANEW + samples), seed)
-            drawn = self.base + offsets(self.scene, errors, samples)[missing]
+            drawn = self.base + offsets(self.scene, errors)[missing]
             self.overlapping += int((~may_lie(self.scene, drawn)).sum())
             starts[missing] = self.apart(drawn)
             missing[missing] = ~may_lie(self.scene, starts[missing]).all(axis=1)

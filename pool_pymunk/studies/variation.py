@@ -1,4 +1,4 @@
-"""This module varies the inputs of a scene: at random, or on a grid.
+"""This module varies the inputs of a scene, at random or on a grid, and plays the shots.
 
 An input has one random number from 0 to 1 for each shot, and its distribution says which error or
 value that number stands for. The number depends on the seed, the input's name and the shot's number
@@ -18,7 +18,9 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.laws import Law
-from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.many import Batch, simulate_many
+from pool_pymunk.many.source import Begun, arrays_of, opening
+from pool_pymunk.model import NEAREST, Scene, Shot, State
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import ROWS, SHOT, TABLE, Input, input_value, names_in, parts, row_of
 from pool_pymunk.model.plain import argument, between, whole
@@ -29,6 +31,9 @@ A_BLOCK = 4  # numbers that a step of Philox makes
 LEAST = 2.0**-54  # half of the smallest random number above 0
 # The number of the first shot may be left out.
 FIRST = {f"{row.name}.1": row.name for row in ROWS if row.of == SHOT}
+# These are a player's errors, which add to the speed and to the angle or turn of the struck ball.
+NOISE = ("noise.speed", "noise.angle")
+OF_SHOT = {*FIRST.values(), *NOISE}
 
 
 @dataclass(frozen=True)
@@ -133,7 +138,10 @@ class Variation:
     ``Uniform`` has errors of the scene's own number, a ``Between`` or ``Grid`` has values; all are
     in SI, angles in degrees. ``shot`` is chosen as in :func:`~pool_pymunk.simulate`; its speed,
     direction and roll are those that ``speed``, ``angle``, ``turn`` and ``roll`` vary. ``law`` is
-    that of a shot from which it goes on. Raises SettingError, in one line that names the input.
+    that of every contact, also of a shot from which it goes on. A shot that aims at a ball is aimed
+    once, in the scene as it is, unless it ``aims_anew`` wherever the balls are. A ``state`` at the
+    moment of the shot may be given; then the shot may be another than the scene's. Raises
+    SettingError, in one line that names the input.
 
     >>> from pool_pymunk import load, simulate_many
     >>> scene = load("report")
@@ -146,6 +154,8 @@ class Variation:
     inputs: Mapping[str, Distribution]
     shot: Shot | str | int | None = None
     law: str | Law | None = None
+    aims_anew: bool = False
+    state: State | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.inputs, Mapping):
@@ -165,25 +175,78 @@ class Variation:
         [[0.0, 90.0], [0.21, 0.205]]
         """
         found = numbers(self.inputs, shots, seed)
-        for name, its in self.inputs.items():
-            if isinstance(its, Normal | Uniform):
-                found[name] = TABLE[parts(name)[0]].clipped(self.own(name) + found[name])
-        return found
+        width = (name for name, its in self.inputs.items() if isinstance(its, Normal | Uniform))
+        return found | {name: self.erring(name, found[name]) for name in width}
+
+    def erring(self, name: str, errors: Array, around: Any = None) -> Array:
+        """Return the values (S,) of an input that has these errors, none beyond its limits.
+
+        They are ``around`` the scene's own number, or around others.
+        """
+        own = self.own(name) if around is None else around
+        return TABLE[parts(name)[0]].clipped(own + errors)
+
+    def places(self, shots: int) -> Array:
+        """Return where the balls are as so many shots begin (S, N, 2); NaN is off the table."""
+        return np.tile(arrays_of(self.scene, self.start)[0], (shots, 1, 1))
+
+    def begin(
+        self, position: Array, values: Mapping[str, Any], velocity: Any = None, carried: Any = None
+    ) -> Begun:
+        """Return how shots begin whose balls are at these places (S, N, 2), which it may change.
+
+        Inputs have ``values`` (S,) by their names, and a player has errors, by ``NOISE``. The balls
+        have the ``velocity`` and the rolls ``carried`` (S, N, 2) of the state, or others.
+        """
+        scene, ball, shot = self.scene, self.ball, self.struck
+        if velocity is None:
+            velocity = np.tile(np.array(self.start.velocity), (len(position), 1, 1))
+        if carried is None and shot is not None and shot.from_previous:
+            carried = self.start.roll
+        its: dict[str, Any] = {"roll": self.roll}
+        its |= {name: each for name, each in values.items() if name in OF_SHOT}
+        others = {name: each for name, each in values.items() if name not in OF_SHOT}
+        position, velocity, vary, _ = opening(scene, position, velocity, others)
+        if self.aims_anew and shot is not None and shot.aim is not None:
+            velocity[:, ball] = launched(scene, shot, position)
+        if its.keys() - {"roll"}:
+            faster, turned = (its.pop(key, 0.0) for key in NOISE)
+            speed = its["speed"] if "speed" in its else np.hypot(*velocity[:, ball].T)
+            direction = "angle" if "angle" in its else "turn"
+            its |= {"speed": np.maximum(speed + faster, 0.0)}
+            its[direction] = its.get(direction, 0.0) + turned
+        return opening(scene, position, velocity, vary | its, ball, carried)
+
+    def play(self, begun: Begun, **how: Any) -> Batch:
+        """Play shots; ``how`` has other arguments of ``simulate_many``."""
+        position, velocity, vary, roll = begun
+        how = {"law": self.law, **how}
+        return simulate_many(self.scene, position, velocity, vary=vary, roll=roll, **how)
 
     @cached_property
-    def _struck(self) -> Shot | None:
+    def struck(self) -> Shot | None:
+        """The shot that is played."""
+        if self.state is not None and isinstance(self.shot, Shot):
+            return self.shot
         return find_shot(self.scene, self.shot)
 
     @cached_property
     def start(self) -> State:
         """The state at the moment of the shot, which may be the end of another shot."""
-        return request(self.scene, reference_solver().name, law=self.law).start(self._struck)
+        asked = request(self.scene, reference_solver().name, law=self.law)
+        return self.state or asked.start(self.struck)
 
     @cached_property
     def ball(self) -> int:
         """The number of the struck ball; without a shot that of the first ball that moves."""
-        moves = (i for i, v in enumerate(self.start.velocity) if v != (0.0, 0.0))
-        return self.scene.index[self._struck.ball] if self._struck else next(moves, 0)
+        if self.struck is not None:
+            return self.scene.index[self.struck.ball]
+        return next((i for i, v in enumerate(self.start.velocity) if v != (0.0, 0.0)), 0)
+
+    @property
+    def roll(self) -> float:
+        """The roll of the struck ball, as a share of its velocity."""
+        return (self.struck or self.scene.balls[self.ball]).roll
 
     def own(self, name: str) -> float:
         """Return the scene's own number of an input, as the shot begins."""
@@ -193,9 +256,8 @@ class Variation:
             return float(getattr(self.start, array)[self.scene.index[whose]][axis])
         if array == "struck":
             vx, vy = self.start.velocity[self.ball]
-            share = (self._struck or self.scene.balls[self.ball]).roll
             angle = math.degrees(math.atan2(vy, vx))
-            return {"speed": math.hypot(vx, vy), "angle": angle, "roll": share}.get(kind, 0.0)
+            return {"speed": math.hypot(vx, vy), "angle": angle, "roll": self.roll}.get(kind, 0.0)
         return input_value(self.scene, name)
 
 
@@ -231,8 +293,22 @@ def read_range(where: str, value: Any, row: Input) -> tuple[float, float]:
     return low, high
 
 
-def offsets(scene: Scene, errors: Mapping[str, Array], count: int) -> Array:
-    """Return how far (S, N, 2) the balls of ``count`` shots are moved, in m, by these errors."""
-    still = np.zeros(count)
-    moves = [errors.get(name, still) for name in names_in(scene)["position"]]
-    return np.stack(moves, axis=-1).reshape(count, len(scene.balls), 2)
+def offsets(scene: Scene, errors: Mapping[str, Array]) -> Array:
+    """Return how far (S, N, 2) the balls are moved, in m, by the errors (S,) of their places."""
+    moves = [errors[name] for name in names_in(scene)["position"]]
+    return np.stack(moves, axis=-1).reshape(-1, len(scene.balls), 2)
+
+
+def launched(scene: Scene, shot: Shot, position: Array) -> Array:
+    """Return the velocity (S, 2) of a shot that aims at a ball at starts (S, N, 2), NaN if off."""
+    assert shot.aim is not None and shot.speed is not None
+    ball = scene.index[shot.ball]
+    offset = position - position[:, ball : ball + 1]
+    if shot.aim == NEAREST:
+        away = np.nan_to_num(np.hypot(offset[..., 0], offset[..., 1]), nan=np.inf)
+        away[:, ball] = np.inf
+        dx, dy = offset[np.arange(len(position)), away.argmin(axis=1)].T
+    else:
+        dx, dy = offset[:, scene.index[shot.aim]].T
+    angles = list(map(math.atan2, dy.tolist(), dx.tolist()))  # the same bits as in Scene.start
+    return np.array([(math.cos(a) * shot.speed, math.sin(a) * shot.speed) for a in angles])

@@ -18,8 +18,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pool_pymunk.core import compiled
 from pool_pymunk.laws import LAWS
-from pool_pymunk.many import simulate_many
-from pool_pymunk.many.source import opening
 from pool_pymunk.model import Scene, SceneError, SettingError, Shot, State
 from pool_pymunk.model.places import Surroundings, placed
 from pool_pymunk.model.problems import Point, listed, setting_error, shown
@@ -31,7 +29,7 @@ from pool_pymunk.render.table import round_number
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, Solver, find_solver, reference_solver, request
-from pool_pymunk.studies.variation import Normal, numbers
+from pool_pymunk.studies.variation import Normal, Variation, numbers
 
 LONGEST = 60.0  # s; a run is ended at this time at the latest,
 MOST_EVENTS = 5_000  # and after this many events.
@@ -174,24 +172,17 @@ class Answers:
 
     def cloud(self, asked: AskCloud) -> Reply:
         """Return where the balls end if a player errs: for each ball its ends, if they differ."""
-        state = self.scene.start(self._shot(asked), self.scene.state(asked.state))
-        places, speeds = np.array(state.position), np.array(state.velocity)
-        places[[self.scene.index[id_] for id_ in state.off]] = np.nan
-        struck = self.scene.index[asked.ball]
+        shot = self._shot(asked)
+        state = self.scene.start(shot, self.scene.state(asked.state))
+        varied = Variation(self.scene, {}, shot, asked.law, state=state)
         turn, faster = Normal(asked.angle_error), Normal(asked.speed_error * asked.speed)
-        drawn = numbers({"turn": turn, "speed": faster}, SAMPLES)
-        speed = np.maximum(asked.speed + drawn["speed"], 0.0)
-        values = {"angle": asked.angle + drawn["turn"], "speed": speed}
-        values["roll"] = np.full(SAMPLES, asked.roll or 0.0)
-        spent, ends = 0.0, np.empty((0, *places.shape))
+        spent, ends = 0.0, np.empty((0, len(self.scene.balls), 2))
         while len(ends) < SAMPLES and spent < CLOUD_TIME:
-            some = {key: each[len(ends) : 2 * len(ends) + SOME] for key, each in values.items()}
-            shape = (len(some["speed"]), 1, 1)
-            starts = np.tile(places, shape), np.tile(speeds, shape)
-            *begun, _, rolls = opening(self.scene, *starts, some, struck, state.roll)
-            batch = simulate_many(
-                self.scene, *begun, roll=rolls, law=asked.law, max_time=self.latest
-            )
+            some = range(len(ends), min(2 * len(ends) + SOME, SAMPLES))
+            drawn = numbers({"turn": turn, "speed": faster}, some)
+            values = {"angle": asked.angle + drawn["turn"], "speed": asked.speed + drawn["speed"]}
+            begun = varied.begin(varied.places(len(some)), values, carried=state.roll)
+            batch = varied.play(begun, max_time=self.latest)
             spent += batch.wall_time
             ends = np.concatenate([ends, batch.final])
         spread = []

@@ -12,16 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.laws import Law
-from pool_pymunk.many import Batch, simulate_many
-from pool_pymunk.many.source import opening
+from pool_pymunk.many import Batch
+from pool_pymunk.many.source import Begun
 from pool_pymunk.model import Scene, Shot, inputs
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, between, flag, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
 from pool_pymunk.solvers import find_shot, reference_solver, request
-from pool_pymunk.studies.uncertainty import StartSampler, launched
+from pool_pymunk.studies.uncertainty import StartSampler
 from pool_pymunk.studies.variation import (
+    OF_SHOT,
     Between,
     Distribution,
     Grid,
@@ -44,11 +45,10 @@ UNITS = {row.name: inputs.SI[row.quantity] for row in inputs.TABLE.values()} | {
     "start": "m", "noise_speed": "m/s", "noise_angle": "deg", "angle": "deg", "turn": "deg",
     "duration": "s",
 }  # fmt: skip
-OF_SHOT = {"speed", "angle", "turn", "roll", "noise.speed", "noise.angle"}
 
 
 class Drawn(NamedTuple):
-    """These are the inputs of some shots: what was varied, by its column, and what is played."""
+    """These are the inputs of some shots: what was varied, by its column, and how they begin."""
 
     columns: dict[str, Array]
     position: Array
@@ -74,7 +74,7 @@ class Plan:
     scene: Scene
     shot: Shot | None
     vary: Mapping[str, Distribution]
-    grid: Mapping[str, Grid]
+    grid: Mapping[str, Distribution]
     samples: int
     seed: int
     chunk: int
@@ -117,38 +117,28 @@ class Plan:
     @cached_property
     def begun(self) -> Variation:
         """The scene at the moment of the shot, in which nothing varies."""
-        return Variation(self.scene, {}, self.shot, self.law)
+        return Variation(self.scene, {}, self.shot, self.law, self.aims_anew)
 
     def draw(self, shots: range) -> Drawn:
         """Return the inputs of these shots."""
-        state, places = self.begun.start, inputs.names_in(self.scene)["position"]
+        state, position = self.begun.start, self.begun.places(len(shots))
         varied = {key: its for key, its in {**self.grid, **self.vary}.items() if key != "start"}
         named = {self.meaning(key): its for key, its in varied.items()}
-        columns = dict(zip(varied, numbers(named, shots, self.seed).values(), strict=True))
-        position, velocity = (
-            np.tile(np.array(each), (len(shots), 1, 1)) for each in (state.position, state.velocity)
-        )
-        position[:, [self.scene.index[id_] for id_ in state.off]] = np.nan
+        values = numbers(named, shots, self.seed)
         if isinstance(start := self.vary.get("start"), Uniform):
+            places = inputs.names_in(self.scene)["position"]
             errors = numbers(dict.fromkeys(places, start), shots, self.seed)
-            position += offsets(self.scene, errors, len(shots))
+            position += offsets(self.scene, errors)
             if not state.off:  # Overlapping balls are moved apart.
                 widths = np.full(position.shape[1:], start.half_width)
                 position = StartSampler(self.scene, widths, state.position).apart(position)
-        of_balls = {self.meaning(key): each for key, each in columns.items() if key not in OF_SHOT}
-        position, velocity, vary, _ = opening(self.scene, position, velocity, of_balls)
-        carried = state.roll if self.shot is not None and self.shot.from_previous else None
-        its = self._of_shot(columns, position, velocity)
-        _, velocity, _, roll = opening(
-            self.scene, position, velocity, its, self.begun.ball, carried
-        )
-        return Drawn(self._named(columns, position), position, velocity, vary, roll)
+        begun = self.begun.begin(position, values)
+        columns = dict(zip(varied, values.values(), strict=True))
+        return Drawn(self._named(columns, begun.position), *begun)
 
     def play(self, drawn: Drawn, **how: Any) -> Batch:
         """Play the shots that were drawn; ``how`` has other arguments of ``simulate_many``."""
-        _, position, velocity, vary, roll = drawn
-        how = {"law": self.law, **how}
-        return simulate_many(self.scene, position, velocity, vary=vary, roll=roll, **how)
+        return self.begun.play(Begun(*drawn[1:]), **how)
 
     def meaning(self, key: str) -> str:
         """Return the name of the input that a key of a sweep stands for."""
@@ -159,21 +149,6 @@ class Plan:
     def own(self, key: str) -> float:
         """Return the value of a key that was not varied."""
         return self.begun.own(self.meaning(key))
-
-    def _of_shot(
-        self, columns: Mapping[str, Array], position: Array, velocity: Array
-    ) -> dict[str, Any]:
-        """Return the speed, turn and roll of the struck ball."""
-        moves = "start" in self.vary or any(key[:2] in ("x.", "y.") for key in columns)
-        if self.aims_anew and self.shot is not None and self.shot.aim is not None and moves:
-            velocity[:, self.begun.ball] = launched(self.scene, self.shot, position)
-        its: dict[str, Any] = {"roll": columns.get("roll", self.own("roll"))}
-        if columns.keys() & (OF_SHOT - {"roll"}):
-            own = np.hypot(*velocity[:, self.begun.ball].T)
-            speed = columns.get("speed", own) + columns.get("noise.speed", 0.0)
-            turn = sum(columns.get(key, 0.0) for key in ("angle", "turn", "noise.angle"))
-            its |= {"speed": np.maximum(speed, 0.0), "turn": turn}
-        return its
 
     def _named(self, columns: Mapping[str, Array], position: Array) -> dict[str, Array]:
         """Return what was varied by the names of its columns; places are ``start_x_1``."""
@@ -200,8 +175,8 @@ def make_plan(
     asked = request(scene, reference_solver().name, law=law, max_time=max_time)
     latest = asked.settings.max_time
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
-    varied = {key: _distribution(scene, key, value) for key, value in (vary or {}).items()}
-    steps = {key: _grid(scene, key, value) for key, value in (grid or {}).items()}
+    varied = {key: _read(scene, "vary", key, value) for key, value in (vary or {}).items()}
+    steps = {key: _read(scene, "grid", key, value) for key, value in (grid or {}).items()}
     if both := varied.keys() & steps.keys():
         raise setting_error("grid", min(both), "is varied already")
     if samples is None and not steps:
@@ -224,28 +199,17 @@ def make_plan(
     return plan
 
 
-def _distribution(scene: Scene, key: str, value: Any) -> Distribution:
-    """Read a range (low, high), or one width."""
-    where = f"vary[{key!r}]"
-    if key not in SPREADS:
-        return Between(*read_range(where, value, _row(scene, key, "vary")))
-    if np.size(value) != 1:
-        raise setting_error(where, str(value), "must be one width")
-    return SPREADS[key](argument(where, np.ravel(value)[0], between(0.0)))
-
-
-def _grid(scene: Scene, key: str, value: Any) -> Grid:
-    """Read (low, high, count)."""
-    where = f"grid[{key!r}]"
-    if key in SPREADS or np.ndim(value) != 1 or len(value) != 3:
+def _read(scene: Scene, of: str, key: str, value: Any) -> Distribution:
+    """Read a range (low, high) or one width of ``vary``, or (low, high, count) of ``grid``."""
+    where, is_grid, spread = f"{of}[{key!r}]", of == "grid", SPREADS.get(key)
+    if is_grid and (spread or np.ndim(value) != 1 or len(value) != 3):
         message = "must be (low, high, count), of a key that takes a range"
         raise setting_error(where, str(value), message)
-    ends = read_range(where, value[:2], _row(scene, key, "grid"))
-    return Grid(*ends, argument(where, value[2], whole(1)))
-
-
-def _row(scene: Scene, key: str, name: str) -> inputs.Input:
-    """Return the row of a key in the table of inputs; SettingError names the argument."""
-    if key == "mass":
-        return inputs.TABLE[key]
-    return inputs.row_of(name, key, scene, (*SPREADS, "mass"))[0]
+    if spread is not None:
+        if np.size(value) != 1:
+            raise setting_error(where, str(value), "must be one width")
+        return spread(argument(where, np.ravel(value)[0], between(0.0)))
+    also = (*SPREADS, "mass")
+    row = inputs.TABLE[key] if key == "mass" else inputs.row_of(of, key, scene, also)[0]
+    ends = read_range(where, value[:2] if is_grid else value, row)
+    return Grid(*ends, argument(where, value[2], whole(1))) if is_grid else Between(*ends)
