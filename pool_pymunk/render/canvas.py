@@ -28,6 +28,7 @@ from pool_pymunk.render.style import Style
 from pool_pymunk.safety.files import RenderError, whole
 
 Pixels = NDArray[np.uint8]
+Box = tuple[int, int, int, int]  # left, top, right and bottom, in pixels from the upper left corner
 FORMATS = (".png", ".svg", ".pdf")
 POINTS_PER_INCH = 72.0
 BESIDE = 2.0  # pixels; points that `_outlines` finds are this far apart
@@ -149,12 +150,26 @@ def dress(axes: Axes, style: Style, letter: float | None = None) -> None:
             words.set_fontsize(letter)
 
 
-def shared(frame: Pixels) -> Image.Image:
-    """Return a picture in the memory of a frame (height, width, 4): to draw on it changes both."""
-    size = frame.shape[1], frame.shape[0]
-    picture = Image.frombuffer("RGBA", size, frame, "raw", "RGBA", 0, 1)
-    picture.readonly = 0  # Otherwise Pillow draws on a copy.
-    return picture
+class Frame:
+    """A frame has ``pixels`` (height, width, 4), and a ``picture`` that shares their memory."""
+
+    def __init__(self, pixels: Pixels) -> None:
+        self.pixels, size = pixels, (pixels.shape[1], pixels.shape[0])
+        self.picture = Image.frombuffer("RGBA", size, pixels, "raw", "RGBA", 0, 1)
+        self.picture.readonly = 0  # Otherwise Pillow draws on a copy.
+        self.stale: list[Box] = []  # where it does not show the ground
+
+    def put(self, what: Image.Image | str, at: tuple[int, int], cover: Image.Image) -> None:
+        """Put a picture or a colour where its cover is; ``at`` is the upper left corner."""
+        box = (*at, at[0] + cover.width, at[1] + cover.height)
+        self.picture.paste(what, box, cover)
+        self.stale.append(box)
+
+    def renew(self, ground: Image.Image) -> None:
+        """Show the ground again, wherever it is stale."""
+        for box in self.stale:
+            self.picture.paste(ground.crop(box), box)
+        self.stale.clear()
 
 
 def split(pixels: Pixels) -> tuple[Image.Image, Image.Image]:
@@ -178,16 +193,16 @@ class Sprite:
         self.fine = Image.fromarray(np.pad(fine, ((FINE, FINE), (FINE, FINE), (0, 0))))
         self.shifted: dict[tuple[int, int], tuple[Image.Image, Image.Image]] = {}
 
-    def stamp(self, frame: Image.Image, x: float, y: float, strength: float = 1.0) -> None:
+    def stamp(self, frame: Frame, x: float, y: float, strength: float = 1.0) -> None:
         """Put the sprite's middle at (x, y), unless that is NaN, with a ``strength`` in [0, 1]."""
         if strength <= 0.0 or not math.isfinite(x + y):
             return
         column, across = divmod(round(x * FINE), FINE)
-        row, down = divmod(round((frame.height - y) * FINE), FINE)
+        row, down = divmod(round((frame.picture.height - y) * FINE), FINE)
         if (across, down) not in self.shifted:
             left, top, size = FINE - across, FINE - down, self.side * FINE
             picture = self.fine.reduce(FINE, (left, top, left + size, top + size))
             self.shifted[across, down] = split(np.asarray(picture))
         picture, cover = self.shifted[across, down]
         at = column - self.side // 2, row - self.side // 2
-        frame.paste(picture, at, dimmed(cover, strength))
+        frame.put(picture, at, dimmed(cover, strength))

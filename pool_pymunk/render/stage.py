@@ -18,12 +18,11 @@ from matplotlib.font_manager import FontProperties, findfont
 from matplotlib.transforms import Bbox
 from PIL import Image, ImageDraw, ImageFont
 
-from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, number
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, track_of
-from pool_pymunk.render.canvas import FINE, Pixels, Sprite, canvas, dimmed, pixels, shared
+from pool_pymunk.render.canvas import FINE, Frame, Pixels, Sprite, canvas, dimmed, pixels
 from pool_pymunk.render.sheet import Layout, draw_caption, draw_sheet, draw_tray, film_layout
 from pool_pymunk.render.style import LOOK, SCREEN, Style, halo_color
 from pool_pymunk.render.tracks import Ground, Track
@@ -31,9 +30,7 @@ from pool_pymunk.render.view import Show, View, contact_places
 from pool_pymunk.results.run import Run
 from pool_pymunk.safety.files import RenderError
 
-Part = Callable[
-    [Image.Image, float], None
-]  # It puts a part of the picture of a time (s) on a frame.
+Part = Callable[[Frame, float], None]  # It puts a part of the picture of a time (s) on a frame.
 Draw = Callable[[Axes, Sequence[DrawnBall], Style], None]
 USUAL: Mapping[str, Mapping[str, Any]] = {".gif": {"size": (800, 450), "fps": 25.0}}  # by format
 RIM = 181  # what Pillow's gradient has in the middle of a side, and 0 is in the centre
@@ -60,7 +57,10 @@ class Cast:
         self.tracks = {i: self._track(i, settings.size) for i in movers}
         flashes = contact_places(run) if solid else ()
         self.flashes = [(t, view.place(at), view.scale * radius) for t, at, radius in flashes]
-        self.taken = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
+        index = run.scene.index
+        taken = {index[event.balls[0]]: event.t for event in run.events if event.pocket is not None}
+        self.falls = {i: (t, track_of(run, i)[-1, 1:]) for i, t in taken.items()}  # from the rim
+        self.absent = [index[id_] for id_ in run.off if index[id_] not in taken]
 
     def _track(self, i: int, size: tuple[int, int]) -> Track:
         """Return the track of ball ``i``."""
@@ -75,40 +75,35 @@ class Cast:
         """Uncover the tracks on the ground up to where the balls are."""
         places = self.view.places(position).tolist()
         for i, track in self.tracks.items():
-            (x, y), taken = places[i], self.taken.get(self.discs[i].label, math.inf)
-            is_there = t < taken and math.isfinite(x + y)
-            track.follow(ground, t, (x, y) if is_there else None)
+            track.follow(ground, t, tuple(places[i]))
 
-    def appear(self, frame: Image.Image, t: float, position: Array) -> None:
-        """Put the balls on the frame; light of contacts is drawn first and hides nothing."""
+    def appear(self, frame: Frame, t: float, position: Array) -> None:
+        """Put the balls on the frame; light of contacts is drawn first and hides nothing.
+
+        A ball that falls into a pocket fades.
+        """
         self._shine(frame, t)
-        seen = [self._place(i, t, at) for i, at in enumerate(position.tolist())]
-        places = self.view.places(np.array([place for place, _ in seen]))
-        for sprite, (x, y), (_, strength) in zip(self.sprites, places.tolist(), seen, strict=True):
+        seen, strengths = position.copy(), [1.0] * len(self.discs)
+        seen[self.absent] = math.nan
+        for i, (since, rim) in self.falls.items():
+            age = min(max((t - since) * self.slow / LOOK.drop, 0.0), 1.0)
+            if age > 0.0:
+                seen[i], strengths[i] = rim + age * (seen[i] - rim), 1.0 - age
+        places = self.view.places(seen)
+        for sprite, (x, y), strength in zip(self.sprites, places.tolist(), strengths, strict=True):
             sprite.stamp(frame, x, y, strength)
-        beside = self.labels.place(places).tolist()
+        beside = self.labels.place(places).tolist() if self.names else []
         for i, name, (x, y) in zip(self.labels.of, self.names, beside, strict=True):
-            name.stamp(frame, x, y, seen[i][1])
+            name.stamp(frame, x, y, strengths[i])
 
-    def _place(self, i: int, t: float, position: Point) -> tuple[Point, float]:
-        """Return where a ball is seen (m), and how clearly: it fades as it falls into a pocket."""
-        id_, (x, y) = self.discs[i].label, position
-        if id_ in self.run.off and id_ not in self.taken:
-            return (math.nan, math.nan), 0.0
-        if id_ not in self.taken or t < self.taken[id_]:
-            return (x, y), 1.0
-        age = min((t - self.taken[id_]) * self.slow / LOOK.drop, 1.0)
-        x0, y0 = track_of(self.run, i)[-1, 1:3].tolist()  # on the rim
-        return (x0 + age * (x - x0), y0 + age * (y - y0)), 1.0 - age
-
-    def _shine(self, frame: Image.Image, t: float) -> None:
+    def _shine(self, frame: Frame, t: float) -> None:
         """Light up the places of contacts for a moment."""
         for born, (x, y), radius in self.flashes:
             age = (t - born) * self.slow / LOOK.flash
             if 0.0 <= age < 1.0:
                 half = math.ceil((1.0 + age) * radius)
-                at = round(x) - half, round(frame.height - y) - half
-                frame.paste(self.light, at, dimmed(_spot(half), (1.0 - age) ** 2))
+                at = round(x) - half, round(frame.picture.height - y) - half
+                frame.put(self.light, at, dimmed(_spot(half), (1.0 - age) ** 2))
 
 
 def _arrows(cast: Cast, size: tuple[int, int], style: Style, life: float) -> Part:
@@ -116,12 +111,12 @@ def _arrows(cast: Cast, size: tuple[int, int], style: Style, life: float) -> Par
     figure, axes = canvas(*size)
     balls.draw_arrows(axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style)
     cover, color = Image.fromarray(pixels(figure)[..., 3]), to_hex(style.arrow)
-    box = cover.getbbox() or (0, 0, 1, 1)
+    left, top, *_ = box = cover.getbbox() or (0, 0, 1, 1)
     cover = cover.crop(box)
 
-    def appear(frame: Image.Image, t: float) -> None:
+    def appear(frame: Frame, t: float) -> None:
         if t < life:
-            frame.paste(color, box, dimmed(cover, 1.0 - t / life))
+            frame.put(color, (left, top), dimmed(cover, 1.0 - t / life))
 
     return appear
 
@@ -132,11 +127,11 @@ def _strip(
     """Return a tray or plot, uncovered from left to right up to ``columns`` at ``times`` (s)."""
     left, top, foot = round(box.x0), round(full.height - box.y1), round(full.height - box.y0)
 
-    def appear(frame: Image.Image, t: float) -> None:
+    def appear(frame: Frame, t: float) -> None:
         now = round(float(np.interp(t, times, columns)))
-        frame.paste(full.crop((left, top, max(now, left), foot)), (left, top))
+        frame.picture.paste(full.crop((left, top, max(now, left), foot)), (left, top))
         if ink:
-            frame.paste(ink, (now, top, now + 2, foot))
+            frame.picture.paste(ink, (now, top, now + 2, foot))
 
     return appear
 
@@ -154,11 +149,15 @@ def _tray(full: Image.Image, show: Show, layout: Layout, slow: float) -> Part:
 def _clock(layout: Layout, style: Style, decimals: int) -> Part:
     """Return the time at the right of the caption, in figures that stand still."""
     size, room, ink = 1.15 * layout.letter, layout.caption, to_hex(style.ink)
-    font = ImageFont.truetype(findfont(FontProperties("DejaVu Sans")), size)
-    at = round(room.x1), round(layout.height - room.y0)
+    file = findfont(FontProperties("DejaVu Sans"))
+    font = ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
+    wide, high, foot = round(0.16 * room.width), round(1.3 * size), round(size)
+    at = round(room.x1) - wide, round(layout.height - room.y0) - foot
 
-    def appear(frame: Image.Image, t: float) -> None:
-        ImageDraw.Draw(frame).text(at, f"{t:.{decimals}f} s", ink, font, anchor="rs")
+    def appear(frame: Frame, t: float) -> None:
+        cover = Image.new("L", (wide, high))
+        ImageDraw.Draw(cover).text((wide, foot), f"{t:.{decimals}f} s", 255, font, anchor="rs")
+        frame.put(ink, at, cover)
 
     return appear
 
@@ -232,11 +231,12 @@ class Stage:
         lines: Any = [] if sheet.plot is None else sheet.plot.lines
         setp(lines, alpha=0.3)
         bare = pixels(sheet.figure)
+        self.ground = Ground(bare)
+        self.drawn = [Frame(bare.copy()), Frame(bare.copy())]
         setp(lines, alpha=None)
         if show.tray:
             draw_tray(sheet, show.runs[0], show.tray, layout, style)
-        self.ground = Ground.of(bare)
-        full = Image.fromarray(pixels(sheet.figure))
+        full = Image.fromarray(pixels(sheet.figure) if show.tray or sheet.plot else bare)
         self.above = [_clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(slow))))]
         if show.tray:
             self.above.append(_tray(full, show, layout, slow))
@@ -252,7 +252,10 @@ class Stage:
         self.arrows = [_arrows(cast, size, style, LOOK.shot / slow) for cast in solid]
 
     def frames(self) -> Iterator[Pixels]:
-        """Yield the frames in order, (height, width, 4) of uint8 each; ask for them once only."""
+        """Yield the frames in order, (height, width, 4) of uint8 each; ask for them once only.
+
+        The next frame but one is drawn over a frame.
+        """
         for first in range(0, len(self.times), self.BLOCK):
             yield from self._drawn(self.times[first : first + self.BLOCK])
 
@@ -265,15 +268,23 @@ class Stage:
         for k, t in enumerate(times.tolist()):
             for cast, position in zip(self.casts, moves, strict=True):
                 cast.leave_tracks(self.ground, t, position[k])
-            pixels = self.ground.pixels.copy()
-            frame = shared(pixels)
+            frame = self._bare_frame()
             for arrows in self.arrows:
                 arrows(frame, t)
             for cast, position in zip(self.casts, moves, strict=True):
                 cast.appear(frame, t, position[k])
             for part in self.above:
                 part(frame, t)
-            yield pixels
+            yield frame.pixels
+
+    def _bare_frame(self) -> Frame:
+        """Return the frame that was drawn before the last one, as the ground is now."""
+        for frame in self.drawn:
+            frame.stale += self.ground.changed
+        self.ground.changed.clear()
+        self.drawn.reverse()
+        self.drawn[0].renew(self.ground.picture)
+        return self.drawn[0]
 
 
 @lru_cache(maxsize=16)

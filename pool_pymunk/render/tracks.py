@@ -13,29 +13,33 @@ from PIL import Image, ImageChops, ImageDraw
 
 from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
-from pool_pymunk.render.canvas import FINE, Pixels, blank, dimmed, pixels, shared
+from pool_pymunk.render.canvas import FINE, Box, Pixels, blank, dimmed, pixels
 from pool_pymunk.render.style import LOOK
 
 STRENGTH = 0.9  # the share of the cloth that a track covers
 MARGIN = 0.75  # pixels; a ball uncovers its track, and this much beside it
 
 
-class Ground(NamedTuple):
+class Ground:
     """The ground is what lies under the balls of a film: the table, and tracks.
 
-    The ``picture`` shares its memory with the ``pixels``; ``solid`` is what tracks of solid balls
-    cover so far. Those of ghosts lie under them.
+    ``solid`` is what tracks of solid balls cover so far: those of ghosts lie under them.
+    ``changed`` has the boxes in which tracks have grown.
     """
 
-    pixels: Pixels
-    picture: Image.Image
-    solid: Image.Image
+    def __init__(self, bare: Pixels) -> None:
+        self.picture = Image.fromarray(bare)
+        self.solid = Image.new("L", self.picture.size)
+        self.changed: list[Box] = []
 
-    @classmethod
-    def of(cls, bare: Pixels) -> Ground:
-        """Return a ground without tracks."""
-        picture = shared(bare)
-        return cls(bare, picture, Image.new("L", picture.size))
+    def lay(self, color: str, box: Box, cover: Image.Image, *, solid: bool) -> None:
+        """Lay a part of a track on the ground."""
+        if solid:
+            self.solid.paste(255, box, cover)
+        else:
+            cover = ImageChops.multiply(cover, ImageChops.invert(self.solid.crop(box)))
+        self.picture.paste(color, box, cover)
+        self.changed.append(box)
 
 
 class Line(NamedTuple):
@@ -74,31 +78,28 @@ class Track:
         self.ahead = deque((t, (x, y)) for t, x, y in corners.tolist())
         self.end: Point = self.ahead.popleft()[1]
 
-    def follow(self, ground: Ground, t: float, at: Point | None) -> None:
-        """Uncover the track up to the time ``t`` (s), and on to a place where the ball is."""
+    def follow(self, ground: Ground, t: float, at: Point) -> None:
+        """Uncover the track up to the time ``t`` (s), at which the ball is ``at`` a place."""
+        if not self.ahead:
+            return
         way = [self.end]
         while self.ahead and self.ahead[0][0] <= t:
             way.append(self.ahead.popleft()[1])
-        if at is not None and self.ahead and math.dist(at, way[-1]) > self.lines[-1].width:
+        if self.ahead and math.dist(at, way[-1]) > self.lines[-1].width:  # It is no NaN then.
             way.append(at)
         if way[-1] == self.end:
             return
         self.end = way[-1]
         for color, width, hidden in self.lines:
             box, brush = _brush(way, width / 2.0 + MARGIN, ground.picture.height)
-            here = tuple(side - (self.left, self.top)[k % 2] for k, side in enumerate(box))
+            x0, y0, x1, y1 = box
+            here = x0 - self.left, y0 - self.top, x1 - self.left, y1 - self.top
             cover = ImageChops.multiply(hidden.crop(here), brush)
             hidden.paste(0, here, brush)
-            if self.is_solid:
-                ground.solid.paste(255, box, cover)
-            else:
-                cover = ImageChops.multiply(cover, ImageChops.invert(ground.solid.crop(box)))
-            ground.picture.paste(color, box, cover)
+            ground.lay(color, box, cover, solid=self.is_solid)
 
 
-def _brush(
-    way: Sequence[Point], half: float, height: int
-) -> tuple[tuple[int, int, int, int], Image.Image]:
+def _brush(way: Sequence[Point], half: float, height: int) -> tuple[Box, Image.Image]:
     """Return the box around a way, and its pixels, all or nothing, that lie ``half`` beside it."""
     xs, ys = [x for x, _ in way], [height - y for _, y in way]
     left, top = math.floor(min(xs) - half), math.floor(min(ys) - half)
