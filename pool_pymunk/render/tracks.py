@@ -1,4 +1,4 @@
-"""This module has the tracks that balls leave in films: lines that are uncovered along the way."""
+"""This module has the tracks that balls leave in films: lines that the balls uncover."""
 
 from __future__ import annotations
 
@@ -82,16 +82,16 @@ class Track:
         """Uncover the track up to the time ``t`` (s), at which the ball is ``at`` a place."""
         if not self.ahead:
             return
-        way = [self.end]
+        path = [self.end]
         while self.ahead and self.ahead[0][0] <= t:
-            way.append(self.ahead.popleft()[1])
-        if self.ahead and math.dist(at, way[-1]) > self.lines[-1].width:  # It is no NaN then.
-            way.append(at)
-        if way[-1] == self.end:
+            path.append(self.ahead.popleft()[1])
+        if self.ahead and self.lines[-1].width < math.dist(at, path[-1]) < math.inf:  # nor NaN
+            path.append(at)
+        if path[-1] == self.end:
             return
-        self.end = way[-1]
+        self.end = path[-1]
         for color, width, hidden in self.lines:
-            box, brush = _brush(way, width / 2.0 + MARGIN, ground.picture.height)
+            box, brush = _brush(path, width / 2.0 + MARGIN, ground.picture.size)
             x0, y0, x1, y1 = box
             here = x0 - self.left, y0 - self.top, x1 - self.left, y1 - self.top
             cover = ImageChops.multiply(hidden.crop(here), brush)
@@ -99,16 +99,17 @@ class Track:
             ground.lay(color, box, cover, solid=self.is_solid)
 
 
-def _brush(way: Sequence[Point], half: float, height: int) -> tuple[Box, Image.Image]:
-    """Return the box around a way, and its pixels, all or nothing, that lie ``half`` beside it."""
-    xs, ys = [x for x, _ in way], [height - y for _, y in way]
-    left, top = math.floor(min(xs) - half), math.floor(min(ys) - half)
-    right, bottom = math.ceil(max(xs) + half), math.ceil(max(ys) + half)
-    size, reach = (right - left, bottom - top), FINE * half
-    fine = Image.new("L", (FINE * size[0], FINE * size[1]))
+def _brush(path: Sequence[Point], half: float, size: tuple[int, int]) -> tuple[Box, Image.Image]:
+    """Return the box around a path, and its pixels, all or nothing, that lie ``half`` beside it."""
+    xs, ys = [x for x, _ in path], [size[1] - y for _, y in path]
+    left, top = max(math.floor(min(xs) - half), 0), max(math.floor(min(ys) - half), 0)
+    right = max(min(math.ceil(max(xs) + half), size[0]), left + 1)
+    bottom = max(min(math.ceil(max(ys) + half), size[1]), top + 1)
+    inner, radius = (right - left, bottom - top), FINE * half
+    fine = Image.new("L", (FINE * inner[0], FINE * inner[1]))
     places = [(FINE * (x - left), FINE * (y - top)) for x, y in zip(xs, ys, strict=True)]
     pen = ImageDraw.Draw(fine)
-    pen.line(places, 255, round(2.0 * reach))
+    pen.line(places, 255, round(2.0 * radius))
     for x, y in places:
-        pen.ellipse((x - reach, y - reach, x + reach, y + reach), 255)
-    return (left, top, right, bottom), fine.resize(size, Image.Resampling.NEAREST)
+        pen.ellipse((x - radius, y - radius, x + radius, y + radius), 255)
+    return (left, top, right, bottom), fine.resize(inner, Image.Resampling.NEAREST)
