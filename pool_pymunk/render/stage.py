@@ -53,7 +53,7 @@ class Cast:
         named = self.labels.balls
         extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in named), default=0.0)
         self.names = _sprites(_at_origin(named), extent, balls.draw_labels, style)
-        movers = [i for i, rows in enumerate(run.knots) if rows[:, 3:5].any()]
+        movers = [i for i, rows in enumerate(run.knots) if np.nan_to_num(rows[:, 3:5]).any()]
         self.tracks = {i: self._track(i, settings.size) for i in movers}
         flashes = contact_places(run) if solid else ()
         self.flashes = [(t, view.place(at), view.scale * radius) for t, at, radius in flashes]
