@@ -172,14 +172,6 @@ class Frame:
         self.stale.clear()
 
 
-def split(pixels: Pixels) -> tuple[Image.Image, Image.Image]:
-    """Return a picture that is opaque, and where it covers what is below it."""
-    picture = Image.fromarray(pixels)
-    cover = picture.getchannel("A")
-    picture.putalpha(255)
-    return picture, cover
-
-
 def dimmed(cover: Image.Image, strength: float) -> Image.Image:
     """Return a cover with a ``strength`` in [0, 1] of its own."""
     return cover if strength == 1.0 else cover.point([round(strength * k) for k in range(256)])
@@ -202,7 +194,8 @@ class Sprite:
         if (across, down) not in self.shifted:
             left, top, size = FINE - across, FINE - down, self.side * FINE
             picture = self.fine.reduce(FINE, (left, top, left + size, top + size))
-            self.shifted[across, down] = split(np.asarray(picture))
+            self.shifted[across, down] = picture, picture.getchannel("A")
+            picture.putalpha(255)
         picture, cover = self.shifted[across, down]
         at = column - self.side // 2, row - self.side // 2
         frame.put(picture, at, dimmed(cover, strength))
