@@ -34,6 +34,7 @@ from pool_pymunk.render import (
     FilmSettings,
     RenderError,
     Show,
+    canvas,
     film,
     films,
     frame_count,
@@ -45,7 +46,7 @@ from pool_pymunk.render.balls import DrawnBall, Labels, track_of, track_width, t
 from pool_pymunk.render.canvas import Figure, Sprite, pixels
 from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import film_layout, picture_layout
-from pool_pymunk.render.stage import TRACK_STRENGTH, Stage
+from pool_pymunk.render.stage import Stage
 from pool_pymunk.render.style import LOOK, POOL, PRINT, ball_colors, halo_color, striped
 from pool_pymunk.render.table import woodwork
 from pool_pymunk.render.tracks import Ground, Track
@@ -67,7 +68,7 @@ SMALL = FilmSettings(size=(640, 360))
 def pale_tracks() -> Iterator[None]:
     """Have paler tracks in films, so that a strong colour tells where a ball is."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pool_pymunk.render.stage.TRACK_STRENGTH", 0.5)
+        patch.setattr("pool_pymunk.render.tracks.STRENGTH", 0.5)
         yield
 
 
@@ -88,9 +89,16 @@ def filmed(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def stage_of(show: Show, settings: FilmSettings = SMALL) -> Stage:
+class Colors(Stage):
+    """A stage of which the frames have red, green and blue alone."""
+
+    def frames(self) -> Iterator[Frame]:
+        return (frame[..., :3].copy() for frame in super().frames())
+
+
+def stage_of(show: Show, settings: FilmSettings = SMALL) -> Colors:
     """Return what draws the frames of a film."""
-    return Stage(show, settings)
+    return Colors(show, settings)
 
 
 def rows_of(box: Bbox | None) -> slice:
@@ -223,7 +231,7 @@ def test_a_film_is_written_while_it_is_drawn(suffix: str, tmp_path: Path) -> Non
     def frames() -> Iterator[Frame]:
         for _ in range(60):
             sizes.append(path.stat().st_size)
-            frame = random.integers(0, 255, (90, 160, 3), np.uint8)
+            frame = random.integers(0, 255, (90, 160, 4), np.uint8)
             drawn.append(weakref.ref(frame))
             assert sum(one() is not None for one in drawn) < 5
             yield frame
@@ -233,7 +241,7 @@ def test_a_film_is_written_while_it_is_drawn(suffix: str, tmp_path: Path) -> Non
         films.write_mp4(path, frames(), 25.0)
     else:
         films.write_gif(
-            path, films.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 3), np.uint8)]
+            path, films.timed(frames(), 25.0), [random.integers(0, 255, (90, 160, 4), np.uint8)]
         )
     assert sizes[-1] > 0.5 * path.stat().st_size
 
@@ -404,16 +412,14 @@ def test_side_by_side_shows_the_runs_apart(run: Run) -> None:
 
 def test_tracks_show_where_balls_came_from(run: Run) -> None:
     stage = stage_of(Show((run,)))
+    bare = np.array(stage.ground.picture)[..., :3]
     first, *_, last = stage.frames()
     gauge = Gauge(first)
-    red = []
     for t in np.linspace(0.0, 0.7 * run.duration, 12):
         x, y = gauge.place(run.at([t])[0][0, 0])
         row, column = 360 - round(y), round(x)
-        change = last[row, column].astype(int) - stage.ground.bare[row, column]
+        change = last[row, column].astype(int) - bare[row, column]
         assert change[0] > 30 and change[1] < -10, t  # It is a little magenta, and cloth.
-        red.append(change[0])
-    assert red[-1] > 1.2 * red[0]  # Old tracks have faded.
     x, y = gauge.place(np.array([1.0, 0.15]))  # Nobody came by here.
     assert (last[360 - round(y), round(x)] == first[360 - round(y), round(x)]).all()
 
@@ -439,37 +445,49 @@ def test_the_track_of_the_struck_ball_is_narrow_and_on_top() -> None:
     assert own == 0.5 * other < halo < other < other_halo
 
 
-def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
-    ground, track = there_and_back()
-    for t in np.linspace(0.0, 1.0, 40):
-        track.extend_to(ground, t, np.array([20.0 + 60.0 * t, 20.0]))
-    once = ground.seen.copy()
-    for t in np.linspace(1.0, 2.0, 40):
-        track.extend_to(ground, t, np.array([80.0 - 60.0 * (t - 1.0), 20.0]))
-    assert np.abs(once[19, 24:70].astype(int) - 100).max() <= 3
-    assert np.abs(ground.seen.astype(int) - once).max() <= 3
+def pixels_of(ground: Ground) -> Frame:
+    return np.array(ground.picture)
 
 
 def there_and_back() -> tuple[Ground, Track]:
-    """Return a black ground, on which tracks fade in 1 s, and a grey track of two seconds."""
-    corners = np.array([[0.0, 20.0, 20.0], [1.0, 80.0, 20.0], [2.0, 20.0, 20.0]])
-    ground = Ground(np.zeros((40, 100, 3), dtype=np.uint8), life=1.0)
-    return ground, Track(corners, 5.0, np.array([200.0, 200.0, 200.0]), 0.5)
+    """Return a black ground, and a white track of two seconds."""
+    ground = Ground(np.asarray(Image.new("RGBA", (100, 40), "#000")))
+    return ground, Track(CORNERS, (100, 40), 7.0, "#ffffff", "#00ff00")
 
 
-def test_tracks_in_films_fade_with_their_age_and_are_new_again_where_balls_return() -> None:
+def test_track_that_comes_back_on_itself_is_drawn_once() -> None:
     ground, track = there_and_back()
-    for t in np.linspace(0.0, 1.5, 61):
-        ground.fade(t)
-        track.extend_to(ground, t, np.array([80.0 - 60.0 * abs(t - 1.0), 20.0]))
-    strength = ground.seen[19, :, 0] / 100.0
-    for x, age in ((30, 1.5 - 1 / 6), (40, 1.5 - 1 / 3), (70, 1 / 3), (75, 5 / 12)):
-        expected = LOOK.oldest + (1.0 - LOOK.oldest) * np.exp(-age)
-        assert strength[x] == pytest.approx(expected, abs=0.12), x
-    ground.fade(60.0)
-    assert ground.seen[19, 24:70].max() <= 100 * LOOK.oldest + 4
-    assert ground.seen[19, 24:70].min() >= 100 * LOOK.oldest - 4
-    assert not ground.seen[5].any()
+    for t in np.linspace(0.0, 1.0, 40):
+        track.follow(ground, t, (20.0 + 60.0 * t, 20.0))
+    once = pixels_of(ground)
+    for t in np.linspace(1.0, 2.0, 40):
+        track.follow(ground, t, (80.0 - 60.0 * (t - 1.0), 20.0))
+    whole = once[19, 24:80].astype(int)
+    assert whole.min() > 115 and np.ptp(whole, axis=0).max() <= 3  # It has no seams.
+    assert np.abs(pixels_of(ground).astype(int) - once).max() <= 3
+
+
+def test_tracks_in_films_are_uncovered_by_their_balls() -> None:
+    ground, track = there_and_back()
+    track.follow(ground, 0.5, (50.0, 20.0))
+    assert pixels_of(ground)[19, 24:48, 0].min() > 100
+    assert not pixels_of(ground)[:, 60:, :3].any()
+    track.follow(ground, 1.0, (80.0, 20.0))
+    assert pixels_of(ground)[19, 24:78, 0].min() > 100
+    assert (pixels_of(ground)[..., 3] == 255).all()
+
+
+def test_the_tracks_of_ghosts_lie_under_those_of_solid_balls() -> None:
+    """Also where the ghost comes by later."""
+    ground, track = there_and_back()
+    track.follow(ground, 1.0, (80.0, 20.0))
+    solid = pixels_of(ground)
+    ghost = Track(CORNERS + np.array([0.0, 0.0, 0.5]), (100, 40), 4.0, "#ff0000")
+    ghost.follow(ground, 1.0, (80.0, 20.0))
+    assert np.abs(pixels_of(ground).astype(int) - solid)[:, 24:76].max() <= 40
+    beside = Track(CORNERS + np.array([0.0, 0.0, 12.0]), (100, 40), 4.0, "#ff0000")
+    beside.follow(ground, 1.0, (80.0, 20.0))
+    assert pixels_of(ground)[8, 50, 0] > 100
 
 
 def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
@@ -480,9 +498,9 @@ def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
     row, column = 360 - round(float(y)), round(float(x))
     assert frames[0][row - 1 : row + 2, column].max(axis=0).min() > 170  # It is white.
     (arrows,) = stage.arrows
-    cloth = np.full_like(frames[0], 90)
+    cloth = canvas.Frame(np.full((360, 640, 4), 90, np.uint8))
     arrows(cloth, LOOK.shot)
-    assert (cloth == 90).all()
+    assert (cloth.pixels == 90).all()
     later = replace(settings, start=0.1)
     assert not stage_of(Show((run,)), later).arrows
 
@@ -521,9 +539,9 @@ def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
     sprite = disc_sprite()
     rows, columns = np.indices((30, 40)) + 0.5
     for x, y in ((20.0, 15.0), (20.25, 14.5), (19.6, 15.9)):
-        frame = np.zeros((30, 40, 3), dtype=np.uint8)
+        frame = canvas.Frame(np.zeros((30, 40, 4), np.uint8))
         sprite.stamp(frame, x, y)
-        light = frame[..., 0].astype(float)
+        light = frame.pixels[..., 0].astype(float)
         assert (light * columns).sum() / light.sum() == pytest.approx(x, abs=0.13)
         assert 30 - (light * rows).sum() / light.sum() == pytest.approx(y, abs=0.13)
 
@@ -532,11 +550,11 @@ def test_sprite_is_put_at_quarters_of_a_pixel() -> None:
 def test_sprite_at_an_edge_is_cut_off_there(place: tuple[float, float]) -> None:
     """A sprite that is partly or wholly off a frame looks as it does in a larger frame."""
     (x, y), sprite = place, disc_sprite()
-    small, large = (np.zeros((rows, 2 * rows, 3), dtype=np.uint8) for rows in (30, 90))
+    small, large = (canvas.Frame(np.zeros((k, 2 * k, 4), np.uint8)) for k in (30, 90))
     sprite.stamp(small, x, y)
     sprite.stamp(large, x + 60.0, y + 30.0)
-    assert small.any() == (x > 0.0)
-    assert (small == large[30:60, 60:120]).all()
+    assert small.pixels.any() == (x > 0.0)
+    assert (small.pixels == large.pixels[30:60, 60:120]).all()
 
 
 def test_default_colors_differ_for_every_eye() -> None:
@@ -675,6 +693,9 @@ CLOTHS = ("#1f7d53", "#e2b779", "#d9b382", "#c9d3d2", "#4b5860", "#1f5d9b", "#a0
 SHOWN = 15.0  # in CIELAB, where a difference of 2.3 is just noticed
 
 
+CORNERS = np.array([[0.0, 20.0, 20.0], [1.0, 80.0, 20.0], [2.0, 20.0, 20.0]])  # there and back
+
+
 @pytest.mark.parametrize("cloth", CLOTHS)
 def test_every_track_is_seen_on_every_cloth(cloth: str) -> None:
     """The track or its halo differs from the cloth, and both from each other, old or new."""
@@ -682,18 +703,15 @@ def test_every_track_is_seen_on_every_cloth(cloth: str) -> None:
     colors = {*style.PALETTE, *POOL, *(color for scene in scenes for color in ball_colors(scene))}
     ground = np.array(to_rgb(cloth))
     path = np.array([[20.0, 20.0], [80.0, 20.0]])
-    corners = np.column_stack([[0.0, 1.0], path])
     for color in sorted(colors):
         lines = np.array(
             tracks([path], [DrawnBall(0, 0, 10.0, color, "", 7.0)], cloth, solid=True).get_colors()
         )[:, :3]
         halos, cores = np.split(lines, 2)
-        film = Ground(np.tile(np.rint(255 * ground).astype(np.uint8), (40, 100, 1)), life=1.0)
-        halo = 255.0 * np.array(to_rgb(halo_color(color)))
-        track = Track(corners, 5.0, 255.0 * np.array(to_rgb(color)), TRACK_STRENGTH, halo)
-        track.extend_to(film, 1.0, path[1])
-        film.fade(60.0)
-        column = film.seen[:, 50] / 255.0
+        film = Ground(np.asarray(Image.new("RGBA", (100, 40), cloth)))
+        track = Track(CORNERS, (100, 40), 7.0, color, halo_color(color))
+        track.follow(film, 1.0, (80.0, 20.0))
+        column = pixels_of(film)[:, 50, :3] / 255.0
         farthest = max(np.linalg.norm(lab(pixel) - lab(ground)) for pixel in column)
         assert farthest > SHOWN, (color, "in a film")
         for core, edge in zip(cores, halos, strict=True):

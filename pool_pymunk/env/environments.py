@@ -231,7 +231,7 @@ class BilliardsVectorEnv(VectorEnv[Seen, Seen, Any]):
         show = Show((replace(run, scene=scene, shot=shot, solver=""),))
         is_film = self.render_mode == "rgb_array_list"  # Otherwise it is a film of the end alone.
         settings = FilmSettings(size=SIZE, fps=FPS, start=0.0 if is_film else sys.float_info.max)
-        frames = list(Stage(show, settings).frames())
+        frames = [frame[..., :3].copy() for frame in Stage(show, settings).frames()]
         return frames if is_film else frames[-1]
 
 

@@ -1,7 +1,8 @@
 """This module makes figures: an empty canvas measured in points, text on it, its pixels, plots.
 
-It also draws into pixels, fast. A frame is an array (height, width, 3) of uint8, with row 0 on top.
-Positions are in pixels from the lower left corner, as on the canvas (a point is a pixel in a film).
+It also has what films are put together from: pictures (Pillow) with covers that say where they hide
+what is below. Positions are in pixels from the lower left corner, as on the canvas (a point is a
+pixel in a film).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
+from PIL import Image
 
 from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
@@ -26,6 +28,7 @@ from pool_pymunk.render.style import Style
 from pool_pymunk.safety.files import RenderError, whole
 
 Pixels = NDArray[np.uint8]
+Box = tuple[int, int, int, int]  # left, top, right and bottom, in pixels from the upper left corner
 FORMATS = (".png", ".svg", ".pdf")
 POINTS_PER_INCH = 72.0
 BESIDE = 2.0  # pixels; points that `_outlines` finds are this far apart
@@ -54,10 +57,15 @@ def save_figure(figure: Figure, path: Path | str, dpi: float = 200.0) -> None:
         figure.savefig(part, dpi=argument("dpi", dpi, size))
 
 
-def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Axes]:
-    """Return a canvas of ``width`` x ``height`` points, y upwards; clear without a ``color``."""
+def blank(width: float, height: float, color: str = "none") -> Figure:
+    """Return a sheet of ``width`` x ``height`` points; clear without a ``color``."""
     inches = (width / POINTS_PER_INCH, height / POINTS_PER_INCH)
-    figure = Figure(inches, dpi=POINTS_PER_INCH, facecolor=color)
+    return Figure(inches, dpi=POINTS_PER_INCH, facecolor=color)
+
+
+def canvas(width: float, height: float, color: str = "none") -> tuple[Figure, Axes]:
+    """Return a sheet with a canvas that covers it, measured in points, y upwards."""
+    figure = blank(width, height, color)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, width), ylim=(0.0, height))
@@ -142,69 +150,52 @@ def dress(axes: Axes, style: Style, letter: float | None = None) -> None:
             words.set_fontsize(letter)
 
 
+class Frame:
+    """A frame has ``pixels`` (height, width, 4), and a ``picture`` that shares their memory."""
+
+    def __init__(self, pixels: Pixels) -> None:
+        self.pixels, size = pixels, (pixels.shape[1], pixels.shape[0])
+        self.picture = Image.frombuffer("RGBA", size, pixels, "raw", "RGBA", 0, 1)
+        self.picture.readonly = 0  # Otherwise Pillow draws on a copy.
+        self.stale: list[Box] = []  # where it does not show the ground
+
+    def put(self, what: Image.Image | str, at: tuple[int, int], cover: Image.Image) -> None:
+        """Put a picture or a colour where its cover is; ``at`` is the upper left corner."""
+        box = (*at, at[0] + cover.width, at[1] + cover.height)
+        self.picture.paste(what, box, cover)
+        self.stale.append(box)
+
+    def renew(self, ground: Image.Image) -> None:
+        """Show the ground again, wherever it is stale."""
+        for box in self.stale:
+            self.picture.paste(ground.crop(box), box)
+        self.stale.clear()
+
+
+def dimmed(cover: Image.Image, strength: float) -> Image.Image:
+    """Return a cover with a ``strength`` in [0, 1] of its own."""
+    return cover if strength == 1.0 else cover.point([round(strength * k) for k in range(256)])
+
+
 class Sprite:
     """A sprite is a small picture with soft edges, drawn FINE times finer than the frame."""
 
     def __init__(self, fine: Pixels) -> None:
-        self.half = len(fine) // FINE // 2
-        self._fine = np.pad(fine, ((FINE, 2 * FINE), (FINE, 2 * FINE), (0, 0)))
-        self._shifted: dict[tuple[int, int], tuple[NDArray[np.uint16], NDArray[np.uint16]]] = {}
+        self.side = len(fine) // FINE + 1
+        self.fine = Image.fromarray(np.pad(fine, ((FINE, FINE), (FINE, FINE), (0, 0))))
+        self.shifted: dict[tuple[int, int], tuple[Image.Image, Image.Image]] = {}
 
-    def stamp(self, frame: Pixels, x: float, y: float, strength: float = 1.0) -> None:
+    def stamp(self, frame: Frame, x: float, y: float, strength: float = 1.0) -> None:
         """Put the sprite's middle at (x, y), unless that is NaN, with a ``strength`` in [0, 1]."""
         if strength <= 0.0 or not math.isfinite(x + y):
             return
         column, across = divmod(round(x * FINE), FINE)
-        row, down = divmod(round((frame.shape[0] - y) * FINE), FINE)
-        if (across, down) not in self._shifted:  # 255 x the light there, and 255 - alpha
-            n = 2 * self.half + 1
-            fine = self._fine[FINE - down :, FINE - across :][: n * FINE, : n * FINE]
-            total = fine.reshape(n, FINE, n, FINE, 4).sum(axis=(1, 3), dtype=np.float32)
-            light = np.rint(total[..., :3] * (255.0 / FINE**2)).astype(np.uint16)
-            clear = np.rint(255.0 - total[..., 3:] / FINE**2).astype(np.uint16)
-            self._shifted[across, down] = np.minimum(light, 255 * (255 - clear)), clear
-        light, clear = self._shifted[across, down]
-        top, left = row - self.half, column - self.half
-        r0, r1 = max(top, 0), min(top + len(light), frame.shape[0])
-        c0, c1 = max(left, 0), min(left + len(light), frame.shape[1])
-        if r0 < r1 and c0 < c1:
-            part = np.s_[r0 - top : r1 - top, c0 - left : c1 - left]
-            under = frame[r0:r1, c0:c1]
-            drawn = (light[part] + under * clear[part] + 127) // 255
-            if strength < 1.0:
-                drawn = np.rint(under + strength * (drawn.astype(np.float32) - under))
-            frame[r0:r1, c0:c1] = drawn
-
-
-def window(frame: Pixels, box: Array) -> tuple[slice, slice, Array, Array] | None:
-    """Return rows and columns of a box (x0, y0, x1, y1), and its pixels' x (1, c) and y (r, 1)."""
-    if not np.isfinite(box).all():
-        return None
-    height, width = frame.shape[:2]
-    c0, c1 = max(int(box[0]), 0), min(int(box[2]) + 1, width)
-    r0, r1 = max(int(height - box[3]), 0), min(int(height - box[1]) + 1, height)
-    if c0 >= c1 or r0 >= r1:
-        return None
-    x = np.arange(c0, c1, dtype=np.float32)[None, :] + 0.5
-    y = height - np.arange(r0, r1, dtype=np.float32)[:, None] - 0.5
-    return slice(r0, r1), slice(c0, c1), x, y
-
-
-def mixed(under: Pixels, over: Pixels | Array, share: NDArray[Any]) -> Pixels:
-    """Return pixels with a ``share``, in [0, 1], of others over them."""
-    change = np.subtract(over, under, dtype=np.float32)
-    pixels: Pixels = (under + share[..., None] * change + np.float32(0.5)).astype(np.uint8)
-    return pixels
-
-
-def glow(
-    frame: Pixels, at: Point, radius: float, soft: float, color: Array, strength: float
-) -> None:
-    """Draw a ring of light around ``at``, which fades over ``soft`` pixels on both sides."""
-    (x0, y0), extent = at, radius + 2.2 * soft
-    seen = window(frame, np.array([x0 - extent, y0 - extent, x0 + extent, y0 + extent]))
-    if seen is not None:
-        rows, columns, x, y = seen
-        distance = np.sqrt((x - x0) ** 2 + (y - y0) ** 2)
-        share = strength * np.exp(-(((distance - radius) / soft) ** 2))
-        frame[rows, columns] = mixed(frame[rows, columns], color, share)
+        row, down = divmod(round((frame.picture.height - y) * FINE), FINE)
+        if (across, down) not in self.shifted:
+            left, top, size = FINE - across, FINE - down, self.side * FINE
+            picture = self.fine.reduce(FINE, (left, top, left + size, top + size))
+            self.shifted[across, down] = picture, picture.getchannel("A")
+            picture.putalpha(255)
+        picture, cover = self.shifted[across, down]
+        at = column - self.side // 2, row - self.side // 2
+        frame.put(picture, at, dimmed(cover, strength))

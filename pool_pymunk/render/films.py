@@ -40,7 +40,9 @@ FASTSTART = {"movflags": "+faststart"}  # An mp4 starts to play before all of it
 CLEAR = 255  # a gif's index for pixels that stay as they are; those below it are colours
 SAME = [255] + 255 * [0]  # a mask of the pixels whose index has changed by 0
 
-Shown = tuple[Pixels, int]  # a picture (height, width, 3), and for how many 1/100 s it is shown
+Shown = tuple[
+    Pixels, int
+]  # a picture (height, width, 3 or 4), and for how many 1/100 s it is shown
 
 
 def film(
@@ -119,7 +121,7 @@ def written(path: Path) -> Iterator[Path]:
 
 
 def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
-    """Write frames, (height, width, 3) each; one is encoded while the next one is drawn."""
+    """Write frames, (height, width, 4) each; one is encoded while the next one is drawn."""
     pace = float(_pace(fps))
     with ExitStack() as last, path.open("wb") as file:
         gc.freeze()  # imageio collects garbage twice where it closes a film, a tenth of its time.
@@ -132,7 +134,7 @@ def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
                 done: Future[object] = thread.submit(int)  # There is nothing to wait for yet.
                 for frame in frames:
                     done.result()
-                    done = thread.submit(film.write_frame, frame)
+                    done = thread.submit(film.write_frame, frame, pixel_format="rgba")
                 done.result()
             film.close()
         except BaseException:
@@ -151,11 +153,15 @@ def timed(frames: Iterable[Pixels], fps: float) -> Iterator[Shown]:
 def write_gif(path: Path, pictures: Iterable[Shown], samples: Iterable[Pixels]) -> None:
     """Write a looping gif in the samples' colours, one by one; Pillow would keep all pictures."""
     some = np.concatenate([pixels[::2, ::2].copy() for pixels in samples])
-    palette = Image.fromarray(some).quantize(CLEAR, Image.Quantize.FASTOCTREE)
+    palette = Image.fromarray(some).convert("RGB").quantize(CLEAR, Image.Quantize.FASTOCTREE)
     before = None
     with path.open("wb") as file:
         for pixels, ticks in pictures:
-            now = Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE)
+            now = (
+                Image.fromarray(pixels)
+                .convert("RGB")
+                .quantize(palette=palette, dither=Image.Dither.NONE)
+            )
             patch, box = now.copy(), (0, 0, *now.size)
             if before is None:
                 file.writelines(getheader(now, info={"loop": 0})[0])

@@ -89,13 +89,9 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
         if solid:
             starts = zip(discs(run.scene, before, view), run.knots, strict=True)
             balls.draw_rings(axes, [disc for disc, rows in starts if rows[:, 3:5].any()])
-        ground = style.plane if run.scene.table is None else style.cloth
-        paths = []
-        for i, disc in enumerate(shown):  # Paths end at the rim of a pocket that takes the ball.
-            end = [] if disc.label in run.pocketed else [run.end.position[i]]
-            paths.append(view.places(np.vstack([track_of(run, i)[:, 1:3], *end])))
+        paths = [view.places(track_of(run, i)[:, 1:]) for i in range(len(shown))]
         struck = run.shot.ball if run.shot else None
-        lines = balls.tracks(paths, shown, ground, solid=solid, struck=struck)
+        lines = balls.tracks(paths, shown, style.cloth, solid=solid, struck=struck)
         axes.add_collection(lines, autolim=False)
     if not solid:
         balls.draw_ghosts(axes, there, style)

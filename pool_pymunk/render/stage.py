@@ -1,4 +1,4 @@
-"""This module makes a film's frames: it draws a background once, then what moves on each."""
+"""This module makes a film's frames: parts are drawn once, and put together on each."""
 
 from __future__ import annotations
 
@@ -13,133 +13,130 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import setp
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex
 from matplotlib.font_manager import FontProperties, findfont
 from matplotlib.transforms import Bbox
 from PIL import Image, ImageDraw, ImageFont
 
-from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, number
 from pool_pymunk.render import balls
 from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, track_of
-from pool_pymunk.render.canvas import FINE, Pixels, Sprite, canvas, glow, mixed, pixels
+from pool_pymunk.render.canvas import FINE, Frame, Pixels, Sprite, canvas, dimmed, pixels
 from pool_pymunk.render.sheet import Layout, draw_caption, draw_sheet, draw_tray, film_layout
 from pool_pymunk.render.style import LOOK, SCREEN, Style, halo_color
-from pool_pymunk.render.tracks import LIFE, Ground, Track
+from pool_pymunk.render.tracks import Ground, Track
 from pool_pymunk.render.view import Show, View, contact_places
 from pool_pymunk.results.run import Run
 from pool_pymunk.safety.files import RenderError
 
-Part = Callable[[Pixels, float], None]  # It puts a part of the picture of a time (s) on a frame.
+Part = Callable[[Frame, float], None]  # It puts a part of the picture of a time (s) on a frame.
 Draw = Callable[[Axes, Sequence[DrawnBall], Style], None]
 USUAL: Mapping[str, Mapping[str, Any]] = {".gif": {"size": (800, 450), "fps": 25.0}}  # by format
-TRACK_STRENGTH = 0.9  # of a new track
-CLEAR = 2.0  # A ball that travels this many radii in a second of film has its full halo.
+RIM = 181  # what Pillow's gradient has in the middle of a side, and 0 is in the centre
+SPOT = [round(255 * max(1 - k / RIM, 0) ** 1.5) for k in range(256)]  # light that ends at the rim
 
 
 class Cast:
     """A cast is the balls of one run in one view, solid or as ghosts, with tracks and flashes."""
 
-    def __init__(self, run: Run, view: View, style: Style, slow: float, *, solid: bool) -> None:
-        self.run, self.view, self.solid, self.slow = run, view, solid, slow
-        self.light = _rgb(style.flash)
+    def __init__(self, run: Run, view: View, settings: FilmSettings, *, solid: bool) -> None:
+        self.run, self.view, self.solid, self.slow = run, view, solid, settings.slow
+        style = settings.style.on(run.scene.table)
+        self.light = to_hex(style.flash)
         self.discs = discs(run.scene, run.at([0.0])[0][0], view)
+        draw = balls.draw_bodies if solid else balls.draw_ghosts
         # This is how far from its centre anything of a ball is drawn, except a label beside.
         extent = max(1.35 * disc.radius + 2.0 for disc in self.discs)
-        draw = balls.draw_bodies if solid else balls.draw_ghosts
         self.sprites = _sprites(_at_origin(self.discs), extent, draw, style)
         self.labels = Labels(self.discs if solid else ())
         named = self.labels.balls
         extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in named), default=0.0)
         self.names = _sprites(_at_origin(named), extent, balls.draw_labels, style)
-        self.tracks = [self._track(i) for i in range(len(self.discs))]
+        movers = [i for i, rows in enumerate(run.knots) if np.nan_to_num(rows[:, 3:5]).any()]
+        self.tracks = {i: self._track(i, settings.size) for i in movers}
         flashes = contact_places(run) if solid else ()
         self.flashes = [(t, view.place(at), view.scale * radius) for t, at, radius in flashes]
-        self.taken = {event.balls[0]: event.t for event in run.events if event.pocket is not None}
+        index = run.scene.index
+        taken = {index[event.balls[0]]: event.t for event in run.events if event.pocket is not None}
+        self.falls = {i: (t, track_of(run, i)[-1, 1:]) for i, t in taken.items()}  # from the rim
+        self.absent = [index[id_] for id_ in run.off if index[id_] not in taken]
 
-    def _track(self, i: int) -> Track:
-        """Return a ball's track; a ghost's is thin and has no halo."""
-        disc, breakpoints = self.discs[i], track_of(self.run, i)
-        wide = max(1.2 * balls.track_width(len(self.discs)) * disc.radius, 1.5)
-        corners = np.column_stack([breakpoints[:, 0], self.view.places(breakpoints[:, 1:3])])
-        width, halo = (wide, _rgb(halo_color(disc.color))) if self.solid else (0.5 * wide, None)
-        return Track(corners, width, _rgb(disc.color), TRACK_STRENGTH, halo)
+    def _track(self, i: int, size: tuple[int, int]) -> Track:
+        """Return the track of ball ``i``."""
+        corners, count = track_of(self.run, i), len(self.discs)
+        corners[:, 1:] = self.view.places(corners[:, 1:])
+        color, wide = self.discs[i].color, balls.track_width(count) * self.discs[i].radius
+        if not self.solid:
+            return Track(corners, size, max(0.8 * wide, 1.0), color)
+        return Track(corners, size, max(1.65 * wide, 2.0), color, halo_color(color))
 
     def leave_tracks(self, ground: Ground, t: float, position: Array) -> None:
-        """Draw the tracks on the ground up to where the balls are."""
-        places = self.view.places(position)
-        for disc, track, place in zip(self.discs, self.tracks, places, strict=True):
-            track.extend_to(ground, t, place if t < self.taken.get(disc.label, math.inf) else None)
+        """Uncover the tracks on the ground up to where the balls are."""
+        places = self.view.places(position).tolist()
+        for i, track in self.tracks.items():
+            track.follow(ground, t, tuple(places[i]))
 
-    def appear(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
-        """Put the balls on the frame; the light around them is drawn first and hides nothing."""
-        if self.solid:
-            self._shine(frame, t, position, velocity)
-        seen = [self._place(i, t, at) for i, at in enumerate(position.tolist())]
-        places = self.view.places(np.array([place for place, _ in seen]))
-        for sprite, (x, y), (_, strength) in zip(self.sprites, places.tolist(), seen, strict=True):
+    def appear(self, frame: Frame, t: float, position: Array) -> None:
+        """Put the balls on the frame; light of contacts is drawn first and hides nothing.
+
+        A ball that falls into a pocket fades.
+        """
+        self._shine(frame, t)
+        seen, strengths = position.copy(), [1.0] * len(self.discs)
+        seen[self.absent] = math.nan
+        for i, (since, rim) in self.falls.items():
+            age = min(max((t - since) * self.slow / LOOK.drop, 0.0), 1.0)
+            if age > 0.0:
+                seen[i], strengths[i] = rim + age * (seen[i] - rim), 1.0 - age
+        places = self.view.places(seen)
+        for sprite, (x, y), strength in zip(self.sprites, places.tolist(), strengths, strict=True):
             sprite.stamp(frame, x, y, strength)
-        beside = self.labels.place(places).tolist()
+        beside = self.labels.place(places).tolist() if self.names else []
         for i, name, (x, y) in zip(self.labels.of, self.names, beside, strict=True):
-            name.stamp(frame, x, y, seen[i][1])
+            name.stamp(frame, x, y, strengths[i])
 
-    def _place(self, i: int, t: float, position: Point) -> tuple[Point, float]:
-        """Return where a ball is seen (m), and how clearly: it fades as it falls into a pocket."""
-        id_, (x, y) = self.discs[i].label, position
-        if id_ in self.run.off and id_ not in self.taken:
-            return (math.nan, math.nan), 0.0
-        if id_ not in self.taken or t < self.taken[id_]:
-            return (x, y), 1.0
-        age = min((t - self.taken[id_]) * self.slow / LOOK.drop, 1.0)
-        x0, y0 = track_of(self.run, i)[-1, 1:3].tolist()  # on the rim
-        return (x0 + age * (x - x0), y0 + age * (y - y0)), 1.0 - age
-
-    def _shine(self, frame: Pixels, t: float, position: Array, velocity: Array) -> None:
-        """Draw flashes where contacts were, and a pale ring around every ball that moves."""
-        for born, at, radius in self.flashes:
+    def _shine(self, frame: Frame, t: float) -> None:
+        """Light up the places of contacts for a moment."""
+        for born, (x, y), radius in self.flashes:
             age = (t - born) * self.slow / LOOK.flash
             if 0.0 <= age < 1.0:
-                fade = (1.0 - age) ** 2
-                glow(frame, at, 0.0, (0.5 + 0.5 * age) * radius, self.light, 0.9 * fade)
-                glow(frame, at, (0.3 + 1.2 * age) * radius, 0.14 * radius, self.light, 0.8 * fade)
-        speeds, places = np.hypot(*velocity.T).tolist(), self.view.places(position).tolist()
-        for disc, (x, y), speed in zip(self.discs, places, speeds, strict=True):
-            strength = min(1.0, speed * self.view.scale / self.slow / (CLEAR * disc.radius))
-            if speed:
-                glow(frame, (x, y), disc.radius, 0.16 * disc.radius, self.light, 0.5 * strength)
+                half = math.ceil((1.0 + age) * radius)
+                at = round(x) - half, round(frame.picture.height - y) - half
+                frame.put(self.light, at, dimmed(_spot(half), (1.0 - age) ** 2))
 
 
 def _arrows(cast: Cast, size: tuple[int, int], style: Style, life: float) -> Part:
     """Return the arrows of a shot, one at every ball that moves as it begins; they fade."""
     figure, axes = canvas(*size)
     balls.draw_arrows(axes, cast.discs, cast.run.at([0.0])[1][0], cast.view.scale, style)
-    cover = pixels(figure)[..., 3]
-    left, top, right, bottom = Image.fromarray(cover).getbbox() or (0, 0, 0, 0)
-    part = np.s_[top:bottom, left:right]
-    share, color = cover[part] / 255.0, _rgb(style.arrow)
+    cover, color = Image.fromarray(pixels(figure)[..., 3]), to_hex(style.arrow)
+    left, top, *_ = box = cover.getbbox() or (0, 0, 1, 1)
+    cover = cover.crop(box)
 
-    def appear(frame: Pixels, t: float) -> None:
+    def appear(frame: Frame, t: float) -> None:
         if t < life:
-            frame[part] = mixed(frame[part], color, (1.0 - t / life) * share)
+            frame.put(color, (left, top), dimmed(cover, 1.0 - t / life))
 
     return appear
 
 
-def _strip(full: Pixels, box: Bbox, times: Array, columns: Sequence[float], ink: str = "") -> Part:
+def _strip(
+    full: Image.Image, box: Bbox, times: Array, columns: Sequence[float], ink: str = ""
+) -> Part:
     """Return a tray or plot, uncovered from left to right up to ``columns`` at ``times`` (s)."""
-    rows, left = slice(max(round(len(full) - box.y1), 0), round(len(full) - box.y0)), round(box.x0)
+    left, top, foot = round(box.x0), round(full.height - box.y1), round(full.height - box.y0)
 
-    def appear(frame: Pixels, t: float) -> None:
+    def appear(frame: Frame, t: float) -> None:
         now = round(float(np.interp(t, times, columns)))
-        frame[rows, left:now] = full[rows, left:now]
+        frame.picture.paste(full.crop((left, top, max(now, left), foot)), (left, top))
         if ink:
-            frame[rows, now : now + 2] = _rgb(ink)
+            frame.picture.paste(ink, (now, top, now + 2, foot))
 
     return appear
 
 
-def _tray(full: Pixels, show: Show, layout: Layout, slow: float) -> Part:
+def _tray(full: Image.Image, show: Show, layout: Layout, slow: float) -> Part:
     """Return the tray, which shows balls once they have fallen, and those that were off before."""
     assert layout.tray is not None
     at = {e.balls[0]: e.t + LOOK.drop / slow for e in show.runs[0].events if e.pocket}
@@ -151,17 +148,16 @@ def _tray(full: Pixels, show: Show, layout: Layout, slow: float) -> Part:
 
 def _clock(layout: Layout, style: Style, decimals: int) -> Part:
     """Return the time at the right of the caption, in figures that stand still."""
-    size, room = 1.15 * layout.letter, layout.caption
-    font = ImageFont.truetype(findfont(FontProperties("DejaVu Sans")), size)
-    foot = round(layout.height - room.y0)
-    rows = slice(foot - round(size), foot + round(0.3 * size))
-    columns = slice(round(room.x1 - 0.16 * room.width), round(room.x1))
+    size, room, ink = 1.15 * layout.letter, layout.caption, to_hex(style.ink)
+    file = findfont(FontProperties("DejaVu Sans"))
+    font = ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
+    wide, high, foot = round(0.16 * room.width), round(1.3 * size), round(size)
+    at = round(room.x1) - wide, round(layout.height - room.y0) - foot
 
-    def appear(frame: Pixels, t: float) -> None:
-        image = Image.fromarray(frame[rows, columns])
-        at, text = (image.width, foot - rows.start), f"{t:.{decimals}f} s"
-        ImageDraw.Draw(image).text(at, text, style.ink, font, anchor="rs")
-        frame[rows, columns] = np.asarray(image)
+    def appear(frame: Frame, t: float) -> None:
+        cover = Image.new("L", (wide, high))
+        ImageDraw.Draw(cover).text((wide, foot), f"{t:.{decimals}f} s", 255, font, anchor="rs")
+        frame.put(ink, at, cover)
 
     return appear
 
@@ -234,20 +230,21 @@ class Stage:
         draw_caption(sheet, layout, show.caption("" if slow == 1.0 else pace), style, share=0.84)
         lines: Any = [] if sheet.plot is None else sheet.plot.lines
         setp(lines, alpha=0.3)
-        bare = np.ascontiguousarray(pixels(sheet.figure)[..., :3])
+        bare = pixels(sheet.figure)
+        self.ground = Ground(bare)
+        self.drawn = [Frame(bare.copy()), Frame(bare.copy())]
         setp(lines, alpha=None)
         if show.tray:
             draw_tray(sheet, show.runs[0], show.tray, layout, style)
-        full = pixels(sheet.figure)[..., :3] if show.tray or sheet.plot else bare
-        self.ground = Ground(bare, life=LIFE / slow)
+        full = Image.fromarray(pixels(sheet.figure) if show.tray or sheet.plot else bare)
         self.above = [_clock(layout, style, decimals=2 + max(0, math.ceil(math.log10(slow))))]
         if show.tray:
             self.above.append(_tray(full, show, layout, slow))
         if sheet.plot is not None and layout.plot is not None:
             box, times = layout.plot, np.array(sheet.plot.get_xlim())
-            self.above.append(_strip(full, box, times, box.intervalx, style.ink))
+            self.above.append(_strip(full, box, times, box.intervalx, to_hex(style.ink)))
         self.casts = [
-            Cast(run, view, style, slow, solid=run is runs[0])
+            Cast(run, view, settings, solid=run is runs[0])
             for runs, view in zip(show.panels, sheet.views, strict=True)
             for run in reversed(runs)
         ]
@@ -255,7 +252,10 @@ class Stage:
         self.arrows = [_arrows(cast, size, style, LOOK.shot / slow) for cast in solid]
 
     def frames(self) -> Iterator[Pixels]:
-        """Yield the frames in order, (height, width, 3) of uint8 each; ask for them once only."""
+        """Yield the frames in order, (height, width, 4) of uint8 each; ask for them once only.
+
+        The next frame but one is drawn over a frame.
+        """
         for first in range(0, len(self.times), self.BLOCK):
             yield from self._drawn(self.times[first : first + self.BLOCK])
 
@@ -264,19 +264,27 @@ class Stage:
         return self._drawn(np.linspace(self.times[0], self.times[-1], 5))
 
     def _drawn(self, times: Array) -> Iterator[Pixels]:
-        moves = [cast.run.at(times) for cast in self.casts]
+        moves = [cast.run.at(times)[0] for cast in self.casts]
         for k, t in enumerate(times.tolist()):
-            self.ground.fade(t)
-            for cast, (position, _) in zip(self.casts, moves, strict=True):
+            for cast, position in zip(self.casts, moves, strict=True):
                 cast.leave_tracks(self.ground, t, position[k])
-            frame = self.ground.seen.copy()
+            frame = self._bare_frame()
             for arrows in self.arrows:
                 arrows(frame, t)
-            for cast, (position, velocity) in zip(self.casts, moves, strict=True):
-                cast.appear(frame, t, position[k], velocity[k])
+            for cast, position in zip(self.casts, moves, strict=True):
+                cast.appear(frame, t, position[k])
             for part in self.above:
                 part(frame, t)
-            yield frame
+            yield frame.pixels
+
+    def _bare_frame(self) -> Frame:
+        """Return the frame that was drawn before the last one, as the ground is now."""
+        for frame in self.drawn:
+            frame.stale += self.ground.changed
+        self.ground.changed.clear()
+        self.drawn.reverse()
+        self.drawn[0].renew(self.ground.picture)
+        return self.drawn[0]
 
 
 @lru_cache(maxsize=16)
@@ -294,7 +302,6 @@ def _sprites(
     middles = [(half * (2.0 * c + 1.0), half * (2.0 * (rows - r) - 1.0)) for r, c in cells]
     draw(axes, [b._replace(x=x, y=y) for b, (x, y) in zip(shown, middles, strict=True)], style)
     fine = pixels(figure, FINE)
-    fine[..., :3] = (fine[..., :3].astype(np.uint16) * fine[..., 3:] + 127) // 255
     return tuple(Sprite(fine[r * side :, c * side :][:side, :side]) for r, c in cells)
 
 
@@ -302,5 +309,7 @@ def _at_origin(shown: list[DrawnBall]) -> tuple[DrawnBall, ...]:
     return tuple(disc._replace(x=0.0, y=0.0) for disc in shown)
 
 
-def _rgb(color: str) -> Array:
-    return 255.0 * np.array(to_rgb(color))
+@lru_cache(maxsize=256)
+def _spot(half: int) -> Image.Image:
+    """Return the cover of a spot of light, ``half`` pixels to each side of its middle."""
+    return Image.radial_gradient("L").resize((2 * half, 2 * half)).point(SPOT)

@@ -77,8 +77,13 @@ class Style:
     ice: str = "#e4f4ff"
 
     def on(self, table: Table | None) -> Style:
-        """Return the style with a table's own colour, shades of it on cushions, clear arrows."""
-        if table is None or table.color is None:
+        """Return the style with a table's own colour, shades of it on cushions, clear arrows.
+
+        Without a table, the open plane is the cloth.
+        """
+        if table is None:
+            return replace(self, cloth=self.plane)
+        if table.color is None:
             return self
         r, g, b = to_rgb(table.color)
         cushion, nose = (to_hex((s * r, s * g, s * b)) for s in (CUSHION_SHADE, NOSE_SHADE))

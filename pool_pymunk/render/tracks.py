@@ -1,100 +1,115 @@
-"""This module draws the tracks that balls leave in films: soft lines that fade with their age."""
+"""This module has the tracks that balls leave in films: lines that the balls uncover."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from matplotlib.collections import LineCollection
+from PIL import Image, ImageChops, ImageDraw
 
+from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
-from pool_pymunk.render.canvas import Pixels, mixed, window
+from pool_pymunk.render.canvas import FINE, Box, Pixels, blank, dimmed, pixels
 from pool_pymunk.render.style import LOOK
 
-LIFE = 1.0  # s of film; in this time a track's strength above LOOK.oldest shrinks to 1/e
-TICK = 0.16  # s of film; tracks are faded once in this time
-EQUAL = 0.01  # Covers that differ less than this are equal; a byte has steps of 0.004.
-FADED = LOOK.oldest + 0.05  # A track that is no stronger than this fades no more.
-
-Floats = NDArray[np.float32]
+STRENGTH = 0.9  # the share of the cloth that a track covers
+MARGIN = 0.75  # pixels; a ball uncovers its track, and this much beside it
 
 
 class Ground:
-    """The ground is what lies under the balls of a film: the table, and tracks that fade.
+    """The ground is what lies under the balls of a film: the table, and tracks.
 
-    ``new`` has all tracks unfaded, and ``seen`` as they fade with the time constant ``life`` (s). A
-    pixel shows the track that has most ``cover`` there, with the ``strength`` of its age.
+    ``solid`` is what tracks of solid balls cover so far: those of ghosts lie under them.
+    ``changed`` has the boxes in which tracks have grown.
     """
 
-    def __init__(self, bare: Pixels, life: float) -> None:
-        self.bare, self.new, self.seen = bare, bare.copy(), bare.copy()
-        self.cover: Floats = np.zeros(bare.shape[:2], dtype=np.float32)
-        self.strength: Floats = np.zeros(bare.shape[:2], dtype=np.float32)
-        self.life, self.now = life, -math.inf
+    def __init__(self, bare: Pixels) -> None:
+        self.picture = Image.fromarray(bare)
+        self.solid = Image.new("L", self.picture.size)
+        self.changed: list[Box] = []
 
-    def fade(self, t: float) -> None:
-        """Let the tracks fade up to the time ``t`` (s), unless that would not show."""
-        if t - self.now < TICK * self.life / LIFE:
-            return
-        kept = math.exp((self.now - t) / self.life)
-        strength, self.now = self.strength.reshape(-1), t
-        fading = np.flatnonzero(strength > FADED)
-        strength[fading] = LOOK.oldest + kept * (strength[fading] - LOOK.oldest)
-        bare, new, seen = (each.reshape(-1, 3) for each in (self.bare, self.new, self.seen))
-        seen[fading] = mixed(bare[fading], new[fading], strength[fading])
+    def lay(self, color: str, box: Box, cover: Image.Image, *, solid: bool) -> None:
+        """Lay a part of a track on the ground."""
+        if solid:
+            self.solid.paste(255, box, cover)
+        else:
+            cover = ImageChops.multiply(cover, ImageChops.invert(self.solid.crop(box)))
+        self.picture.paste(color, box, cover)
+        self.changed.append(box)
 
-    def lay(self, part: tuple[slice, slice], cover: Floats, color: Array, t: float) -> None:
-        """Lay a track of the time ``t`` (s) on pixels (r, c) where no other has more ``cover``."""
-        age = max(self.now - t, 0.0)
-        fresh = np.float32(LOOK.oldest + (1.0 - LOOK.oldest) * math.exp(-age / self.life))
-        on = (cover > 0.0) & (cover >= self.cover[part] - EQUAL)
-        bare = self.bare[part][on]
-        self.cover[part][on], self.strength[part][on] = cover[on], fresh
-        self.new[part][on] = mixed(bare, color[on], cover[on])
-        self.seen[part][on] = mixed(bare, color[on], fresh * cover[on])
+
+class Line(NamedTuple):
+    """A line has a colour and a width; ``hidden`` is what is not uncovered yet."""
+
+    color: str
+    width: float
+    hidden: Image.Image
 
 
 class Track:
-    """A track is the soft line a ball leaves; its corners (K, 3) are times and places (pixels)."""
+    """A track is drawn whole and hidden at first, and its ball uncovers it on the ground.
+
+    Its ``corners`` (K, 3) are times and places (pixels). It is a line that is ``wide`` (pixels);
+    that of a solid ball has a ``halo``, which is a wider line under it. Each of their pixels is put
+    on the ground once, so that soft edges stay soft where a ball returns.
+    """
 
     def __init__(
-        self, corners: Array, width: float, color: Array, strength: float, halo: Array | None = None
+        self, corners: Array, size: tuple[int, int], wide: float, color: str, halo: str = ""
     ) -> None:
-        self.corners, self.width, self.color, self.strength = corners, width, color, strength
-        self.halo = color if halo is None else halo
-        self.glow = 0.0 if halo is None else LOOK.halo
-        self.outer = width if halo is None else 1.6 * width + 0.8
-        self.end = corners[0, 1:]
-        self.passed = 1
+        corners = corners[np.isfinite(corners).all(axis=1)]
+        path, outer, self.is_solid = corners[:, 1:], 1.6 * wide + 1.0, bool(halo)
+        box = np.rint([path.min(axis=0) - outer, path.max(axis=0) + outer])
+        x0, y0, x1, y1 = np.clip(box, 0, size).astype(int).ravel().tolist()
+        self.left, self.top = x0, size[1] - y1
+        figure = blank(max(x1 - x0, 1), max(y1 - y0, 1))
+        looks: dict[str, Any] = {"capstyle": "round", "joinstyle": "round", "snap": False}
+        looks |= {"colors": ["#000", "#fff"], "linewidths": [outer, wide]}
+        figure.add_artist(LineCollection([path - (x0, y0)] * 2, transform=None, **looks))
+        picture = Image.fromarray(pixels(figure))
+        both = picture.getchannel("A")
+        core = ImageChops.multiply(both, picture.getchannel("R"))
+        self.lines = [Line(halo, outer, dimmed(both, LOOK.halo))][: self.is_solid]
+        self.lines.append(Line(color, wide, dimmed(core, STRENGTH)))
+        self.ahead = deque((t, (x, y)) for t, x, y in corners.tolist())
+        self.end: Point = self.ahead.popleft()[1]
 
-    def extend_to(self, ground: Ground, t: float, at: Array | None) -> None:
-        """Draw the line up to the time ``t`` (s), and to the place ``at`` if the ball has moved."""
-        while self.passed < len(self.corners) and self.corners[self.passed, 0] <= t:
-            self._piece(ground, self.corners[self.passed, 1:], self.corners[self.passed, 0])
-            self.passed += 1
-        if at is not None and np.hypot(*(at - self.end)) > max(4.0, self.width):
-            self._piece(ground, at, t)
-
-    def _piece(self, ground: Ground, end: Array, t: float) -> None:
-        """Draw the piece that goes straight on to the ``end``."""
-        start, self.end = self.end, end
-        box = np.concatenate([np.minimum(start, end), np.maximum(start, end)])
-        here = window(ground.new, box + self.outer * np.array([-1.0, -1.0, 1.0, 1.0]))
-        if here is None or (start == end).all():
+    def follow(self, ground: Ground, t: float, at: Point) -> None:
+        """Uncover the track up to the time ``t`` (s), at which the ball is ``at`` a place."""
+        if not self.ahead:
             return
-        rows, columns, x, y = here
-        (x0, y0), (dx, dy) = start, end - start
-        along = np.clip(((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
-        distance = np.hypot(x - x0 - along * dx, y - y0 - along * dy)
-        core = self.strength * _soft(distance / self.width)
-        halo = self.glow * _soft(distance / self.outer) * (1.0 - core)
-        cover = core + halo
-        share = (core / np.maximum(cover, 1e-9))[..., None]
-        color = share * self.color + (1.0 - share) * self.halo
-        ground.lay((rows, columns), cover.astype(np.float32), color, t)
+        path = [self.end]
+        while self.ahead and self.ahead[0][0] <= t:
+            path.append(self.ahead.popleft()[1])
+        if self.ahead and self.lines[-1].width < math.dist(at, path[-1]) < math.inf:  # nor NaN
+            path.append(at)
+        if path[-1] == self.end:
+            return
+        self.end = path[-1]
+        for color, width, hidden in self.lines:
+            box, brush = _brush(path, width / 2.0 + MARGIN, ground.picture.size)
+            x0, y0, x1, y1 = box
+            here = x0 - self.left, y0 - self.top, x1 - self.left, y1 - self.top
+            cover = ImageChops.multiply(hidden.crop(here), brush)
+            hidden.paste(0, here, brush)
+            ground.lay(color, box, cover, solid=self.is_solid)
 
 
-def _soft(share: Array) -> Array:
-    """Return 1 in the middle of a line and 0 beyond its sides, where ``share`` is 1."""
-    depth: Array = np.clip(1.6 * (1.0 - share), 0.0, 1.0)
-    return depth * depth * (3.0 - 2.0 * depth)
+def _brush(path: Sequence[Point], half: float, size: tuple[int, int]) -> tuple[Box, Image.Image]:
+    """Return the box around a path, and its pixels, all or nothing, that lie ``half`` beside it."""
+    xs, ys = [x for x, _ in path], [size[1] - y for _, y in path]
+    left, top = max(math.floor(min(xs) - half), 0), max(math.floor(min(ys) - half), 0)
+    right = max(min(math.ceil(max(xs) + half), size[0]), left + 1)
+    bottom = max(min(math.ceil(max(ys) + half), size[1]), top + 1)
+    inner, radius = (right - left, bottom - top), FINE * half
+    fine = Image.new("L", (FINE * inner[0], FINE * inner[1]))
+    places = [(FINE * (x - left), FINE * (y - top)) for x, y in zip(xs, ys, strict=True)]
+    pen = ImageDraw.Draw(fine)
+    pen.line(places, 255, round(2.0 * radius))
+    for x, y in places:
+        pen.ellipse((x - radius, y - radius, x + radius, y + radius), 255)
+    return (left, top, right, bottom), fine.resize(inner, Image.Resampling.NEAREST)
