@@ -39,7 +39,7 @@ class Cluster:
 
     def holds(self, due: Due) -> bool:
         """Tell whether a contact is one of the cluster."""
-        return any([is_of(one, due.a, due.b, due.wall) for one in self.touches])
+        return any(is_of(one, due.a, due.b, due.wall) for one in self.touches)
 
 
 class Forming(Crowds):
@@ -88,7 +88,7 @@ class Forming(Crowds):
             if all(keep):
                 for one in touches:
                     one.spare_friction(now)
-                if any([one.free > now for one in touches]):
+                if any(one.free > now for one in touches):
                     group.decide(now, False)
                 return Cluster(members, touches, parts_of(group, now))
             parting = [v for v, kept in zip(parting, keep) if kept]
@@ -232,19 +232,19 @@ def parts_of(group: Group, now: float) -> list[Group]:
         touches: list[Touch] = []
         for each in part:  # It grows.
             for one in group.touches:
-                if one.on and one.has(each) and not any([one is other for other in touches]):
+                if one.on and one.has(each) and not any(one is other for other in touches):
                     touches.append(one)
                     for other in (one.a, one.b):
-                        if other is not None and not any([other is known for known in part]):
+                        if other is not None and not any(other is known for known in part):
                             part.append(other)
-        left = [each for each in left if not any([each is known for known in part])]
+        left = [each for each in left if not any(each is known for known in part)]
         for one in group.touches:
             if one.closed and not one.on and one.rests_in(part):
                 touches.append(one)  # It may press as soon as a ball is let go.
-        if len(touches) > 0 and any([each.phase != REST for each in part]):
+        if len(touches) > 0 and any(each.phase != REST for each in part):
             new = Group(part, touches, now, group.scale)
             for force in group.unknowns:
-                if any([force.touch is one for one in touches]):
+                if any(force.touch is one for one in touches):
                     new.hold(force.touch, force.kind)
             new.make_room()
             parts.append(new)
