@@ -117,17 +117,21 @@ class Forming(Crowds):
                 -SUNK * far <= present.gap(hit) <= self.tolerance
             ):
                 continue
-            self.take_apart(present, ball)
             b = member_of(members, ball)
-            if b is None:
-                b = self._member(present, ball)
-            elif is_before(members, b, k):
+            if b is not None and is_before(members, b, k):
                 continue
-            one = Touch(a, b, None, None, present.table.pair(a.ball, ball))
-            if self._may_persist(present, one, a.ball, ball, None):
-                found.append(one)
-                if member_of(members, ball) is None:
-                    members.append(b)
+            pair = present.table.pair(a.ball, ball)
+            one = Touch(a, b or self._member(present, ball), None, None, pair)
+            if not self._may_persist(present, one, a.ball, ball, None):
+                continue
+            if b is None:
+                self.take_apart(present, ball)
+                b = self._member(present, ball)
+                members.append(b)
+                one = Touch(a, b, None, None, pair)
+                one.look()
+                one.on = True
+            found.append(one)
         return found
 
     def _touches_of_walls(self, present: Present, a: Member) -> list[Touch]:

@@ -221,8 +221,8 @@ class Touch:
             b.kick((x, y), (0.0, 0.0))
 
     def spare_friction(self, now: float) -> None:
-        """Let there be no friction until N has given the spared impulse."""
-        if self.spared > 0.0 and self.n > 0.0 and self.mu > 0.0:
+        """Let there be no friction until N has given the spared impulse, if that takes a piece."""
+        if self.n > 0.0 and self.mu > 0.0 and self.spared > self.n * self.a.scale.least:
             self.free, self.mu = now + self.spared / self.n, 0.0
 
     def regain_friction(self, now: float) -> None:
