@@ -127,6 +127,24 @@ def test_a_finer_tolerance_takes_more_pieces_and_a_wide_one_is_a_share_of_a_radi
     assert bounced(1.0).end == bounced(1e-3 * R).end
 
 
+@pytest.mark.parametrize(
+    ("speed", "angle", "most"),
+    [
+        (0.902628606666011, 1.1880513447940508, 6_000),
+        (1.1784332681651901, 2.9729720593884412, 8_000),
+    ],
+)
+def test_groups_that_touch_do_not_take_each_other_apart(
+    speed: float, angle: float, most: int
+) -> None:
+    """They did, 500 times in these soft breaks, where nothing but rounding made them hit again."""
+    scene = dataclasses.replace(load("eight-ball"), restitution=Restitution(0.5, cushion=0.5))
+    scene = dataclasses.replace(scene, shots=(Shot("Break", "cue", speed=speed, angle=angle),))
+    settings = Settings(None, max_time=60.0, contact_tolerance=CONTACT_TOLERANCE)
+    trace = event_driven.solve(scene, scene.start(scene.shots[0]), settings)
+    assert sum(map(len, trace.knots)) <= most
+
+
 @pytest.mark.parametrize("solver", [name for name in SOLVERS if not SOLVERS[name].to_tolerance])
 def test_a_solver_without_a_tolerance_takes_no_notice_of_it(solver: str) -> None:
     """So it is with the step of a solver that has none."""

@@ -40,14 +40,14 @@ class Crowds(Unseen):
 
     def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
         """Tell whether one of these balls has been hit too often, or there are very many."""
-        is_one_worn = any([is_worn(ball, present.now) for ball in seeds])
+        is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
         return is_one_worn or len(present.balls) > LARGE
 
     def _crowd(self, present: Present, seeds: list[Ball]) -> bool:
         """Let a crowd begin around some balls, if there are enough."""
         pace = math.sqrt(2.0 * MOST * self.tolerance / self.scale.pull)
         balls = self._near(present, seeds, pace)
-        is_one_worn = any([is_worn(ball, present.now) for ball in seeds])
+        is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
         if not (len(balls) > LARGE or (is_one_worn and is_crowd(balls, present.now))):
             return False
         for ball in balls:
@@ -159,14 +159,14 @@ class Crowds(Unseen):
         for each in crowd.members:
             each.ball.group = None
             wear_out(each.ball, present.now)
-        if any([one.has_sunk(STRIDE) for one in crowd.touches]):
+        if any(one.has_sunk(STRIDE) for one in crowd.touches):
             for one in crowd.touches:
                 if one.on and one.wall is not None and one.wall.moves:
                     present.jam(one.a.ball, one.wall)
         room = 2.0 * MOST * self.tolerance
         least = math.sqrt(room / self.scale.pull)
         for part in crowd.parts(self.tolerance):
-            moves = any([not crowd.rests(each) for each in part])
+            moves = any(not crowd.rests(each) for each in part)
             if moves and is_crowd([each.ball for each in part], present.now):
                 self._begin_crowd(present, part, crowd.next_pace(room, least))
                 continue

@@ -39,7 +39,7 @@ class Cluster:
 
     def holds(self, due: Due) -> bool:
         """Tell whether a contact is one of the cluster."""
-        return any([is_of(one, due.a, due.b, due.wall) for one in self.touches])
+        return any(is_of(one, due.a, due.b, due.wall) for one in self.touches)
 
 
 class Forming(Crowds):
@@ -88,7 +88,7 @@ class Forming(Crowds):
             if all(keep):
                 for one in touches:
                     one.spare_friction(now)
-                if any([one.free > now for one in touches]):
+                if any(one.free > now for one in touches):
                     group.decide(now, False)
                 return Cluster(members, touches, parts_of(group, now))
             parting = [v for v, kept in zip(parting, keep) if kept]
@@ -117,17 +117,21 @@ class Forming(Crowds):
                 -SUNK * far <= present.gap(hit) <= self.tolerance
             ):
                 continue
-            self.take_apart(present, ball)
             b = member_of(members, ball)
-            if b is None:
-                b = self._member(present, ball)
-            elif is_before(members, b, k):
+            if b is not None and is_before(members, b, k):
                 continue
-            one = Touch(a, b, None, None, present.table.pair(a.ball, ball))
-            if self._may_persist(present, one, a.ball, ball, None):
-                found.append(one)
-                if member_of(members, ball) is None:
-                    members.append(b)
+            pair = present.table.pair(a.ball, ball)
+            one = Touch(a, b or self._member(present, ball), None, None, pair)
+            if not self._may_persist(present, one, a.ball, ball, None):
+                continue
+            if b is None:
+                self.take_apart(present, ball)
+                b = self._member(present, ball)
+                members.append(b)
+                one = Touch(a, b, None, None, pair)
+                one.look()
+                one.on = True
+            found.append(one)
         return found
 
     def _touches_of_walls(self, present: Present, a: Member) -> list[Touch]:
@@ -232,19 +236,19 @@ def parts_of(group: Group, now: float) -> list[Group]:
         touches: list[Touch] = []
         for each in part:  # It grows.
             for one in group.touches:
-                if one.on and one.has(each) and not any([one is other for other in touches]):
+                if one.on and one.has(each) and not any(one is other for other in touches):
                     touches.append(one)
                     for other in (one.a, one.b):
-                        if other is not None and not any([other is known for known in part]):
+                        if other is not None and not any(other is known for known in part):
                             part.append(other)
-        left = [each for each in left if not any([each is known for known in part])]
+        left = [each for each in left if not any(each is known for known in part)]
         for one in group.touches:
             if one.closed and not one.on and one.rests_in(part):
                 touches.append(one)  # It may press as soon as a ball is let go.
-        if len(touches) > 0 and any([each.phase != REST for each in part]):
+        if len(touches) > 0 and any(each.phase != REST for each in part):
             new = Group(part, touches, now, group.scale)
             for force in group.unknowns:
-                if any([force.touch is one for one in touches]):
+                if any(force.touch is one for one in touches):
                     new.hold(force.touch, force.kind)
             new.make_room()
             parts.append(new)

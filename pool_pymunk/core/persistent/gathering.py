@@ -35,7 +35,7 @@ class Gathering(Company):
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether a contact of its members is one of its own."""
-        return any([is_of(one, a, b, wall) for one in self.touches])
+        return any(is_of(one, a, b, wall) for one in self.touches)
 
     def play(self, now: float) -> None:
         """Play the next piece, from now (s) on."""
@@ -72,10 +72,13 @@ class Gathering(Company):
         """Add what the contacts have done in the present piece until now (Simpson's rule)."""
         for one in self.touches:
             if one.on:
-                (x, y), (p, q), (u, v), (jx, jy) = one.at_start, one.halfway, one.push, one.struck
+                x, y = one.at_start
+                p, q = one.halfway
+                u, v = one.push
+                jx, jy = one.struck
                 h = self.played / 6.0
-                x, y = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
-                spells.add(one, self.began, self.began + self.played, (x, y))
+                impulse = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
+                spells.add(one, self.began, self.began + self.played, impulse)
                 one.struck = 0.0, 0.0
 
     def path(self, each: Member) -> Path:

@@ -80,7 +80,7 @@ class Gatherings(Persistence):
             if group.answers_all:
                 wear_out(member.ball, present.now)
                 self.braked[member.ball.number] = group.began + group.time
-            if not any([member.ball is ball for ball in changed]):
+            if not any(member.ball is ball for ball in changed):
                 self._let_go(present, member)
 
     def _let_go(self, present: Present, member: Member) -> None:

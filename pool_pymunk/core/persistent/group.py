@@ -14,6 +14,7 @@ from typing import Final, final
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering
+from pool_pymunk.core.persistent.linear import Row, solve
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member, Rates, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
@@ -100,7 +101,7 @@ class Group(Gathering):
     @property
     def creeps(self) -> bool:
         """This tells whether a ball hardly moves, and turns so fast that pieces are very short."""
-        return any([self.lets_rest(each) for each in self.members])
+        return any(self.lets_rest(each) for each in self.members)
 
     def lets_rest(self, each: Member) -> bool:
         """Tell whether a ball may rest that hardly moves in a very short piece."""
@@ -231,23 +232,22 @@ class Group(Gathering):
 
     def _solve_system(self) -> None:
         """Find the forces that add to the rates what they should, and the rates by them."""
-        unknowns, count = self.unknowns, len(self.unknowns)
-        matrix = [[0.0] * (count + 1) for _ in unknowns]
-        for force in unknowns:
+        rows: list[Row] = []
+        for force in self.unknowns:
             force.base = force.touch.rate(force.kind)
-            matrix[force.row][count] = force.want
-        for force in unknowns:
-            one, q = force.touch, force.row
+            rows.append(Row(force.want))
+        for force in self.unknowns:
+            one = force.touch
             one.add(force.kind, one.unit)
             one.move()
             for other in force.near:
-                matrix[other.row][q] = other.touch.rate(other.kind) - other.base
-            matrix[q][q] += RIDGE
+                gain = other.touch.rate(other.kind) - other.base
+                rows[other.row].put(force.row, gain + RIDGE if other is force else gain)
             one.press(0.0, 0.0, 0.0)
             one.move()
-        eliminate(matrix, count)
-        for force in unknowns:
-            force.touch.add(force.kind, matrix[force.row][count] * force.touch.unit)
+        solve(rows)
+        for force in self.unknowns:
+            force.touch.add(force.kind, rows[force.row].right * force.touch.unit)
         for each in self.members:
             each.move()
 
@@ -367,7 +367,8 @@ class Group(Gathering):
             force.want = -force.touch.speed(force.kind)
         self._solve_system()
         for one in self.touches:
-            (x, y), (p, q) = one.struck, one.push
+            x, y = one.struck
+            p, q = one.push
             one.struck = x + p, y + q
         for each in self.members:
             ax, ay, bx, by = each.second
@@ -443,7 +444,8 @@ class Group(Gathering):
         jump = 0.0
         for each in self.members:
             each.second = each.rates
-            (ax, ay, bx, by), (px, py, qx, qy) = each.first, each.second
+            ax, ay, bx, by = each.first
+            px, py, qx, qy = each.second
             share = each.steering(h)
             jump = max(jump, abs(px - ax), abs(py - ay), share * max(abs(qx - bx), abs(qy - by)))
         self.is_even = jump * h * h <= 1e-6 * self.tolerance
@@ -462,7 +464,8 @@ class Group(Gathering):
             each.advance(h, 0.5, each.second, each.first)
         self.solve(True)
         for one in self.touches:
-            (x, y), (p, q) = one.halfway, one.push
+            x, y = one.halfway
+            p, q = one.push
             one.halfway = (x + p) / 2.0, (y + q) / 2.0
         for each in self.members:
             each.third = each.rates
@@ -573,35 +576,3 @@ def mean(a: Rates, b: Rates, c: Rates, d: Rates, middle: float, last: float) -> 
         (a[2] + middle * (b[2] + c[2]) + last * d[2]) / total,
         (a[3] + middle * (b[3] + c[3]) + last * d[3]) / total,
     )
-
-
-def eliminate(matrix: list[list[float]], count: int) -> None:
-    """Solve a linear system in place (Gauss); its last column becomes the solution.
-
-    Most entries are 0 where many forces act on different balls.
-    """
-    filled: list[list[int]] = []
-    for q in range(count):
-        best, size = q, abs(matrix[q][q])
-        for p in range(q + 1, count):
-            if abs(matrix[p][q]) > size:
-                best, size = p, abs(matrix[p][q])
-        if best != q:
-            matrix[q], matrix[best] = matrix[best], matrix[q]
-        row = matrix[q]
-        columns = [m for m in range(q + 1, count + 1) if row[m] != 0.0]
-        filled.append(columns)
-        for p in range(q + 1, count):
-            other = matrix[p]
-            part = other[q]
-            if part != 0.0:
-                part /= row[q]
-                for m in columns:
-                    other[m] -= part * row[m]
-    for q in range(count - 1, -1, -1):
-        row = matrix[q]
-        found = row[count]
-        for m in filled[q]:
-            if m < count:
-                found -= row[m] * matrix[m][count]
-        row[count] = found / row[q] if row[q] != 0.0 else 0.0

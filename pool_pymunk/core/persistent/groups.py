@@ -135,7 +135,7 @@ class Groups(Forming):
         if len(nothing) > 0:
             for due in nothing:
                 self._look_again(present, due)
-            dues = [due for due in dues if not any([due is other for other in nothing])]
+            dues = [due for due in dues if not any(due is other for other in nothing)]
         if len(dues) > 0 and (self._crowds(present, dues) or self._absorbs(present, dues)):
             return []
         if self.freed != present.now:
@@ -170,7 +170,7 @@ class Groups(Forming):
                 return False
             self.opened.pop(sides_of(due.a, due.b, due.wall), None)
         cluster = self._form(present, seeds)
-        if len(cluster.groups) == 0 or not all([cluster.holds(due) for due in dues]):
+        if not all(cluster.holds(due) for due in dues):
             return False
         self._begin_in(present, cluster)
         return True
@@ -216,7 +216,7 @@ class Groups(Forming):
         for one in contacts:
             if self.is_hushed and one.b is None and one.closing <= 0.0:
                 self._set_off_again(present, one.a.ball, changed)
-        if any([ball.is_off for ball in self.loose]):  # A pocket has taken it in.
+        if any(ball.is_off for ball in self.loose):  # A pocket has taken it in.
             self.loose = [ball for ball in self.loose if not ball.is_off]
         for ball in changed:
             group = gathering_of(ball)
@@ -235,11 +235,11 @@ class Groups(Forming):
         if self._may_crowd(present, seeds) and self._crowd(present, seeds):
             return
         self.tried = present.now
-        self._begin_in(present, self._form(present, seeds))
+        self._begin_around(present, seeds)
 
     def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
         """Let a ball that has waited for a contact, but has missed it, go on along a new path."""
-        if ball.group is not None or any([ball is one for one in changed]):
+        if ball.group is not None or any(ball is one for one in changed):
             return
         x, y, vx, vy = ball.path.at(present.now)
         if ball.rested == INF:
@@ -263,12 +263,12 @@ class Groups(Forming):
             self._go_on_crowded(present, group)
             return
         assert isinstance(group, Group), "a gathering is a crowd or a group"
-        regains = any([-INF < one.free <= now for one in group.touches])
+        regains = any(-INF < one.free <= now for one in group.touches)
         for one in group.touches:
             one.regain_friction(now)
         if self._breaks(present, group):
             self.take_apart(present, ball)
-            self._begin_in(present, self._form(present, [*self.loose]))
+            self._begin_around(present, [*self.loose])
         elif group.fell == NEVER and not regains and not group.creeps:
             self._play(present, group)
         else:
@@ -340,12 +340,16 @@ class Groups(Forming):
                     present.recorder.roll(each.ball, now)
         group.close()
 
+    def _begin_around(self, present: Present, seeds: list[Ball]) -> None:
+        """Let groups begin around some balls, if they press on each other."""
+        cluster = self._form(present, seeds)
+        if len(cluster.groups) > 0:
+            self._begin_in(present, cluster)
+
     def _begin_in(self, present: Present, cluster: Cluster) -> None:
         """Let the groups of a cluster begin; other balls that were struck there go on alone."""
-        if len(cluster.groups) == 0:
-            return
+        self.formed = present.now
         for group in cluster.groups:
-            self.formed = present.now
             self._begin(present, group)
         for one in cluster.touches:
             if one.a.ball.group is None and one.struck != (0.0, 0.0):

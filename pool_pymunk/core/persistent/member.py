@@ -218,12 +218,24 @@ class Member:
         if self.mode == REST:
             return
         self.is_struck = True
-        (x, y), (p, q), m = push, turn, self.mass
+        x, y = push
+        p, q = turn
+        m = self.mass
         if self.mode == ROLL:
             x, y = (1.0 - SHARE) * x + SHARE * p, (1.0 - SHARE) * y + SHARE * q
             p, q = x, y
         self.vx, self.vy = self.vx + x / m, self.vy + y / m
         self.wx, self.wy = self.wx + p / m, self.wy + q / m
+
+    def shift(self, x: float, y: float) -> None:
+        """Move the ball (m)."""
+        self.x, self.y = self.x + x, self.y + y
+
+    def hasten(self, vx: float, vy: float) -> None:
+        """Change the velocity (m/s); a ball that rolls goes on rolling."""
+        self.vx, self.vy = self.vx + vx, self.vy + vy
+        if self.phase == ROLL:
+            self.wx, self.wy = self.vx, self.vy
 
     @property
     def drive(self) -> Vector:

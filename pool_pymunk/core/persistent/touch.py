@@ -174,14 +174,14 @@ class Touch:
             return
         push = opening / total
         self.struck = self.struck[0] + push * self.nx, self.struck[1] + push * self.ny
-        for each, sign in ((self.a, 1.0 if self.b is None else -1.0), (self.b, 1.0)):
-            if each is not None:
-                part = sign * each.lightness / total
-                each.x, each.y = each.x + part * gap * self.nx, each.y + part * gap * self.ny
-                part *= opening
-                each.vx, each.vy = each.vx + part * self.nx, each.vy + part * self.ny
-                if each.phase == ROLL:
-                    each.wx, each.wy = each.vx, each.vy
+        a, b = self.a, self.b
+        part = a.lightness / total if b is None else -a.lightness / total
+        a.shift(part * gap * self.nx, part * gap * self.ny)
+        a.hasten(part * opening * self.nx, part * opening * self.ny)
+        if b is not None:
+            part = b.lightness / total
+            b.shift(part * gap * self.nx, part * gap * self.ny)
+            b.hasten(part * opening * self.nx, part * opening * self.ny)
 
     def strike(self) -> None:
         """Take away the speed at which the sides close, or part, by a hit without a bounce.
@@ -221,8 +221,8 @@ class Touch:
             b.kick((x, y), (0.0, 0.0))
 
     def spare_friction(self, now: float) -> None:
-        """Let there be no friction until N has given the spared impulse."""
-        if self.spared > 0.0 and self.n > 0.0 and self.mu > 0.0:
+        """Let there be no friction until N has given the spared impulse, if that takes a piece."""
+        if self.n > 0.0 and self.mu > 0.0 and self.spared > self.n * self.a.scale.least:
             self.free, self.mu = now + self.spared / self.n, 0.0
 
     def regain_friction(self, now: float) -> None:
@@ -303,10 +303,12 @@ class Touch:
         """Move sides out of each other that have sunk in by the error of a step."""
         gap = self.gap
         if gap < 0.0:
-            for each, sign in ((self.a, 1.0 if self.b is None else -1.0), (self.b, 1.0)):
-                if each is not None:
-                    share = -sign * gap * self.unit / each.mass
-                    each.x, each.y = each.x + share * self.nx, each.y + share * self.ny
+            a, b = self.a, self.b
+            part = (-gap if b is None else gap) * self.unit / a.mass
+            a.shift(part * self.nx, part * self.ny)
+            if b is not None:
+                part = -gap * self.unit / b.mass
+                b.shift(part * self.nx, part * self.ny)
 
     # -- forces --------------------------------------------------------------------------------
 
@@ -376,10 +378,11 @@ class Touch:
             most /= GYRATION
             i = max(-most, min(self.i - self.rate(INTO) * self.a.mass, most))
         self.press(n, t, i)
-        for each in [self.a, self.b]:
-            if each is not None:
-                each.hold(now)
-                each.move()
+        self.a.hold(now)
+        self.a.move()
+        if self.b is not None:
+            self.b.hold(now)
+            self.b.move()
 
 
 def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:

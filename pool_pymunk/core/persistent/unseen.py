@@ -77,7 +77,7 @@ class Unseen(Gatherings):
         """Return the share of the energy of a bounce that is lost, by other contacts, too."""
         e, a, b = one.pair.restitution, one.a.ball, one.b
         alone = len(self.loose) <= (1 if b is None else 2) and a.hit != present.now
-        alone = alone and not any([ball is a for ball in self.seeds])
+        alone = alone and not any(ball is a for ball in self.seeds)
         alone = alone and (b is None or b.ball.hit != present.now)
         return max(1.0 - e * e, TINY if alone else SHARED)
 
