@@ -14,7 +14,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.contact.laws import Law
-from pool_pymunk.core.engine import OUT_OF_TIME, SETTLED, Engine
+from pool_pymunk.core.engine import SETTLED, Engine
 from pool_pymunk.core.floor import Floor, overlap
 from pool_pymunk.core.motion.path import Motion, Path
 from pool_pymunk.core.motion.surface import NO_ROLL, Rolling, Sliding, Surface
@@ -383,10 +383,9 @@ class Shots:
     def _write(self, ends: Ends, k: int, tally: Tally) -> None:
         """Write down what has become of shot ``k``."""
         engine, end = self.engine, tally.duration
-        ending = engine.ending(self.latest)
+        ending = engine.end(self.latest)
         if ending != SETTLED:
-            end = self.latest if ending == OUT_OF_TIME and self.latest < INF else engine.now
-            engine.now = end
+            end = engine.now
             engine.persistence.persisted(engine)
             ends.endings.append(k)
             ends.endings.append(ending)

@@ -131,16 +131,17 @@ class Engine(Present):
                 break
             self._next(queue.pop())
 
-    def ending(self, latest: float) -> int:
-        """Return why a run that was to end at the ``latest`` (s) has ended."""
+    def end(self, latest: float) -> int:
+        """End a run that was to end at the ``latest`` (s), and return why it has ended."""
+        upcoming = self.queue.upcoming()
         if not self.is_finite:
             return NON_FINITE
-        if self.queue.upcoming() < INF:
-            return OUT_OF_TIME if self.queue.upcoming() > latest else OUT_OF_EVENTS
-        for ball in self.balls:
-            if ball.path.end == INF:
-                return OUT_OF_TIME
-        return SETTLED
+        if upcoming <= latest and upcoming < INF:
+            return OUT_OF_EVENTS
+        if upcoming == INF and not any(ball.path.end == INF for ball in self.balls):
+            return SETTLED
+        self.now = latest if latest < INF else self.now
+        return OUT_OF_TIME
 
     def motion_of(self, ball: Ball) -> tuple[Motion, Vector]:
         """Return place and velocity of a ball now, and its roll, once ``persisted`` was asked.

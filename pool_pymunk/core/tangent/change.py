@@ -10,6 +10,7 @@ from mypy_extensions import mypyc_attr
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.core.tangent.slopes import Nudge
 
 # A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
@@ -57,13 +58,23 @@ class Change:
     __slots__ = ("ever", "vx", "vy", "wx", "wy", "x", "y")
 
     def __init__(self) -> None:
-        self.x = 0.0
-        self.y = 0.0
-        self.vx = 0.0
-        self.vy = 0.0
-        self.wx = 0.0
-        self.wy = 0.0
+        self.x = self.y = self.vx = self.vy = self.wx = self.wy = 0.0
         self.ever = False
+
+    def add(self, k: int, by: float) -> None:
+        """Add to one of the six numbers: those of the place, of the velocity and of the roll."""
+        if k == 0:
+            self.x += by
+        elif k == 1:
+            self.y += by
+        elif k == 2:
+            self.vx += by
+        elif k == 3:
+            self.vy += by
+        elif k == 4:
+            self.wx += by
+        else:
+            self.wy += by
 
     def copy(self) -> Change:
         """Return another change with the same numbers."""
@@ -143,25 +154,14 @@ class Column:
     """A column has what one contact, or another event, does by one input.
 
     The event comes ``late`` (s by the unit of the input), and its normal has turned by ``turn``
-    (rad). Along the normal and across it, the velocities of the two balls have changed by ``an``,
-    ``at``, ``bn`` and ``bt`` (m/s) when the law is asked. By rounding, the contact is found when
-    the gap is wider by ``gap`` (m), and its normal errs by ``turned`` (rad).
+    (rad). ``by`` is what the law is asked with otherwise then. By rounding, the contact is found
+    when the gap is wider by ``gap`` (m), and its normal errs by ``turned`` (rad).
     """
 
-    __slots__ = ("an", "at", "bn", "bt", "gap", "is_bent", "late", "turn", "turned")
+    __slots__ = ("by", "gap", "is_bent", "late", "turn", "turned")
 
     def __init__(self) -> None:
-        self.late = 0.0
-        self.turn = 0.0
-        self.an = 0.0
-        self.at = 0.0
-        self.bn = 0.0
-        self.bt = 0.0
-        self.gap = 0.0
-        self.turned = 0.0
+        self.by = Nudge()
+        self.late = self.turn = 0.0
+        self.gap = self.turned = 0.0
         self.is_bent = False
-
-    @property
-    def is_idle(self) -> bool:
-        """This tells whether the input surely changes neither the time nor the normal."""
-        return self.late == 0.0 and self.turn == 0.0

@@ -8,7 +8,7 @@ from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import Course
 from pool_pymunk.core.tangent.inputs import Entry, Inputs
-from pool_pymunk.core.tangent.shot import close, tangent_of
+from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import Corner
 
 
@@ -60,8 +60,8 @@ class Follower:
 
     def end(self, engine: Engine, course: Course, latest: float) -> None:
         """Follow the changes to the end of a shot, which might have gone on to the latest (s)."""
-        duration, is_cut, by_events = close(engine, course, latest)
-        tangent = tangent_of(engine, course, self.corners, self.inputs)
+        duration, is_cut, by_events = course.close(engine, latest)
+        tangent = Tangent(engine, course, self.corners, self.inputs)
         tangent.times = False
         tangent.follow(duration, is_cut, by_events)
         first = (self.shot - 1) * len(tangent.tracks)

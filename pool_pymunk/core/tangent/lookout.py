@@ -17,7 +17,7 @@ from pool_pymunk.core.tangent.touches import (
 )
 from pool_pymunk.core.tangent.track import Track
 
-Found = list[tuple[float, int]]  # when (s) something was lost, and the number of the reason
+Found = list[tuple[float, str]]  # when (s) something was lost, and the reason
 
 
 @final
@@ -51,11 +51,11 @@ class Lookout:
         if len(self.found) == 0:
             return
         for track in self.tracks:
-            while track.goes_on_before(t) and track.is_lost:
-                then = track.following
-                if then is not None:
-                    self._look_at_balls(track, then.t, ANYTHING, track.number)
+            then = track.following
+            while then is not None and then.t < t and track.is_lost:
+                self._look_at_balls(track, then.t, ANYTHING, track.number)
                 track.go_on(NOTHING)
+                then = track.following
 
     def look(self, track: Track, t: float, met: int, done: int) -> None:
         """Lose what touches decide on the path of a ball up to a time (s), where it has ``met``.

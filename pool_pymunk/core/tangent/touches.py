@@ -16,10 +16,9 @@ from pool_pymunk.core.motion.pairs import HAIR
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.times import EPSILON, Vector
 from pool_pymunk.core.table import Table
-from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.core.walls.face import Face
-from pool_pymunk.core.walls.round import Rim, RoundSide
-from pool_pymunk.core.walls.side import Side, within_sector
+from pool_pymunk.core.walls.round import Round
+from pool_pymunk.core.walls.side import Side
 
 # Rounding moves a place by less than this share of its coordinates.
 BLUR: Final = 256.0 * EPSILON
@@ -69,18 +68,15 @@ class Obstacle:
         side = self.side
         if isinstance(side, Face):
             return touch_of_face(path, side, until, r, free)
-        if isinstance(side, RoundSide):
-            return touch_of_circle(path, side.center, until, (side.radius + r, 1.0), free)
-        if isinstance(side, Rim):
-            return touch_of_circle(path, side.center, until, (side.radius, 1.0), free)
-        if not isinstance(side, Arc):
+        if not isinstance(side, Round):
             return NO_TOUCH
-        apart = side.radius + side.facing * r
-        along, turns = touch_of_circle(path, side.center, until, (apart, side.facing), free)
-        along = along and is_beside(side, path.x, path.y)
+        cx, cy = side.center
+        circle = side.reach(r), side.facing
+        along, turns = touch_of_discs(path, standing(0.0, cx, cy), until, circle, free)
+        along = along and side.is_beside(path.x, path.y)
         if turns != NEVER:
             x, y = path.place(turns)
-            turns = turns if is_beside(side, x, y) else NEVER
+            turns = turns if side.is_beside(x, y) else NEVER
         return along, turns
 
     @property
@@ -95,12 +91,6 @@ def obstacles_of(table: Table) -> list[Obstacle]:
     return [
         Obstacle(side, -1 - place) for place, wall in enumerate(table.walls) for side in wall.sides
     ]
-
-
-def is_beside(arc: Arc, x: float, y: float) -> bool:
-    """Tell whether a place lies in the sector of an arc."""
-    cx, cy = arc.center
-    return within_sector(x - cx, y - cy, arc.first, arc.last)
 
 
 def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bool, bool]) -> Touch:
@@ -129,15 +119,6 @@ def bends(path: Path) -> bool:
     """Tell whether a path is curved, as that of a ball which slides before it rolls may be."""
     left, right = path.vx * path.ay, path.vy * path.ax
     return abs(left - right) > BLUR * (abs(left) + abs(right))
-
-
-def touch_of_circle(
-    path: Path, center: Vector, until: float, circle: Vector, free: tuple[bool, bool]
-) -> Touch:
-    """Tell how a path touches a circle; this is its radius (m) and its facing."""
-    cx, cy = center
-    apart, facing = circle
-    return touch_of_discs(path, standing(0.0, cx, cy), until, (apart, facing), free)
 
 
 def are_far(a: Path, b: Path, until: float, apart: float) -> bool:
