@@ -46,11 +46,6 @@ class Ball:
     and ``mask`` say what it is, and whom it may meet. The engine owns it; all others ask it.
     """
 
-    __slots__ = ("categories", "creep", "crossed", "crossings", "end", "group", "high_x", "high_y",
-                 "hit", "hits", "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass",
-                 "noise", "number", "patch", "path", "radius", "rested", "seen",
-                 "speed", "stopped")  # fmt: skip
-
     def __init__(
         self, number: int, radius: float, mass: float, path: Path, is_cue: bool = False
     ) -> None:

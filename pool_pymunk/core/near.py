@@ -41,8 +41,7 @@ class Near:
         """Take a ball in that has come to the table."""
 
     def remove(self, ball: Ball) -> None:
-        ball.low_x = ball.low_y = INF
-        ball.high_x = ball.high_y = -INF
+        ball.take_box_away()
 
     def candidates(self, ball: Ball) -> list[Ball]:
         """Return balls of which some, it among them, have boxes that overlap that of a ball."""

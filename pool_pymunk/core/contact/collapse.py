@@ -17,8 +17,14 @@ from __future__ import annotations
 
 from typing import Final, final
 
-from pool_pymunk.core.contact.contact import Contact, Disc
-from pool_pymunk.core.contact.together import Row, discs_of, fastest_of
+from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.contact.together import (
+    Row,
+    discs_of,
+    fastest_of,
+    set_velocities,
+    velocities_of,
+)
 from pool_pymunk.core.motion.times import INF
 
 MOST_HITS: Final = 30_000  # This many hits are played one by one at most.
@@ -69,12 +75,7 @@ class Round:
 
     def hits(self, one: Contact) -> bool:
         """Tell whether a contact shares a ball with one of the round."""
-        for other in self.contacts:
-            if one.a is other.a or one.a is other.b:
-                return True
-            if one.b is not None and (one.b is other.a or one.b is other.b):
-                return True
-        return False
+        return any(one.a in other.discs or one.b in other.discs for other in self.contacts)
 
 
 @final
@@ -321,12 +322,3 @@ def is_round(c: Collapse, now: Round) -> bool:
                 return False
             found += 1
     return found == len(now.contacts)
-
-
-def velocities_of(discs: list[Disc]) -> list[tuple[float, float]]:
-    return [(each.vx, each.vy) for each in discs]
-
-
-def set_velocities(discs: list[Disc], velocities: list[tuple[float, float]]) -> None:
-    for each, v in zip(discs, velocities):
-        each.vx, each.vy = v

@@ -101,14 +101,14 @@ class Instant:
         self, present: Present, persistence: Persistence, dues: list[Due]
     ) -> list[Due]:
         """Let pockets take balls in, and return the contacts of the others."""
-        if not any([due.wall is not None and due.wall.is_pocket for due in dues]):
+        if not any(due.wall is not None and due.wall.is_pocket for due in dues):
             return dues
         for due in dues:
             if isinstance(due.wall, Pocket) and not due.a.is_off:
                 persistence.leave(present, due.a)
                 present.take_in(due.a, due.wall)
-        self.met = [due for due in self.met if is_on_table(due)]
-        return [due for due in dues if is_on_table(due)]
+        self.met = [due for due in self.met if due.is_on_table]
+        return [due for due in dues if due.is_on_table]
 
     # -- one contact -------------------------------------------------------------------------------
 
@@ -171,13 +171,12 @@ class Instant:
             self.met.append(due)
 
     def _answer_several(self, present: Present, persistence: Persistence, dues: list[Due]) -> None:
-        """Answer several contacts of this instant."""
+        """Answer a round of contacts of this instant, or after many rounds all that touches."""
         fastest = dues[0].a
         for due in dues:
-            if due.a.speed > fastest.speed:
-                fastest = due.a
-            if due.b is not None and due.b.speed > fastest.speed:
-                fastest = due.b
+            for ball in due.balls:
+                if ball.speed > fastest.speed:
+                    fastest = ball
         if self._is_over(present, fastest):
             self._begin()
             self.began = present.now
@@ -185,12 +184,6 @@ class Instant:
         has_many = self.rounds > FEW_ROUNDS
         for due in dues:
             self._note_met(due)
-        self._answer_round(present, persistence, dues, has_many)
-
-    def _answer_round(
-        self, present: Present, persistence: Persistence, dues: list[Due], has_many: bool
-    ) -> None:
-        """Answer a round of contacts, or after many rounds all that touches."""
         discs: list[Disc] = []
         contacts = read(present, dues, discs)
         if len(contacts) > 1 or len(self.met) > 2:
@@ -202,7 +195,7 @@ class Instant:
             resolve(present, contacts, discs, missed)
         self.changed = [each.ball for each in discs if each.changed]
         for one in missed:
-            if not (has_many and (one.a.changed or (one.b is not None and one.b.changed))):
+            if not (has_many and any(each.changed for each in one.discs)):
                 self.missed.append(one)
         persistence.go_after(present, contacts, self.changed)
 
@@ -221,14 +214,14 @@ class Instant:
         dues = present.touching(self.met, [])
         contacts = read(present, dues, discs)
         find_gaps(present, contacts)
-        turn = [one for one in contacts if any([other.is_same(one) for other in first])]
+        turn = [one for one in contacts if any(other.is_same(one) for other in first)]
         hits = 0
         while len(turn) > 0 and present.may_go_on:
             if hits > LISTED and loses_speed(present.law, contacts):  # They may have no end.
                 self.collapses += 1 if len(contacts) > 2 else 0
                 play_out(present, contacts, discs, self.collapses)
                 break
-            if any([present.squeezes.is_squeezed(each.ball) for each in discs]):
+            if any(present.squeezes.is_squeezed(each.ball) for each in discs):
                 press_together(present, contacts, discs)
                 break
             hits += resolve(present, turn, discs, missed)
@@ -237,11 +230,6 @@ class Instant:
                 break
         self._begin()
         return contacts
-
-
-def is_on_table(due: Due) -> bool:
-    """Tell whether no pocket has taken in a ball of a contact."""
-    return not (due.a.is_off or (due.b is not None and due.b.is_off))
 
 
 def jumps(present: Present, one: Contact) -> bool:
@@ -259,7 +247,7 @@ def read(present: Present, dues: list[Due], discs: list[Disc]) -> list[Contact]:
         a = disc_of(present, discs, due.a)
         b = None if due.b is None else disc_of(present, discs, due.b)
         one = present.contact(a, b, due.wall)
-        if b is not None or not any([one.is_same(other) for other in found]):
+        if b is not None or not any(one.is_same(other) for other in found):
             found.append(one)
     return found
 
@@ -287,18 +275,16 @@ def find_gaps(present: Present, contacts: list[Contact]) -> None:
 
 def next_round(present: Present, contacts: list[Contact], discs: list[Disc]) -> list[Contact]:
     """Go on to the contacts of the cluster that hit next."""
-    noise, moves = 0.0, False
+    noise = 0.0
     for each in discs:
-        moves = moves or each.moved != MISSED
         noise = max(noise, each.ball.noise)
-    if not moves:
+    if all(each.moved == MISSED for each in discs):
         return []
     squeezes = present.squeezes
     if squeezes.is_idle:
         return go_on(contacts, noise)
     for one in contacts:
-        b = one.b
-        if squeezes.is_squeezed(one.a.ball) or (b is not None and squeezes.is_squeezed(b.ball)):
+        if any(squeezes.is_squeezed(each.ball) for each in one.discs):
             one.pair = one.pair.with_restitution(0.0)
     return go_on([one for one in contacts if not is_jammed(present, one)], noise)
 

@@ -51,8 +51,6 @@ class Path:
     (5.0, (1.75, 0.0, 1.5, 0.0), (4.0, 0.0, 0.0, 0.0))
     """
 
-    __slots__ = ("ax", "ay", "end", "slows", "speed", "t", "vx", "vy", "wx", "wy", "x", "y")
-
     def __init__(
         self, t: float, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
         end: float, slows: bool, wx: float, wy: float,

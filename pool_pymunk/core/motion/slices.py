@@ -35,8 +35,6 @@ class SlicedDisc:
     (4, (2.0, 0.0, 0.0, 0.0), False)
     """
 
-    __slots__ = ("vx", "vy", "wx", "wy", "x", "y")
-
     def __init__(self, x: float, y: float, vx: float, vy: float, wx: float, wy: float) -> None:
         self.x = x
         self.y = y

@@ -27,8 +27,6 @@ class Rates:
     They are the velocity (m/s), the acceleration and the rate of the roll (m/s^2).
     """
 
-    __slots__ = ("ax", "ay", "px", "py", "vx", "vy")
-
     def __init__(self, path: Path, vx: float, vy: float, rolls: bool) -> None:
         self.vx = vx
         self.vy = vy
@@ -54,8 +52,6 @@ class Change:
     >>> change.is_zero, change.is_lost
     (False, False)
     """
-
-    __slots__ = ("ever", "vx", "vy", "wx", "wy", "x", "y")
 
     def __init__(self) -> None:
         self.x = self.y = self.vx = self.vy = self.wx = self.wy = 0.0
@@ -157,8 +153,6 @@ class Column:
     (rad). ``by`` is what the law is asked with otherwise then. By rounding, the contact is found
     when the gap is wider by ``gap`` (m), and its normal errs by ``turned`` (rad).
     """
-
-    __slots__ = ("by", "gap", "is_bent", "late", "turn", "turned")
 
     def __init__(self) -> None:
         self.by = Nudge()

@@ -35,8 +35,6 @@ End = tuple[float, bool, bool]
 class Leg:
     """A leg is a path of a ball, in a patch of the table or outside of all (-1)."""
 
-    __slots__ = ("patch", "path")
-
     def __init__(self, path: Path, patch: int) -> None:
         self.path = path
         self.patch = patch
@@ -50,8 +48,6 @@ class Step:
     At a hit the normal points from ``a`` to ``b``, or from the wall to the ball. ``curvature``
     (1/m) is that of the wall's side, and ``kick`` (m/s) is what the wall adds along the normal.
     """
-
-    __slots__ = ("a", "b", "curvature", "drifts", "kick", "kind", "nx", "ny", "pair", "t", "wall")
 
     def __init__(self, t: float, kind: int, a: int) -> None:
         self.t = t

@@ -36,8 +36,6 @@ class Nudge:
     masses (kg), restitution and friction.
     """
 
-    __slots__ = ("an", "at", "bn", "bt", "e", "m_a", "m_b", "mu")
-
     def __init__(self) -> None:
         self.an = self.at = self.bn = self.bt = 0.0
         self.m_a = self.m_b = self.e = self.mu = 0.0
