@@ -200,13 +200,9 @@ class Instant:
         persistence.go_after(present, contacts, self.changed)
 
     def _answer_cluster(
-        self,
-        present: Present,
-        persistence: Persistence,
-        first: list[Contact],
-        discs: list[Disc],
+        self, present: Present, persistence: Persistence, first: list[Contact], discs: list[Disc],
         missed: list[Contact],
-    ) -> list[Contact]:
+    ) -> list[Contact]:  # fmt: skip
         """Answer all that touches here, round after round, until nothing closes; return it.
 
         The contacts that are read already come first.

@@ -7,7 +7,7 @@ from typing import final
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import Course
-from pool_pymunk.core.tangent.inputs import Entry, Inputs
+from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import Corner
 
@@ -24,6 +24,7 @@ class Follower:
     def __init__(self, corners: list[Corner], inputs: Inputs) -> None:
         self.corners = corners
         self.inputs = inputs
+        self.course = Course([], Recorder())
         self.counts: list[int] = []
         self.places: list[int] = []
         self.values: list[float] = []
@@ -42,24 +43,24 @@ class Follower:
         self.shot = self.entry = 0
         self.changed, self.rows, self.missing = [], [], []
 
-    def begin(self, engine: Engine, listener: Recorder) -> Course:
-        """Begin a shot, whose balls are on their first paths; return what notes its course."""
+    def begin(self, engine: Engine) -> None:
+        """Begin a shot, whose balls are on their first paths, and let its course be noted."""
         self._read()
-        return Course(engine.balls, listener)
+        engine.recorder = self.course = Course(engine.balls, engine.recorder)
 
     def _read(self) -> None:
         """Read how the start of the next shot changes."""
-        starts: list[Entry] = []
         places, first = self.places, self.entry
         self.entry += self.counts[self.shot]
         self.shot += 1
-        for k in range(first, self.entry):
-            at = 3 * k
-            starts.append((places[at], places[at + 1], places[at + 2], self.values[k]))
-        self.inputs.starts = starts
+        self.inputs.starts = [
+            (places[3 * k], places[3 * k + 1], places[3 * k + 2], self.values[k])
+            for k in range(first, self.entry)
+        ]
 
-    def end(self, engine: Engine, course: Course, latest: float) -> None:
+    def end(self, engine: Engine, latest: float) -> None:
         """Follow the changes to the end of a shot, which might have gone on to the latest (s)."""
+        course = self.course
         duration, is_cut, by_events = course.close(engine, latest)
         tangent = Tangent(engine, course, self.corners, self.inputs)
         tangent.times = False
@@ -68,10 +69,8 @@ class Follower:
         for track in tangent.tracks:
             if track.is_changed:
                 self.changed.append(first + track.number)
-                for change in track.changes:
-                    self.rows.append(change.x)
-                for change in track.changes:
-                    self.rows.append(change.y)
+                self.rows += [change.x for change in track.changes]
+                self.rows += [change.y for change in track.changes]
 
     def skip(self) -> None:
         """Leave out a shot that cannot start."""

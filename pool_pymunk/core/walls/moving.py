@@ -25,9 +25,8 @@ MOST: Final = 200
 LEAST: Final = 1e-9
 HALVINGS: Final = 60
 
-Frame = tuple[
-    float, float, float, float
-]  # the place (m) of a body, and cosine and sine of its angle
+# the place (m) of a body, and cosine and sine of its angle
+Frame = tuple[float, float, float, float]
 # The gap (m), its derivative (m/s), the acceleration along the normal (m/s^2), and the gap's second
 # derivative, in which the normal turns.
 Look = tuple[float, float, float, float]
@@ -62,14 +61,9 @@ class Body:
     """
 
     def __init__(
-        self,
-        place: Vector,
-        angle: float,
-        velocity: Vector,
-        turns: float,
-        since: float,
+        self, place: Vector, angle: float, velocity: Vector, turns: float, since: float,
         until: float,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.x, self.y = place
         self.angle = angle
         self.c, self.s = math.cos(angle), math.sin(angle)
@@ -198,20 +192,13 @@ class MovingWall(Wall):
         frame = self.body.frame(now)
         return [put(side, frame) for side in self.sides]
 
-    def _normal(self, x: float, y: float, now: float) -> Vector:
-        frame = self.body.frame(now)
-        u, v = in_frame(frame, x, y)
-        _px, _py, c, s = frame
-        nx, ny = self._nearest(u, v).normal(u, v)
-        return nx * c - ny * s, nx * s + ny * c
-
     def drift(self, x: float, y: float, r: float, now: float) -> Vector:
         """Return the velocity (m/s) of the wall where a ball at (x, y) touches it now (s)."""
         body = self.body
         if body.turns == 0.0 or not body.since <= now <= body.until:
             return body.ux, body.uy
         px, py, _c, _s = body.frame(now)
-        nx, ny = self._normal(x, y, now)
+        nx, ny = self.side_beside(x, y, r, now).normal(x, y)
         x, y = x - r * nx - px, y - r * ny - py
         return body.ux - body.turns * y, body.uy + body.turns * x
 
@@ -221,7 +208,7 @@ class MovingWall(Wall):
         if spins == 0.0:
             return body.ux, body.uy, 0.0, 0.0
         px, py, _c, _s = body.frame(now)
-        nx, ny = self._normal(x, y, now)
+        nx, ny = self.side_beside(x, y, 0.0, now).normal(x, y)
         px, py = x - px, y - py
         lifts = spins * spins * (px * nx + py * ny)
         return body.ux - spins * py, body.uy + spins * px, spins, lifts
