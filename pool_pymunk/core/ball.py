@@ -71,10 +71,8 @@ class Ball:
         self.group: Company | None = None  # in which it stays in contact
         self.stopped = -INF  # s; when the recorder has last heard of a stop
         self.seen = 0  # the number of the search for near balls that last saw it
-        self.low_x = INF
-        self.low_y = INF
-        self.high_x = -INF
-        self.high_y = -INF
+        self.low_x = self.low_y = INF
+        self.high_x = self.high_y = -INF
 
     def begin(self, path: Path) -> None:
         """Let the ball begin another run on its first path, as if it were new."""

@@ -23,7 +23,7 @@ from pool_pymunk.core.near import FEW, near_of, overlap
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_among, is_new
-from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
+from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.moving import MovingWall
@@ -234,7 +234,7 @@ class Engine(Present):
                 found.append(due)
         for due in later:
             queue.push(due)
-        found.sort(key=key_of)
+        found.sort(key=lambda due: due.key)
         return found
 
     def _latest(self, due: Due) -> float:

@@ -11,7 +11,7 @@ from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
 from pool_pymunk.core.near import Near
-from pool_pymunk.core.queue import Due, hit_at, key_of
+from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.squeeze import Key, Squeezes
 from pool_pymunk.core.table import Table
@@ -133,7 +133,7 @@ class Present:
                 if self.is_closed(hit, times) and is_new(hit, found):
                     found.append(hit)
                     add_balls(around, hit)
-        found.sort(key=key_of)
+        found.sort(key=lambda due: due.key)
         return found
 
     def _around(self, ball: Ball) -> list[Due]:

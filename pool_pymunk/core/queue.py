@@ -87,11 +87,6 @@ def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
     return Due(t, HIT, a, b, wall)
 
 
-def key_of(due: Due) -> tuple[bool, int, int]:
-    """Return the order of a hit, by which a list is sorted."""
-    return due.key
-
-
 @final
 class Queue:
     """A queue is a list of what is due, the earliest last; the engine owns it."""

@@ -137,10 +137,7 @@ class Collapse:
 
     def may_leap(self) -> bool:
         """Tell whether gaps have no part in the order of the hits any more."""
-        widest = 0.0
-        for one in self.contacts:
-            widest = max(widest, one.gap)
-        return len(self.contacts) == 2 or widest == 0.0
+        return len(self.contacts) == 2 or all(one.gap <= 0.0 for one in self.contacts)
 
     # -- rounds and cycles ---------------------------------------------------------------------
 
@@ -160,10 +157,7 @@ class Collapse:
         if cycles == 0:
             return 0
         self.rounds = []
-        hits = 0
-        for each in cycle:
-            hits += len(each.contacts)
-        return cycles * hits
+        return cycles * sum([len(each.contacts) for each in cycle])
 
     def note_round(self) -> None:
         """Note which contacts close, and how friction acts; forget all if two share a ball."""
@@ -205,21 +199,15 @@ def slides_as(one: Contact, closing: float, slip: float) -> int:
 
 
 def parts_of(cycle: list[Round]) -> list[Part]:
-    """List the parts of a cycle's map."""
+    """List the parts of a cycle's map, each of them once."""
     found: list[Part] = []
     for each in cycle:
         for one, slides in zip(each.contacts, each.slides):
-            add_part(found, one, False)
-            if slides == STICKS and one.pair.friction > 0.0:
-                add_part(found, one, True)
+            sticks = slides == STICKS and one.pair.friction > 0.0
+            for is_slip in [False, True] if sticks else [False]:
+                if not any(part.one is one and part.is_slip == is_slip for part in found):
+                    found.append(Part(one, is_slip))
     return found
-
-
-def add_part(found: list[Part], one: Contact, is_slip: bool) -> None:
-    for part in found:
-        if part.one is one and part.is_slip == is_slip:
-            return
-    found.append(Part(one, is_slip))
 
 
 def leap(c: Collapse, cycle: list[Round], parts: list[Part]) -> int:

@@ -28,10 +28,8 @@ class Rates:
     """
 
     def __init__(self, path: Path, vx: float, vy: float, rolls: bool) -> None:
-        self.vx = vx
-        self.vy = vy
-        self.ax = path.ax
-        self.ay = path.ay
+        self.vx, self.vy = vx, vy
+        self.ax, self.ay = path.ax, path.ay
         self.px = self.py = 0.0
         if rolls and path.slows:
             self.px, self.py = path.ax, path.ay

@@ -56,9 +56,7 @@ class Step:
         self.b = -1
         self.wall: Wall | None = None
         self.pair: Pair | None = None
-        self.nx = 0.0
-        self.ny = 0.0
-        self.curvature = 0.0
+        self.nx = self.ny = self.curvature = 0.0
         self.kick = 0.0
         self.drifts = False
 

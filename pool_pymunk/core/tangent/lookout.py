@@ -11,8 +11,6 @@ from pool_pymunk.core.tangent.reasons import TOUCHES
 from pool_pymunk.core.tangent.touches import (
     NEVER,
     Obstacle,
-    are_far,
-    obstacles_of,
     touch_of_discs,
 )
 from pool_pymunk.core.tangent.track import Track
@@ -33,7 +31,9 @@ class Lookout:
         self.inputs = inputs
         self.tracks = tracks
         self.found = found
-        self.obstacles: list[Obstacle] = obstacles_of(table)
+        self.obstacles: list[Obstacle] = []  # all sides, also of posts and of pockets
+        for place, wall in enumerate(table.walls):
+            self.obstacles += [Obstacle(side, -1 - place) for side in wall.sides]
 
     def look_before(self, step: Step, a: Track, b: Track, meets_more: bool) -> None:
         """Look for touches on the paths that a step ends."""
@@ -82,15 +82,11 @@ class Lookout:
             j, its = other.number, other.path
             if j in (i, done) or other.is_gone or (is_still and not its.moves):
                 continue
-            since = max(path.t, its.t)
-            apart = track.radius + other.radius
-            if since >= t or are_far(path, its, t, apart):
-                continue
             begins = not (track.met == j and other.met == i) or path.t != its.t
             free = begins, met not in (j, ANYTHING)
-            along, turns = touch_of_discs(path, its, t, (apart, 1.0), free)
+            along, turns = touch_of_discs(path, its, t, (track.radius + other.radius, 1.0), free)
             if along:
-                self._touch(track, other, since, None)
+                self._touch(track, other, max(path.t, its.t), None)
             if turns != NEVER:
                 self._touch(track, other, turns, None)
 

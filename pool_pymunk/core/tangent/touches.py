@@ -14,8 +14,7 @@ from mypy_extensions import mypyc_attr
 
 from pool_pymunk.core.motion.pairs import HAIR
 from pool_pymunk.core.motion.path import Path, standing
-from pool_pymunk.core.motion.times import EPSILON, Vector
-from pool_pymunk.core.table import Table
+from pool_pymunk.core.motion.times import EPSILON, INF, Vector
 from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import Round
 from pool_pymunk.core.walls.side import Side
@@ -62,6 +61,8 @@ class Obstacle:
     def __init__(self, side: Side, met: int) -> None:
         self.side = side
         self.met = met
+        x, y = side.center if isinstance(side, Round) else (0.0, 0.0)
+        self.stands = standing(0.0, x, y)
 
     def touch(self, path: Path, until: float, r: float, free: tuple[bool, bool]) -> Touch:
         """Tell how the path of a ball touches the side, up to a time (s)."""
@@ -70,9 +71,8 @@ class Obstacle:
             return touch_of_face(path, side, until, r, free)
         if not isinstance(side, Round):
             return NO_TOUCH
-        cx, cy = side.center
         circle = side.reach(r), side.facing
-        along, turns = touch_of_discs(path, standing(0.0, cx, cy), until, circle, free)
+        along, turns = touch_of_discs(path, self.stands, until, circle, free)
         along = along and side.is_beside(path.x, path.y)
         if turns != NEVER:
             x, y = path.place(turns)
@@ -84,13 +84,6 @@ class Obstacle:
         """The normal of a face; (0, 0) for what is round."""
         side = self.side
         return side.outward if isinstance(side, Face) else (0.0, 0.0)
-
-
-def obstacles_of(table: Table) -> list[Obstacle]:
-    """Return all sides of a table, of its posts and of its pockets."""
-    return [
-        Obstacle(side, -1 - place) for place, wall in enumerate(table.walls) for side in wall.sides
-    ]
 
 
 def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bool, bool]) -> Touch:
@@ -140,7 +133,8 @@ def touch_of_discs(
     ``circle`` is the distance and the facing: if it is negative, one disc is within the other.
     """
     since = max(a.t, b.t)
-    if since >= until:
+    apart, facing = circle
+    if since >= until or (facing > 0.0 and are_far(a, b, until, apart)):
         return NO_TOUCH
     return Approach(a, b, since, until, circle).touch(free)
 
@@ -154,34 +148,31 @@ class Approach:
     """
 
     def __init__(self, a: Path, b: Path, since: float, until: float, circle: Vector) -> None:
-        apart, facing = circle
+        self.apart, facing = circle
         own_x, own_y, own_u, own_v = a.at(since)
         its_x, its_y, its_u, its_v = b.at(since)
-        self.since, self.until = since, until
-        self.apart = apart
+        self.since, self.until, self.time = since, until, until - since
         self.sign = -1.0 if facing < 0.0 else 1.0
-        self.time = until - since
-        self.dx, self.dy, self.vx, self.vy = (
-            its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v
+        self.path = Path(
+            0.0, its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v, b.ax - a.ax,
+            b.ay - a.ay, INF, False, 0.0, 0.0,
         )  # fmt: skip
-        self.ax, self.ay = b.ax - a.ax, b.ay - a.ay
         self.fastest = max(max(abs(own_u), abs(own_v)), max(abs(its_u), abs(its_v)))
         size = abs(own_x) + abs(own_y) + abs(its_x) + abs(its_y) + 4.0 * self.time * self.fastest
-        self.blur = BLUR * (size + apart)
+        self.blur = BLUR * (size + self.apart)
         self.bow = self.time * self.time / 8.0
-        self.x = self.dx + self.time * (self.vx + self.time * self.ax / 2.0)
-        self.y = self.dy + self.time * (self.vy + self.time * self.ay / 2.0)
+        self.x, self.y = self.path.place(self.time)
 
     def touch(self, free: tuple[bool, bool]) -> Touch:
         """Tell whether the discs go along each other at first, and when (s) they touch later."""
         begins, ends = free
         if self.sign > 0.0 and self._stay_apart():
             return NO_TOUCH
-        dx, dy, x, y, sign, blur = self.dx, self.dy, self.x, self.y, self.sign, self.blur
+        path, x, y, sign, blur = self.path, self.x, self.y, self.sign, self.blur
+        dx, dy = path.x, path.y
         first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
-        late = (1.0 - LAST) * self.time
-        rate = dx * self.vx + dy * self.vy
-        at_last = x * (self.vx + late * self.ax) + y * (self.vy + late * self.ay)
+        ux, uy = path.velocity((1.0 - LAST) * self.time)
+        rate, at_last = dx * path.vx + dy * path.vy, x * ux + y * uy
         is_still = abs(rate) <= GRAZE * self.fastest * first
         along = is_still and begins and abs(first - self.apart) <= blur
         # Discs that have just met may seem to approach, by rounding.
@@ -197,35 +188,33 @@ class Approach:
 
     def _stay_apart(self) -> bool:
         """Tell by a box around the relative path whether it stays away."""
-        far = self.apart + self.blur
-        x, y = far + self.bow * abs(self.ax), far + self.bow * abs(self.ay)
-        if min(self.dx, self.x) > x or max(self.dx, self.x) < -x:
+        far, path = self.apart + self.blur, self.path
+        x, y = far + self.bow * abs(path.ax), far + self.bow * abs(path.ay)
+        if min(path.x, self.x) > x or max(path.x, self.x) < -x:
             return True
-        return min(self.dy, self.y) > y or max(self.dy, self.y) < -y
+        return min(path.y, self.y) > y or max(path.y, self.y) < -y
 
     def _bend(self) -> float:
         """Return how far the path lies off its chord, times the chord's length."""
-        cx, cy = self.x - self.dx, self.y - self.dy
-        return self.bow * abs(self.ax * cy - self.ay * cx)
+        path = self.path
+        return self.bow * abs(path.ax * (self.y - path.y) - path.ay * (self.x - path.x))
 
     def _may_come_near(self) -> bool:
         """Tell whether the chord comes so near that the path may touch."""
-        cx, cy = self.x - self.dx, self.y - self.dy
+        dx, dy = self.path.x, self.path.y
+        cx, cy = self.x - dx, self.y - dy
         near = (self.apart + self.blur) * math.sqrt(cx * cx + cy * cy) + self._bend()
-        return abs(self.dx * cy - self.dy * cx) <= near
+        return abs(dx * cy - dy * cx) <= near
 
     def _turning(self) -> Vector:
         """Return when (s) discs cease to approach, or within another to part, and how far apart."""
         near, part = 0.0, self.time
-        for _ in range(HALVINGS):
+        for _half in range(HALVINGS):
             middle = 0.5 * (near + part)
-            ux, uy = self.vx + middle * self.ax, self.vy + middle * self.ay
-            x = self.dx + middle * (self.vx + middle * self.ax / 2.0)
-            y = self.dy + middle * (self.vy + middle * self.ay / 2.0)
+            x, y, ux, uy = self.path.at(middle)
             if self.sign * (x * ux + y * uy) > 0.0:
                 part = middle
             else:
                 near = middle
-        x = self.dx + part * (self.vx + part * self.ax / 2.0)
-        y = self.dy + part * (self.vy + part * self.ay / 2.0)
+        x, y = self.path.place(part)
         return part, math.sqrt(x * x + y * y)
