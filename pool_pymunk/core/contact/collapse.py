@@ -70,9 +70,6 @@ class Round:
         self.contacts: list[Contact] = []
         self.slides: list[int] = []
 
-    def is_as(self, other: Round) -> bool:
-        return self.contacts == other.contacts and self.slides == other.slides
-
     def hits(self, one: Contact) -> bool:
         """Tell whether a contact shares a ball with one of the round."""
         return any(one.a in other.discs or one.b in other.discs for other in self.contacts)
@@ -180,7 +177,8 @@ class Collapse:
         count = len(rounds)
         for period in range(1, count // 2 + 1):
             for n in range(count - period, count):
-                if not rounds[n].is_as(rounds[n - period]):
+                now, before = rounds[n], rounds[n - period]
+                if now.contacts != before.contacts or now.slides != before.slides:
                     break
             else:
                 return rounds[count - 1 - period : count - 1]

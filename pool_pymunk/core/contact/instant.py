@@ -129,7 +129,7 @@ class Instant:
             self.is_special
             or one.closing <= noise
             or (self.rounds >= FEW_ROUNDS and not begins)
-            or (b is not None and jumps(present, one))
+            or (b is not None and present.law.jumps(one.parts_of_a(), one.parts_of_b(), one.pair))
         ):
             return False
         if begins:
@@ -226,11 +226,6 @@ class Instant:
                 break
         self._begin()
         return contacts
-
-
-def jumps(present: Present, one: Contact) -> bool:
-    """Tell whether the law jumps at a hit of two balls."""
-    return present.law.jumps(one.parts_of_a(), one.parts_of_b(), one.pair)
 
 
 # -- contacts --------------------------------------------------------------------------------------

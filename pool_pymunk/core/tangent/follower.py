@@ -25,13 +25,7 @@ class Follower:
         self.corners = corners
         self.inputs = inputs
         self.course = Course([], Recorder())
-        self.counts: list[int] = []
-        self.places: list[int] = []
-        self.values: list[float] = []
-        self.shot = self.entry = 0  # the next ones
-        self.changed: list[int] = []
-        self.rows: list[float] = []
-        self.missing: list[int] = []
+        self.give([], [], [])
 
     def give(self, counts: list[int], places: list[int], values: list[float]) -> None:
         """Take what is not zero of the changes of some shots' starts.
@@ -40,8 +34,10 @@ class Follower:
         its six numbers, and of the input.
         """
         self.counts, self.places, self.values = counts, places, values
-        self.shot = self.entry = 0
-        self.changed, self.rows, self.missing = [], [], []
+        self.shot = self.entry = 0  # the next ones
+        self.changed: list[int] = []
+        self.rows: list[float] = []
+        self.missing: list[int] = []
 
     def begin(self, engine: Engine) -> None:
         """Begin a shot, whose balls are on their first paths, and let its course be noted."""

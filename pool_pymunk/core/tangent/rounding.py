@@ -17,6 +17,7 @@ from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import EPSILON
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.change import Change
+from pool_pymunk.core.variant import MODULUS, MULTIPLIER
 from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import RoundSide
@@ -42,10 +43,7 @@ PATHS: Final = 2
 ANSWERS: Final = 3
 SOURCES: Final = 4
 
-# The numbers are those of the minimal standard generator of Park and Miller, Communications of the
-# ACM 36 (1993), 108. Half of the bits of a number are used, and two numbers make a row of signs.
-MULTIPLIER: Final[i64] = 48_271
-MODULUS: Final[i64] = 2_147_483_647
+# Half of the bits of a random number are used, and two numbers make a row of signs.
 HALF: Final[i64] = 65_536
 
 

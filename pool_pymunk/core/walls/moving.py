@@ -30,22 +30,10 @@ Frame = tuple[float, float, float, float]
 # The gap (m), its derivative (m/s), the acceleration along the normal (m/s^2), and the gap's second
 # derivative, in which the normal turns.
 Look = tuple[float, float, float, float]
+# These bound the motion of a ball in the frame of a wall: its speed (m/s), its acceleration (m/s^2)
+# and the change of this (m/s^3). A gap (m) is closed that rounding may have opened.
+Bounds = tuple[float, float, float, float]
 REST: Vector = (0.0, 0.0)
-
-
-@final
-class Bounds:
-    """These bound the motion of a ball in the frame of a wall.
-
-    They are for its speed (m/s), its acceleration (m/s^2), and the change of this (m/s^3). A gap
-    (m) is ``closed`` that rounding may have opened.
-    """
-
-    def __init__(self, quick: float, most: float, jerk: float, closed: float) -> None:
-        self.quick = quick
-        self.most = most
-        self.jerk = jerk
-        self.closed = closed
 
 
 @final
@@ -244,20 +232,20 @@ class MovingWall(Wall):
         """Return when (s) a ball with a ``pull`` (m/s^2) touches the wall and closes."""
         if end < t:
             return INF
-        b = self._bounds(path, pull, r, t, end)
-        least, last, still = LEAST, t, GRAZING * b.quick
+        quick, most, jerk, closed = self._bounds(path, pull, r, t, end)
+        least, last, still = LEAST, t, GRAZING * quick
         for _ in range(MOST):
             gap, opening, bend, rate = self._look(path, pull, r, t)
-            if gap - b.quick * (end - t) > b.closed:
+            if gap - quick * (end - t) > closed:
                 return INF
-            is_touching = gap <= b.closed
+            is_touching = gap <= closed
             if is_touching:
-                if gap < -b.closed and last < t:
+                if gap < -closed and last < t:
                     return self._closing(path, r, last, t)
-                if opening < -still or (opening <= still and rate < -GRAZING * b.most):
+                if opening < -still or (opening <= still and rate < -GRAZING * most):
                     return t
                 gap, opening = 0.0, max(opening, 0.0)
-            h = time_open(gap, opening, bend, b.most, b.jerk)
+            h = time_open(gap, opening, bend, most, jerk)
             last = INF
             if is_touching and h < least:
                 h, last, least = least, t, 2.0 * least
@@ -283,7 +271,7 @@ class MovingWall(Wall):
         quick, size = fast + w * far, abs(x) + abs(y) + abs(px) + abs(py) + r + far
         closed = EPSILON * (8.0 * size + abs(t) * quick)
         most = force + 2.0 * w * quick + w * w * far
-        return Bounds(quick, most, w * (3.0 * force + w * (3.0 * fast + w * far)), closed)
+        return quick, most, w * (3.0 * force + w * (3.0 * fast + w * far)), closed
 
     def _look(self, path: Path, pull: Vector, r: float, t: float) -> Look:
         """Return how the gap is at a time (s), and how it changes."""
