@@ -16,18 +16,9 @@ import math
 from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact import rounds
 from pool_pymunk.core.contact.collapse import go_on
 from pool_pymunk.core.contact.contact import HIT, MISSED, Contact, Disc
-from pool_pymunk.core.contact.rounds import (
-    answer_single,
-    kick,
-    loses_speed,
-    play_out,
-    press_together,
-    resolve,
-    roll_after,
-    tell,
-)
 from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.surface import NO_ROLL
 from pool_pymunk.core.motion.times import EPSILON, INF
@@ -139,11 +130,11 @@ class Instant:
             self._note_met(due)
         square = a.square if b is None else max(a.square, b.square)
         one.kind = HIT
-        answer_single(present, one)
+        rounds.answer_single(present, one)
         if len(self.met) > 2:
             present.recorder.order_unknown(present.now)
-        kick(present, one)
-        tell(present, one)
+        rounds.kick(present, one)
+        rounds.tell(present, one)
         square = max(square, a.square if b is None else max(a.square, b.square))
         self._send_off(present, one, max(NOISE * math.sqrt(square), noise))
         persistence.go_after_lone(present, one)
@@ -152,7 +143,7 @@ class Instant:
     def _send_off(self, present: Present, one: Contact, noise: float) -> None:
         """Give the balls of a lone hit their new paths; ``noise`` (m/s) may be rounding."""
         a, b, rolls = one.a, one.b, present.table.surface.rolls
-        roll = roll_after(present, [one], a) if rolls else NO_ROLL
+        roll = rounds.roll_after(present, [one], a) if rolls else NO_ROLL
         present.begin(a.ball, (a.x, a.y), (a.vx, a.vy), roll, noise)
         if b is not None:
             roll = present.roll_of(b.ball) if rolls else NO_ROLL
@@ -192,7 +183,7 @@ class Instant:
         if has_many:
             contacts = self._answer_cluster(present, persistence, contacts, discs, missed)
         else:
-            resolve(present, contacts, discs, missed)
+            rounds.resolve(present, contacts, discs, missed)
         self.changed = [each.ball for each in discs if each.changed]
         for one in missed:
             if not (has_many and any(each.changed for each in one.discs)):
@@ -213,14 +204,14 @@ class Instant:
         turn = [one for one in contacts if any(other.is_same(one) for other in first)]
         hits = 0
         while len(turn) > 0 and present.may_go_on:
-            if hits > LISTED and loses_speed(present.law, contacts):  # They may have no end.
+            if hits > LISTED and rounds.loses_speed(present.law, contacts):  # They may have no end.
                 self.collapses += 1 if len(contacts) > 2 else 0
-                play_out(present, contacts, discs, self.collapses)
+                rounds.play_out(present, contacts, discs, self.collapses)
                 break
             if any(present.squeezes.is_squeezed(each.ball) for each in discs):
-                press_together(present, contacts, discs)
+                rounds.press_together(present, contacts, discs)
                 break
-            hits += resolve(present, turn, discs, missed)
+            hits += rounds.resolve(present, turn, discs, missed)
             turn = next_round(present, contacts, discs)
             if persistence.takes_over(present, turn, len(contacts)):
                 break

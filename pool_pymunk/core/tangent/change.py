@@ -15,6 +15,11 @@ from pool_pymunk.core.tangent.slopes import Nudge
 # A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
 MOST: Final = 1e150
+# Rounding moves a place by less than this share of its coordinates.
+BLUR: Final = 256.0 * EPSILON
+# A contact that closes more slowly than this share of the speeds is a graze. It sinks in by half
+# the square of it, 5e-13 radii, so rounding may decide whether it comes at all.
+GRAZE: Final = 1e-6
 SAME: Final = 1e-6  # Numbers that differ by less than this share are equal.
 ROUNDED: Final = 64.0 * EPSILON  # of a unit of an input; rounding changes a gap by as much
 

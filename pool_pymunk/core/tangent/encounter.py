@@ -19,22 +19,14 @@ from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.table import Table
-from pool_pymunk.core.tangent.change import SAME, Change, Column, Rates
+from pool_pymunk.core.tangent import rounding
+from pool_pymunk.core.tangent.change import BLUR, GRAZE, SAME, Change, Column, Rates
 from pool_pymunk.core.tangent.course import Step
 from pool_pymunk.core.tangent.differences import off_of
 from pool_pymunk.core.tangent.inputs import E_BALLS, E_CUE, E_WALLS, MU_BALLS, MU_WALLS, Inputs
 from pool_pymunk.core.tangent.kinks import hit_of, sides_of
-from pool_pymunk.core.tangent.rounding import (
-    ANSWERS,
-    PATHS,
-    TIMES,
-    TURNED,
-    UNIT,
-    RoundingErrors,
-    sizes_of,
-)
+from pool_pymunk.core.tangent.rounding import UNIT, RoundingErrors
 from pool_pymunk.core.tangent.slopes import Four, Hit, largest
-from pool_pymunk.core.tangent.touches import BLUR, GRAZE
 from pool_pymunk.core.tangent.track import Track
 
 # of the speeds (the root of rounding); a velocity farther off the law's answer is a policy's
@@ -252,20 +244,20 @@ class Encounter:
             side = wall.nearest(self.x, self.y, a.radius, t)
             gap = errors.gap_at_side(side, a.path, t, a.radius)
         errors.begin(kind)
-        errors.draw(gap + UNIT * t * self.closing, TIMES, 0)
+        errors.draw(gap + UNIT * t * self.closing, rounding.TIMES, 0)
         for p, column in enumerate(columns):
             column.gap = errors.of(p)
-        errors.draw(2.0 * UNIT * abs(self.nx * self.ny), TIMES, 1)
+        errors.draw(2.0 * UNIT * abs(self.nx * self.ny), rounding.TIMES, 1)
         for p, column in enumerate(columns):
             column.turned = errors.of(p)
         if self.curvature <= 0.0:
             return True
         others = None if b is None else b.changes
-        far, along = sizes_of(a.changes, others, self.nx, self.ny)
+        far, along = rounding.sizes_of(a.changes, others, self.nx, self.ny)
         slip = abs(self.slip)
         least = slip * math.sqrt(self.curvature * max(gap, far) / 2.0)
         self.closing = max(self.closing, least)
-        return self.curvature * (along + slip * far / self.closing) <= TURNED
+        return self.curvature * (along + slip * far / self.closing) <= rounding.TURNED
 
     def round_answer(self, errors: RoundingErrors, hit: Hit) -> None:
         """Draw errors of the new velocities and of the new paths.
@@ -300,14 +292,14 @@ class Encounter:
             made_n -= self.step.kick
         n = abs(made_n - answer_n) + (share * along if made_n != asked_n else 0.0)
         t = abs(made_t - answer_t) + (share * across if made_t != asked_t else 0.0)
-        errors.add(track.changes, 2, UNIT * abs(after.vx), ANSWERS, 0)
-        errors.add(track.changes, 3, UNIT * abs(after.vy), ANSWERS, 1)
+        errors.add(track.changes, 2, UNIT * abs(after.vx), rounding.ANSWERS, 0)
+        errors.add(track.changes, 3, UNIT * abs(after.vy), rounding.ANSWERS, 1)
         errors.push(track.changes, self.nx, self.ny, n, 2)
         errors.push(track.changes, -self.ny, self.nx, t, 3)
         path = track.following
         if self.rolls and path is not None:
-            errors.add(track.changes, 4, UNIT * abs(path.wx), PATHS, 0)
-            errors.add(track.changes, 5, UNIT * abs(path.wy), PATHS, 1)
+            errors.add(track.changes, 4, UNIT * abs(path.wx), rounding.PATHS, 0)
+            errors.add(track.changes, 5, UNIT * abs(path.wy), rounding.PATHS, 1)
 
 
 def rates_after(track: Track, rolls: bool) -> Rates:

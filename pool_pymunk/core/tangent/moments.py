@@ -7,9 +7,9 @@ from typing import final
 from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.tangent.carry import Ground
+from pool_pymunk.core.tangent.change import BLUR
 from pool_pymunk.core.tangent.encounter import AGREE
 from pool_pymunk.core.tangent.tangent import Tangent
-from pool_pymunk.core.tangent.touches import BLUR
 from pool_pymunk.core.tangent.track import Moment, Track
 
 

@@ -12,7 +12,7 @@ from typing import final
 
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.tangent import reasons
-from pool_pymunk.core.tangent.change import Column, Rates
+from pool_pymunk.core.tangent.change import GRAZE, Column, Rates
 from pool_pymunk.core.tangent.course import (
     CROSS,
     FALL,
@@ -26,10 +26,9 @@ from pool_pymunk.core.tangent.course import (
 )
 from pool_pymunk.core.tangent.encounter import Encounter
 from pool_pymunk.core.tangent.inputs import Inputs
-from pool_pymunk.core.tangent.lookout import Found, Lookout
 from pool_pymunk.core.tangent.reasons import FOLLOWED
 from pool_pymunk.core.tangent.rounding import TIMES, UNIT, RoundingErrors, sizes_of
-from pool_pymunk.core.tangent.touches import GRAZE, Corner
+from pool_pymunk.core.tangent.touches import Corner, Found, Lookout
 from pool_pymunk.core.tangent.track import Track, are_now, is_now
 
 

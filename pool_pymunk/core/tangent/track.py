@@ -11,10 +11,9 @@ from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.carry import Ground
-from pool_pymunk.core.tangent.change import Change
+from pool_pymunk.core.tangent.change import BLUR, Change
 from pool_pymunk.core.tangent.course import NOTHING, Leg
 from pool_pymunk.core.tangent.inputs import Inputs
-from pool_pymunk.core.tangent.touches import BLUR
 
 
 @final
