@@ -178,7 +178,8 @@ class Present:
         self._look_for_loss(ball)
 
     def _look_for_loss(self, ball: Ball) -> None:
-        self.is_finite = self.is_finite and not ball.path.is_lost(ball.radius)
+        if ball.path.is_lost(ball.radius):
+            self.is_finite = False
 
     def put_to_rest(self, ball: Ball, t: float) -> None:
         """Put a ball to rest at the end of its path, unless it rests already."""

@@ -101,23 +101,17 @@ def answer_together(present: Present, group: list[Contact], hits: Hits) -> bool:
     impulses.begin(group)
     is_noted = law.together(group, hits)
     if law.solves_at_once and have_no_room(group, usual, is_noted):
-        take_back(group)
         answer_without_movers(present, group)
         return True
     return is_noted
 
 
-def take_back(group: list[Contact]) -> None:
-    """Give the balls of a group the velocities again that they had before it was answered."""
+def answer_without_movers(present: Present, group: list[Contact]) -> None:
+    """Answer hits anew without their walls that move, which go through their balls."""
+    standing: list[Contact] = []
     for one in group:
         for each in one.discs:
             each.vx, each.vy = each.start_x, each.start_y
-
-
-def answer_without_movers(present: Present, group: list[Contact]) -> None:
-    """Answer hits without their walls that move, which go through their balls."""
-    standing: list[Contact] = []
-    for one in group:
         one.normal = one.along = one.along_first = 0.0
         if not one.drifts:
             standing.append(one)
@@ -134,9 +128,8 @@ def kick(present: Present, one: Contact) -> None:
 
     The kick is an impulse along the normal, without friction, which slows no roll.
     """
-    wall, ball = one.wall, one.a.ball
-    if one.kick != 0.0 and wall is not None:
-        is_new = present.is_first(present.squeezes.kicked, ball, wall)
+    if one.kick != 0.0 and one.wall is not None:
+        is_new = present.is_first(present.squeezes.kicked, one.a.ball, one.wall)
         one.kicked = one.kick if is_new else 0.0
         one.a.change(one.kicked, 0.0, one.nx, one.ny)
 
@@ -247,19 +240,14 @@ def play_out(present: Present, contacts: list[Contact], discs: list[Disc], colla
         hitting = collapse.next_hits()
         if len(hitting) == 0:
             break
-        answer_in_collapse(present, hitting, hits)
+        for group in groups(hitting):  # Nobody asks for their impulses.
+            if len(group) == 1:
+                hits.answer(group[0])
+            else:
+                answer_together(present, group, hits)
     settle(present, contacts)  # Mostly this changes rounding only.
     present.recorder.collapse(contacts, collapse.played, collapse.is_over, present.now)
     end_collapse(present, contacts, discs)
-
-
-def answer_in_collapse(present: Present, hitting: list[Contact], hits: Hits) -> None:
-    """Answer hits of a collapse, whose impulses nobody asks for."""
-    for group in groups(hitting):
-        if len(group) == 1:
-            hits.answer(group[0])
-        else:
-            answer_together(present, group, hits)
 
 
 def press_together(present: Present, contacts: list[Contact], discs: list[Disc]) -> None:
@@ -292,7 +280,6 @@ def settle_group(present: Present, group: list[Contact]) -> bool:
     impulses.begin(group)
     is_known = at_once(group)
     if have_no_room(group, usual, is_known):
-        take_back(group)
         answer_without_movers(present, group)
         return False
     if not is_known:

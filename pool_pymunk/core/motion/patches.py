@@ -179,7 +179,9 @@ class Patches:
             t = INF
             for border in self.borders:
                 t = min(t, border.time_after(path, since))
-            found = self._patch_between(path, since, t)
+            until = min(t, path.end)
+            x, y = path.place(since + (0.5 * (until - since) if until < INF else 1.0))
+            found = self.at(x, y)
             if found != patch:
                 return since, found
             since = t
@@ -193,13 +195,6 @@ class Patches:
             if away < nearest:
                 nearest, found = away, border.normal(x, y)
         return found
-
-    def _patch_between(self, path: Path, since: float, until: float) -> int:
-        """Return the patch of a stretch of a path between two times (s); the last may be inf."""
-        until = min(until, path.end)
-        middle = since + (0.5 * (until - since) if until < INF else 1.0)
-        x, y = path.place(middle)
-        return self.at(x, y)
 
 
 def has_moved(path: Path, since: float, t: float, size: float) -> bool:

@@ -61,17 +61,20 @@ class Obstacle:
     """An obstacle is a side of a wall; ``met`` is what a ball that hits it has met."""
 
     def __init__(self, side: Side, met: int) -> None:
-        self.side = side
         self.met = met
-        x, y = side.center if isinstance(side, Round) else (0.0, 0.0)
+        self.face = side if isinstance(side, Face) else None
+        self.round = side if isinstance(side, Round) else None
+        # the normal of a face; (0, 0) for what is round
+        self.across = (0.0, 0.0) if self.face is None else self.face.outward
+        x, y = (0.0, 0.0) if self.round is None else self.round.center
         self.stands = standing(0.0, x, y)
 
     def touch(self, path: Path, until: float, r: float, free: tuple[bool, bool]) -> Touch:
         """Tell how the path of a ball touches the side, up to a time (s)."""
-        side = self.side
-        if isinstance(side, Face):
-            return touch_of_face(path, side, until, r, free)
-        if not isinstance(side, Round):
+        face, side = self.face, self.round
+        if face is not None:
+            return touch_of_face(path, face, until, r, free)
+        if side is None:
             return NO_TOUCH
         circle = side.reach(r), side.facing
         along, turns = touch_of_discs(path, self.stands, until, circle, free)
@@ -80,12 +83,6 @@ class Obstacle:
             x, y = path.place(turns)
             turns = turns if side.is_beside(x, y) else NEVER
         return along, turns
-
-    @property
-    def across(self) -> Vector:
-        """The normal of a face; (0, 0) for what is round."""
-        side = self.side
-        return side.outward if isinstance(side, Face) else (0.0, 0.0)
 
 
 def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bool, bool]) -> Touch:
