@@ -22,7 +22,7 @@ from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.reasons import TOUCHES
 from pool_pymunk.core.tangent.track import Track
 from pool_pymunk.core.walls.face import Face
-from pool_pymunk.core.walls.round import Round
+from pool_pymunk.core.walls.round import Curved
 from pool_pymunk.core.walls.side import Side
 
 # Halvings find the time of the least distance to 2**-40 of an interval, and this distance, which is
@@ -63,15 +63,15 @@ class Obstacle:
     def __init__(self, side: Side, met: int) -> None:
         self.met = met
         self.face = side if isinstance(side, Face) else None
-        self.round = side if isinstance(side, Round) else None
+        self.curved = side if isinstance(side, Curved) else None
         # the normal of a face; (0, 0) for what is round
         self.across = (0.0, 0.0) if self.face is None else self.face.outward
-        x, y = (0.0, 0.0) if self.round is None else self.round.center
+        x, y = (0.0, 0.0) if self.curved is None else self.curved.center
         self.stands = standing(0.0, x, y)
 
     def touch(self, path: Path, until: float, r: float, free: tuple[bool, bool]) -> Touch:
         """Tell how the path of a ball touches the side, up to a time (s)."""
-        face, side = self.face, self.round
+        face, side = self.face, self.curved
         if face is not None:
             return touch_of_face(path, face, until, r, free)
         if side is None:

@@ -7,7 +7,7 @@ from typing import Final, final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, path_out_of_disc, path_to_disc
-from pool_pymunk.core.walls.round import Round
+from pool_pymunk.core.walls.round import Curved
 from pool_pymunk.core.walls.side import ALONG, BEFORE, GRAZING, is_tangent, within_sector
 
 # A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
@@ -15,7 +15,7 @@ MOST_CROSSINGS: Final = 2
 
 
 @final
-class Arc(Round):
+class Arc(Curved):
     """An arc is a part of a circle that bulges into the table (``facing`` 1) or outwards (-1)."""
 
     def __init__(

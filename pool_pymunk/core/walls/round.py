@@ -1,4 +1,4 @@
-"""Round sides are circles, such as posts, corners and the rims of pockets, or parts of one."""
+"""Curved sides are circles, such as posts, corners and the rims of pockets, or parts of one."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pool_pymunk.core.walls.side import Side, is_tangent, room_in_sector
 AROUND: Final[Vector] = (0.0, 0.0)  # stands for the first and the last direction of a whole circle
 
 
-class Round(Side):
-    """A round side is a circle with a ``center`` and a ``radius`` (m), or a part of it.
+class Curved(Side):
+    """A curved side is a circle with a ``center`` and a ``radius`` (m), or a part of it.
 
     A part runs counter-clockwise from direction ``first`` to ``last``, which are unit vectors; a
     whole circle has (0, 0). ``facing`` is 1 if balls are outside of the circle, and -1 if inside.
@@ -60,8 +60,8 @@ class Round(Side):
 
 
 @final
-class RoundSide(Round):
-    """This round side is a circle that balls hit from all around; with radius 0 it is a corner.
+class RoundSide(Curved):
+    """A round side is a circle that balls hit from all around; with radius 0 it is a corner.
 
     Where other sides begin, a persistent contact with it ends: at ``first`` and at ``last``.
 
@@ -85,7 +85,7 @@ class RoundSide(Round):
 
 
 @final
-class Rim(Round):
+class Rim(Curved):
     """A rim is the circle on which a ball's centre is when a pocket takes it in."""
 
     def __init__(self, center: Vector, radius: float) -> None:
