@@ -46,11 +46,6 @@ class Ball:
     and ``mask`` say what it is, and whom it may meet. The engine owns it; all others ask it.
     """
 
-    __slots__ = ("categories", "creep", "crossed", "crossings", "end", "group", "high_x", "high_y",
-                 "hit", "hits", "horizon", "is_cue", "is_off", "low_x", "low_y", "mask", "mass",
-                 "noise", "number", "patch", "path", "radius", "rested", "seen",
-                 "speed", "stopped")  # fmt: skip
-
     def __init__(
         self, number: int, radius: float, mass: float, path: Path, is_cue: bool = False
     ) -> None:
@@ -76,10 +71,8 @@ class Ball:
         self.group: Company | None = None  # in which it stays in contact
         self.stopped = -INF  # s; when the recorder has last heard of a stop
         self.seen = 0  # the number of the search for near balls that last saw it
-        self.low_x = INF
-        self.low_y = INF
-        self.high_x = -INF
-        self.high_y = -INF
+        self.low_x = self.low_y = INF
+        self.high_x = self.high_y = -INF
 
     def begin(self, path: Path) -> None:
         """Let the ball begin another run on its first path, as if it were new."""

@@ -14,7 +14,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.contact.laws import Law
-from pool_pymunk.core.engine import OUT_OF_TIME, SETTLED, Engine
+from pool_pymunk.core.engine import SETTLED, Engine
 from pool_pymunk.core.floor import Floor, overlap
 from pool_pymunk.core.motion.path import Motion, Path
 from pool_pymunk.core.motion.surface import NO_ROLL, Rolling, Sliding, Surface
@@ -23,7 +23,6 @@ from pool_pymunk.core.near import FEW
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
-from pool_pymunk.core.tangent.course import Course
 from pool_pymunk.core.tangent.follower import Follower
 from pool_pymunk.core.walls.wall import Pocket, Wall
 
@@ -143,10 +142,7 @@ class Tally(Recorder):
         self.starts = starts
         self.watched = watched
         self.listener = listener
-        self.hits = self.cushions = 0
-        self.first_hit = NOBODY
-        self.duration = 0.0
-        self.is_in_doubt = False
+        self.begin()
 
     def begin(self) -> None:
         """Forget the shot before."""
@@ -293,21 +289,14 @@ class Shots:
                     engine.remove(start.ball, (start.x, start.y))
             if self.beside is not None:
                 self.beside.begin(self.balls)
-            course = self._followed(tally)
+            if self.follower is not None:
+                self.follower.begin(engine)
             engine.begin_run_of(self.beginning)
             engine.advance(self.latest)
             self._write(ends, k, tally)
-            if course is not None and self.follower is not None:
-                self.follower.end(engine, course, self.latest)
+            if self.follower is not None:
+                self.follower.end(engine, self.latest)
         return ends
-
-    def _followed(self, tally: Tally) -> Course | None:
-        """Let the course of a shot be noted if small changes are to follow it."""
-        if self.follower is None:
-            return None
-        course = self.follower.begin(self.engine, tally)
-        self.engine.recorder = course
-        return course
 
     def _skip(self, ends: Ends, k: int) -> None:
         """Leave out shot ``k``, which cannot start."""
@@ -383,20 +372,15 @@ class Shots:
     def _write(self, ends: Ends, k: int, tally: Tally) -> None:
         """Write down what has become of shot ``k``."""
         engine, end = self.engine, tally.duration
-        ending = engine.ending(self.latest)
+        ending = engine.end(self.latest)
         if ending != SETTLED:
-            end = self.latest if ending == OUT_OF_TIME and self.latest < INF else engine.now
-            engine.now = end
+            end = engine.now
             engine.persistence.persisted(engine)
-            ends.endings.append(k)
-            ends.endings.append(ending)
+            ends.endings += [k, ending]
         if tally.is_in_doubt:
             ends.doubts.append(k)
-        counts, first = ends.counts, k * len(self.balls)
-        counts.append(min(engine.events, engine.most_events))
-        counts.append(tally.hits)
-        counts.append(tally.cushions)
-        counts.append(tally.first_hit)
+        events, first = min(engine.events, engine.most_events), k * len(self.balls)
+        ends.counts += [events, tally.hits, tally.cushions, tally.first_hit]
         ends.durations.append(end)
         if self.beside is not None:
             self.beside.end(end)
@@ -412,17 +396,10 @@ class Shots:
         if start.is_off:
             return
         if start.pocket != NOBODY:
-            ends.pocketed.append(number)
-            ends.pocketed.append(start.pocket)
-        x, y = self._place_of(start.ball, end)
-        ends.moved.append(number)
-        ends.places.append(x)
-        ends.places.append(y)
-
-    def _place_of(self, ball: Ball, end: float) -> Vector:
-        """Return where (m) a ball is at the end (s)."""
+            ends.pocketed += [number, start.pocket]
+        ball = start.ball
+        x, y = ball.path.place(end)
         if ball.path.end > end and ball.group is not None:
-            motion, _roll = self.engine.motion_of(ball)
-            x, y, _vx, _vy = motion
-            return x, y
-        return ball.path.place(end)
+            (x, y, _vx, _vy), _roll = self.engine.motion_of(ball)
+        ends.moved.append(number)
+        ends.places += [x, y]

@@ -26,16 +26,14 @@ class Companion:
     def __init__(self, places: list[Vector], others: list[int]) -> None:
         self.places = places
         self.others = others
-        self.path: Path = standing(0.0, 0.0, 0.0)
-        self.coming = 0  # the next of the times at which the two are compared
-        self.met = 0
-        self.left = INF  # s; when the ball leaves the reference
+        self.begin(standing(0.0, 0.0, 0.0))
 
     def begin(self, path: Path) -> None:
         """Begin a shot on a path."""
         self.path = path
-        self.coming = self.met = 0
-        self.left = INF
+        self.coming = 0  # the next of the times at which the two are compared
+        self.met = 0
+        self.left = INF  # s; when the ball leaves the reference
 
 
 @final

@@ -14,7 +14,6 @@ import time
 from typing import Final
 
 from pool_pymunk.core.ball import NEARLY_NOW, Ball
-from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.contact.instant import Instant
 from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.pairs import pair_time
@@ -24,7 +23,7 @@ from pool_pymunk.core.near import FEW, near_of, overlap
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_among, is_new
-from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
+from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.moving import MovingWall
@@ -66,13 +65,9 @@ class Engine(Present):
     """
 
     def __init__(
-        self,
-        table: Table,
-        balls: list[Ball],
-        law: Law,
-        recorder: Recorder,
+        self, table: Table, balls: list[Ball], law: Law, recorder: Recorder,
         persistence: Persistence,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(table, balls, law, recorder)
         self.queue = Queue()
         self.instant = Instant()
@@ -117,7 +112,7 @@ class Engine(Present):
                 if ball.path.moves:
                     movers.append(ball)
         if self.is_finite:
-            self._predict_all(movers)
+            self._predict(movers)
             self._begin_pressed()
 
     # -- playing -----------------------------------------------------------------------------------
@@ -131,16 +126,17 @@ class Engine(Present):
                 break
             self._next(queue.pop())
 
-    def ending(self, latest: float) -> int:
-        """Return why a run that was to end at the ``latest`` (s) has ended."""
+    def end(self, latest: float) -> int:
+        """End a run that was to end at the ``latest`` (s), and return why it has ended."""
+        upcoming = self.queue.upcoming()
         if not self.is_finite:
             return NON_FINITE
-        if self.queue.upcoming() < INF:
-            return OUT_OF_TIME if self.queue.upcoming() > latest else OUT_OF_EVENTS
-        for ball in self.balls:
-            if ball.path.end == INF:
-                return OUT_OF_TIME
-        return SETTLED
+        if upcoming <= latest and upcoming < INF:
+            return OUT_OF_EVENTS
+        if upcoming == INF and not any(ball.path.end == INF for ball in self.balls):
+            return SETTLED
+        self.now = latest if latest < INF else self.now
+        return OUT_OF_TIME
 
     def motion_of(self, ball: Ball) -> tuple[Motion, Vector]:
         """Return place and velocity of a ball now, and its roll, once ``persisted`` was asked.
@@ -164,7 +160,7 @@ class Engine(Present):
             self.now = due.t
         if due.kind == LOOK:
             self._look_ahead(due.a)
-            self._meet_others(due.a, None)
+            self._meet_others(due.a, [], 0)
             return
         self.answered += 1
         if self.answered & OFTEN == 0:
@@ -211,17 +207,12 @@ class Engine(Present):
         if not is_lone:
             instant.answer(self, persistence, [first] if dues is None else dues)
         if len(persistence.loose) > 0:
-            self._predict_all(persistence.take_loose())
-        elif is_lone:
-            self._predict_few(ball, first.b)
+            self._predict(persistence.take_loose())
         else:
-            self._predict_all(instant.changed)
-        if not is_lone:
-            self._meet_again(instant.missed)
-
-    def _meet_again(self, missed: list[Contact]) -> None:
-        """Predict the next hits of balls that touch, but have missed each other now."""
-        for one in missed:
+            self._predict(first.balls if is_lone else instant.changed)
+        if is_lone:
+            return
+        for one in instant.missed:  # They touch, but do not hit now.
             a, b = one.a.ball, one.b
             if b is not None and min(a.path.end, b.ball.path.end) > self.now:
                 self._meet(a, b.ball)
@@ -243,7 +234,7 @@ class Engine(Present):
                 found.append(due)
         for due in later:
             queue.push(due)
-        found.sort(key=key_of)
+        found.sort(key=lambda due: due.key)
         return found
 
     def _latest(self, due: Due) -> float:
@@ -266,7 +257,7 @@ class Engine(Present):
             self.lead(ball, then)
         else:
             self.put_to_rest(ball, path.end)
-        self._predict_few(ball, None)
+        self._predict([ball])
 
     # -- patches -----------------------------------------------------------------------------------
 
@@ -295,42 +286,23 @@ class Engine(Present):
                 self.rest_at(ball, (x, y))
             self.persistence.go_on_from(self, ball)
         loose = self.persistence.take_loose()
-        if len(loose) > 0:
-            self._predict(loose)
-        else:
-            self._predict_few(ball, None)
+        self._predict(loose if len(loose) > 0 else [ball])
 
     # -- what is due -------------------------------------------------------------------------------
-
-    def _predict_all(self, balls: list[Ball]) -> None:
-        """Predict where the paths of these balls lead; mostly they are one or two."""
-        if len(balls) == 1:
-            self._predict_few(balls[0], None)
-        elif len(balls) == 2:
-            self._predict_few(balls[0], balls[1])
-        elif len(balls) > 2:
-            self._predict(balls)
 
     def _predict(self, balls: list[Ball]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
         for ball in balls:
             self._predict_end(ball)
             self._look_ahead(ball)
-        for k, ball in enumerate(balls):
-            for other in self.near.around(ball):
-                if k == 0 or not is_among(other, balls, k):
-                    self._meet(ball, other)
+        for k in range(len(balls)):
+            self._meet_others(balls[k], balls, k)
 
-    def _predict_few(self, a: Ball, b: Ball | None) -> None:
-        """Predict so for one ball, or for two that have hit each other."""
-        self._predict_end(a)
-        self._look_ahead(a)
-        if b is not None:
-            self._predict_end(b)
-            self._look_ahead(b)
-        self._meet_others(a, None)
-        if b is not None:
-            self._meet_others(b, a)
+    def _meet_others(self, ball: Ball, balls: list[Ball], known: int) -> None:
+        """Predict which others a ball meets up to its horizon; the first of some balls it knows."""
+        for other in self.near.candidates(ball):
+            if overlap(ball, other) and other is not ball and not is_among(other, balls, known):
+                self._meet(ball, other)
 
     def _predict_end(self, ball: Ball) -> None:
         """Predict where the path of a ball ends: at a wall, at a border, or at rest."""
@@ -383,12 +355,6 @@ class Engine(Present):
             self.queue.push(Due(end, LOOK, ball, None, None))
         ball.horizon = end
         self.near.put(ball, now, end)
-
-    def _meet_others(self, ball: Ball, known: Ball | None) -> None:
-        """Predict which others a ball meets, up to its horizon; one is known already."""
-        for other in self.near.candidates(ball):
-            if overlap(ball, other) and other is not ball and other is not known:
-                self._meet(ball, other)
 
     def _meet(self, a: Ball, b: Ball) -> None:
         """Predict when two balls meet."""

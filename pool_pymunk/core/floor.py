@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from pool_pymunk.core.motion.patches import OPEN, Line
 from pool_pymunk.core.motion.times import EPSILON, INF
 from pool_pymunk.core.walls.wall import Wall
 
@@ -30,7 +31,8 @@ class Floor:
     def __init__(
         self, xs: list[float], ys: list[float], bows: list[Bow], walls: list[Wall]
     ) -> None:
-        self.edges = [Edge(xs[k - 1], ys[k - 1], xs[k], ys[k]) for k in range(len(xs))]
+        corners = list(zip(xs, ys))
+        self.edges = [Line(OPEN, corners[k - 1], corners[k]) for k in range(len(xs))]
         self.bows = bows
         self.walls = walls
 
@@ -60,28 +62,12 @@ class Floor:
         """
         inside = False
         for edge in self.edges:
-            if edge.crosses(x, y):
+            if edge.encloses(x, y):
                 inside = not inside
         for bow in self.bows:
             if lies_between(bow, x, y):
                 inside = not inside
         return inside
-
-
-@final
-class Edge:
-    """An edge is the line from one corner (m) of an outline to another one."""
-
-    def __init__(self, ax: float, ay: float, bx: float, by: float) -> None:
-        self.ax = ax
-        self.ay = ay
-        self.bx = bx
-        self.by = by
-
-    def crosses(self, x: float, y: float) -> bool:
-        """Tell whether a ray from (x, y) along +x crosses the line."""
-        ax, ay, bx, by = self.ax, self.ay, self.bx, self.by
-        return (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
 
 
 def lies_between(bow: Bow, x: float, y: float) -> bool:
@@ -94,7 +80,7 @@ def lies_between(bow: Bow, x: float, y: float) -> bool:
     if dx * dx + dy * dy >= radius * radius:
         return False
     if (ay > y) != (by > y):
-        is_left = Edge(ax, ay, bx, by).crosses(x, y) == (by > ay)
+        is_left = Line(OPEN, (ax, ay), (bx, by)).encloses(x, y) == (by > ay)
     elif ay == by:
         is_left = (y >= ay) == (bx > ax)
     else:

@@ -26,7 +26,7 @@ from pool_pymunk.core.walls.moving import MovingWall
 from pool_pymunk.core.walls.wall import Pocket, Wall
 
 MOST_EVENTS: Final = 1_000_000  # in one step; more than that never end
-SAME: Vector = (INF, INF)  # This stands for a place, velocity or roll that stays.
+SAME: Final[Vector] = (INF, INF)  # This stands for a place, velocity or roll that stays.
 
 
 @final
@@ -87,14 +87,13 @@ class LiveEngine(Engine):
             self.begin_step(now)
 
     def _has_news(self) -> bool:
-        if self.news.hears_persistent:
-            self._tell_ended()
+        self._tell_ended()
         return len(self.news.events) > 0
 
     def _tell_ended(self) -> None:
-        """Tell of the contacts that have persisted, and are over now."""
+        """Tell of the contacts that have persisted, and are over now, if somebody hears that."""
         persistence = self.persistence
-        if isinstance(persistence, Gatherings):
+        if self.news.hears_persistent and isinstance(persistence, Gatherings):
             for spell in persistence.take_ended(self.balls):
                 self.news.persistent(spell)
 
@@ -119,7 +118,10 @@ class LiveEngine(Engine):
     def add(self, ball: Ball) -> None:
         """Put a ball on the table; its number is the next one."""
         self.balls.append(ball)
-        self._lay(ball)
+        x, y, vx, vy = ball.path.at(self.now)
+        self._begin_on(ball, (x, y), (vx, vy), (ball.path.wx, ball.path.wy))
+        if not ball.path.moves:
+            ball.rested = -INF
         if len(self.balls) >= max(MANY, 2 * self.sorted) or len(self.balls) == 1:
             self.is_stale = True
         self.near.add(ball)
@@ -185,13 +187,6 @@ class LiveEngine(Engine):
         ball.set_off(path)
         ball.rested, ball.stopped = INF if path.moves else self.now, -INF
         self._look_for_loss(ball)
-
-    def _lay(self, ball: Ball) -> None:
-        """Put a ball that is new on the path that its first one gives here."""
-        x, y, vx, vy = ball.path.at(self.now)
-        self._begin_on(ball, (x, y), (vx, vy), (ball.path.wx, ball.path.wy))
-        if not ball.path.moves:
-            ball.rested = -INF
 
     def _settle(self, ball: Ball) -> None:
         """Predict what a ball on a new path meets, and what it presses on."""
@@ -264,10 +259,10 @@ class LiveEngine(Engine):
     def _predict_anew(self) -> None:
         """Predict anew what is due: balls go on from where they are now."""
         self._leave_all()
-        if self.news.hears_persistent:
-            self._tell_ended()
+        self._tell_ended()
         self.pull = self.table.pull
-        self._renew_persistence()
+        if len(self.balls) > 0:
+            self.persistence = persistence_of(self.table, self.balls, self.tolerance)
         self.queue.clear()
         self.sorted = len(self.balls)
         there = [ball for ball in self.balls if not ball.is_off]
@@ -291,11 +286,6 @@ class LiveEngine(Engine):
         self._predict_loose()
         for ball in there:
             self._fall_in(ball)
-
-    def _renew_persistence(self) -> None:
-        """Let contacts persist as the present surface, walls and balls ask for."""
-        if len(self.balls) > 0:
-            self.persistence = persistence_of(self.table, self.balls, self.tolerance)
 
     # -- what others see ---------------------------------------------------------------------------
 
@@ -331,11 +321,7 @@ class LiveEngine(Engine):
         """Return places (m) and velocities (m/s) of all balls now, as rows of four numbers."""
         found = list[float]()
         for ball in self.balls:
-            (x, y, vx, vy), _roll = self.state_of(ball)
-            found.append(x)
-            found.append(y)
-            found.append(vx)
-            found.append(vy)
+            found += self.state_of(ball)[0]
         return pack(f"{len(found)}d", *found)
 
     def moving(self) -> list[Ball]:

@@ -41,8 +41,7 @@ class Near:
         """Take a ball in that has come to the table."""
 
     def remove(self, ball: Ball) -> None:
-        ball.low_x = ball.low_y = INF
-        ball.high_x = ball.high_y = -INF
+        ball.take_box_away()
 
     def candidates(self, ball: Ball) -> list[Ball]:
         """Return balls of which some, it among them, have boxes that overlap that of a ball."""
@@ -98,10 +97,8 @@ class Grid(Near):
         if place != self.places[ball.number]:
             self._take_out(ball)
             self.places[ball.number] = place
-            i0, j0, i1, j1 = place
-            for j in range(j0, j1 + 1):
-                for i in range(i0, i1 + 1):
-                    self.cells[j * self.columns + i].balls.append(ball)
+            for cell in self._cells(ball):
+                cell.balls.append(ball)
 
     def add(self, ball: Ball) -> None:
         self.places.append((0, 0, -1, -1))
@@ -118,21 +115,23 @@ class Grid(Near):
         found: list[Ball] = []
         self.searches += 1
         ball.seen = self.searches
-        i0, j0, i1, j1 = self.places[ball.number]
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                for other in self.cells[j * self.columns + i].balls:
-                    if other.seen != self.searches:
-                        other.seen = self.searches
-                        if overlap(ball, other):
-                            found.append(other)
+        for cell in self._cells(ball):
+            for other in cell.balls:
+                if other.seen != self.searches:
+                    other.seen = self.searches
+                    if overlap(ball, other):
+                        found.append(other)
         return found
 
-    def _take_out(self, ball: Ball) -> None:
+    def _cells(self, ball: Ball) -> list[Cell]:
+        """Return the cells that have a ball."""
         i0, j0, i1, j1 = self.places[ball.number]
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                self.cells[j * self.columns + i].balls.remove(ball)
+        rows = [j * self.columns for j in range(j0, j1 + 1)]
+        return [self.cells[row + i] for row in rows for i in range(i0, i1 + 1)]
+
+    def _take_out(self, ball: Ball) -> None:
+        for cell in self._cells(ball):
+            cell.balls.remove(ball)
 
     def _column(self, x: float) -> int:
         return int(max(0.0, min((x - self.low_x) / self.size, self.columns - 1.0)))

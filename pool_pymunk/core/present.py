@@ -11,9 +11,9 @@ from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
 from pool_pymunk.core.near import Near
-from pool_pymunk.core.queue import Due, hit_at, key_of
+from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.record import Recorder
-from pool_pymunk.core.squeeze import Squeezes
+from pool_pymunk.core.squeeze import Key, Squeezes
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.variant import Errors
 from pool_pymunk.core.walls.wall import Pocket, Wall
@@ -133,7 +133,7 @@ class Present:
                 if self.is_closed(hit, times) and is_new(hit, found):
                     found.append(hit)
                     add_balls(around, hit)
-        found.sort(key=key_of)
+        found.sort(key=lambda due: due.key)
         return found
 
     def _around(self, ball: Ball) -> list[Due]:
@@ -234,48 +234,33 @@ class Present:
         size, speed = abs(x) + abs(y) + ball.radius, ball.speed
         return 256.0 * EPSILON * (self.now + (size / speed if speed > 0.0 else 0.0))
 
-    def kick_at(self, one: Contact) -> float:
-        """Return by how much (m/s) a wall kicks the ball that has hit it: once in an instant."""
-        ball, wall = one.a.ball, one.wall
-        if one.kick == 0.0 or wall is None:
-            return 0.0
-        x, y = ball.path.place(self.now)
-        length = self.instant_at(ball, x, y)
-        return one.kick if self.squeezes.kicks(ball, wall, self.now, length) else 0.0
-
-    def count_hit(self, ball: Ball, wall: Wall) -> None:
-        """Count a hit of a ball on a wall that moves."""
-        if self.squeezes.strike(ball, wall):
-            self.jam(ball, wall)
-
     def jam(self, ball: Ball, wall: Wall) -> None:
         """Let a wall go through a ball that has nowhere to go."""
-        if self.squeezes.jam(ball, wall):
-            x, y = ball.path.place(self.now)
-            if self.squeezes.is_told(ball, wall, self.now, self.instant_at(ball, x, y)):
-                self.recorder.jammed(ball, wall, self.now)
+        if self.squeezes.jam(ball, wall) and self.is_first(self.squeezes.jammed, ball, wall):
+            self.recorder.jammed(ball, wall, self.now)
+
+    def is_first(self, seen: dict[Key, float], ball: Ball, wall: Wall) -> bool:
+        """Tell whether a ball and a wall were not seen at this instant, and note when (s) it is."""
+        x, y = ball.path.place(self.now)
+        key = ball.number, wall.number
+        if abs(self.now - seen.get(key, -INF)) <= self.instant_at(ball, x, y):
+            return False
+        seen[key] = self.now
+        return True
 
 
 def add_balls(balls: list[Ball], hit: Due) -> None:
     """Add the balls of a hit to a list, each of them once."""
-    b = hit.b
-    if not is_among(hit.a, balls, len(balls)):
-        balls.append(hit.a)
-    if b is not None and not is_among(b, balls, len(balls)):
-        balls.append(b)
+    for ball in hit.balls:
+        if not is_among(ball, balls, len(balls)):
+            balls.append(ball)
 
 
 def is_new(hit: Due, found: list[Due]) -> bool:
     """Tell whether a hit is of other sides than all that were found."""
-    for other in found:
-        if other.is_same(hit):
-            return False
-    return True
+    return not any(other.is_same(hit) for other in found)
 
 
 def is_among(ball: Ball, balls: list[Ball], count: int) -> bool:
     """Tell whether a ball is one of the first ones."""
-    for k in range(count):
-        if balls[k] is ball:
-            return True
-    return False
+    return any(balls[k] is ball for k in range(count))

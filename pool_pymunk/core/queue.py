@@ -31,13 +31,10 @@ class Due:
     A hit of two balls has the lower number first. The engine and instants ask it.
     """
 
-    __slots__ = ("a", "b", "kind", "other_path", "path", "t", "wall")
-
     def __init__(self, t: float, kind: int, a: Ball, b: Ball | None, wall: Wall | None) -> None:
         self.t = t
         self.kind = kind
-        self.a = a
-        self.b = b
+        self.a, self.b = a, b
         self.wall = wall
         self.path: Path = a.path
         self.other_path: Path = a.path if b is None else b.path
@@ -47,6 +44,16 @@ class Due:
         """This tells whether one of its balls has another path by now."""
         b = self.b
         return self.a.path is not self.path or (b is not None and b.path is not self.other_path)
+
+    @property
+    def balls(self) -> list[Ball]:
+        """Its balls."""
+        return [self.a] if self.b is None else [self.a, self.b]
+
+    @property
+    def is_on_table(self) -> bool:
+        """This tells whether no pocket has taken in one of its balls."""
+        return not (self.a.is_off or (self.b is not None and self.b.is_off))
 
     @property
     def key(self) -> tuple[bool, int, int]:
@@ -78,11 +85,6 @@ def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
     if b is not None and b.number < a.number:
         return Due(t, HIT, b, a, None)
     return Due(t, HIT, a, b, wall)
-
-
-def key_of(due: Due) -> tuple[bool, int, int]:
-    """Return the order of a hit, by which a list is sorted."""
-    return due.key
 
 
 @final

@@ -8,7 +8,7 @@ from mypy_extensions import mypyc_attr
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact
-from pool_pymunk.core.motion.path import Motion, Path
+from pool_pymunk.core.motion.path import Motion, Path, standing
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.walls.wall import Pocket, Wall
 
@@ -104,20 +104,13 @@ class Record(Recorder):
         self.crowded: Crowded | None = None
         self.duration = 0.0
 
-    def _breakpoint(self, path: Path) -> Breakpoint:
+    def _keep(self, ball: Ball, path: Path) -> None:
+        """Keep a breakpoint of a ball, at which a path begins."""
         t, x, y, vx, vy, ax, ay = path.t, path.x, path.y, path.vx, path.vy, path.ax, path.ay
         if self.rolls:
-            return t, x, y, vx, vy, ax, ay, path.wx, path.wy
-        return t, x, y, vx, vy, ax, ay
-
-    def _rest(self, ball: Ball, t: float, place: Vector, velocity: Vector) -> None:
-        """Keep a breakpoint at which a ball has no acceleration and no roll."""
-        x, y = place
-        vx, vy = velocity
-        if self.rolls:
-            self.knots[ball.number].append((t, x, y, vx, vy, 0.0, 0.0, 0.0, 0.0))
+            self.knots[ball.number].append((t, x, y, vx, vy, ax, ay, path.wx, path.wy))
         else:
-            self.knots[ball.number].append((t, x, y, vx, vy, 0.0, 0.0))
+            self.knots[ball.number].append((t, x, y, vx, vy, ax, ay))
 
     def contact(self, one: Contact, t: float) -> None:
         a, b, wall = one.a.ball.number, one.b, one.wall
@@ -129,7 +122,7 @@ class Record(Recorder):
             self.events.append((t, BALL_CUSHION, (a,), wall.number, push))
 
     def path(self, ball: Ball, path: Path) -> None:
-        self.knots[ball.number].append(self._breakpoint(path))
+        self._keep(ball, path)
 
     def roll(self, ball: Ball, t: float) -> None:
         self.events.append((t, ROLL, (ball.number,), None, None))
@@ -138,14 +131,16 @@ class Record(Recorder):
         self.events.append((t, PATCH, (ball.number,), None if patch < 0 else patch, None))
 
     def stop(self, ball: Ball, t: float, place: Vector) -> None:
-        self._rest(ball, t, place, (0.0, 0.0))
+        x, y = place
+        self._keep(ball, standing(t, x, y))
         self.events.append((t, STOP, (ball.number,), None, None))
         self.duration = max(self.duration, t)
 
     def pocketed(self, ball: Ball, pocket: Pocket, t: float, motion: Motion) -> None:
         x, y, vx, vy = motion
-        self._rest(ball, t, (x, y), (vx, vy))
-        self._rest(ball, t, pocket.center, (0.0, 0.0))
+        self._keep(ball, Path(t, x, y, vx, vy, 0.0, 0.0, t, True, 0.0, 0.0))
+        x, y = pocket.center
+        self._keep(ball, standing(t, x, y))
         self.events.append((t, POCKET, (ball.number,), pocket.number, None))
         self.duration = max(self.duration, t)
 

@@ -11,7 +11,7 @@ from typing import Final, final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.contact.together import discs_of, fastest_of
-from pool_pymunk.core.motion.times import INF, length_of
+from pool_pymunk.core.motion.times import length_of
 from pool_pymunk.core.walls.wall import Wall
 
 SQUEEZED: Final = 20  # After so many hits in one step a ball bounces no more.
@@ -88,22 +88,6 @@ class Squeezes:
         """Forget a wall that is taken down."""
         self.jams = {key for key in self.jams if key[1] != wall.place}
         self.is_idle = len(self.jams) == 0 and len(self.squeezed) == 0
-
-    def kicks(self, ball: Ball, wall: Wall, now: float, length: float) -> bool:
-        """Tell whether a wall kicks a ball now (s), and not again in an instant of this length."""
-        return is_first(self.kicked, (ball.number, wall.number), now, length)
-
-    def is_told(self, ball: Ball, wall: Wall, now: float, length: float) -> bool:
-        """Tell whether a jam is new in an instant of this length (s)."""
-        return is_first(self.jammed, (ball.number, wall.number), now, length)
-
-
-def is_first(seen: dict[Key, float], key: Key, now: float, length: float) -> bool:
-    """Tell whether something was not seen at this instant, and note when (s) it is."""
-    if abs(now - seen.get(key, -INF)) <= length:
-        return False
-    seen[key] = now
-    return True
 
 
 def usual_speed(contacts: list[Contact]) -> float:

@@ -55,12 +55,7 @@ class Table:
 
 def may_press(table: Table) -> bool:
     """Tell whether anything presses balls together: a surface, a hollow wall, one that moves."""
-    if table.pull > 0.0:
+    if table.pull > 0.0 or any(wall.moves for wall in table.walls):
         return True
-    for wall in table.walls:
-        if wall.moves:
-            return True
-        for side in wall.sides:
-            if isinstance(side, Arc) and side.facing < 0.0:
-                return True
-    return False
+    sides = [side for wall in table.walls for side in wall.sides]
+    return any(isinstance(side, Arc) and side.facing < 0.0 for side in sides)

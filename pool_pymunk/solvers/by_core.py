@@ -90,19 +90,18 @@ def keep(trace: Trace, engine: Engine, record: Record, latest: float) -> None:
     trace.instants = record.instants
     trace.duration = record.duration
     trace.steps = engine.answered
-    trace.status = ENDINGS[engine.ending(latest)]
+    trace.status = ENDINGS[engine.end(latest)]
     if trace.status == "settled":
         trace.persisted = engine.persistence.persisted(engine)
         return
-    is_cut = trace.status == "max_time" and latest < math.inf
-    t = latest if is_cut else engine.now
+    t = engine.now
     if engine.idle >= NEVER_SETTLES:
         trace.warn(
             f"the run was given up after {engine.idle} instants without an event, "
             "because surface friction presses balls together",
             t,
         )
-    trace.duration = engine.now = t
+    trace.duration = t
     trace.persisted = engine.persistence.persisted(engine)
     for ball, rows in zip(engine.balls, trace.knots, strict=True):
         path = ball.path

@@ -17,9 +17,8 @@ from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.tangent.course import LASTS, Course
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.moments import Stretch, stretches_of
-from pool_pymunk.core.tangent.reasons import CHAOS, FOLLOWED, REASONS
-from pool_pymunk.core.tangent.rounding import DRAWS, farthest
-from pool_pymunk.core.tangent.shot import ends_of, errors_of, play, tangent_of
+from pool_pymunk.core.tangent.reasons import CHAOS, FOLLOWED
+from pool_pymunk.core.tangent.rounding import DRAWS, RoundingErrors, farthest
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.model import State
@@ -56,9 +55,9 @@ class Replay:
 
     def tangent(self, inputs: Inputs) -> Tangent:
         """Return what follows the changes by these inputs."""
-        return tangent_of(self.engine, self.course, corners_of(self.run.scene), inputs)
+        return Tangent(self.engine, self.course, corners_of(self.run.scene), inputs)
 
-    def follow(self, tangent: Tangent) -> int:
+    def follow(self, tangent: Tangent) -> str:
         """Follow the changes; return why errors cannot be followed, if so."""
         run = self.run
         return tangent.follow(run.duration, self.is_cut, run.status == "max_events")
@@ -157,9 +156,9 @@ def changes_of(run: Run, names: Names, starts: Array) -> Changes:
     replay.follow(tangent)
     found, law = sorted(tangent.found, key=lambda one: one[0]), law_of(run).name
     lost = "what depends on it has no derivative, and is NaN"
-    texts = dict.fromkeys(f"{REASONS[why].format(law)} (at {t:.6g} s): {lost}" for t, why in found)
+    texts = dict.fromkeys(f"{why.format(law)} (at {t:.6g} s): {lost}" for t, why in found)
     size, count = starts.shape[1:]
-    ends = np.array(ends_of(tangent)).reshape(len(starts), size, count)
+    ends = np.array(tangent.ends()).reshape(len(starts), size, count)
     times = times_of(run, replay.course, tangent.lates, count)
     return Changes(replay, inputs, ends, times, tuple(texts), {})
 
@@ -189,7 +188,10 @@ def played_again(run: Run) -> Replay:
     engine = engine_of(run.scene, start_of(run), law_of(run), run.contact_tolerance)
     engine.most_events = len(run.events) if run.status == "max_events" else NEVER_SETTLES
     latest = run.duration if run.status == "max_time" else math.inf
-    course, _ = play(engine, latest, Pausing())
+    engine.recorder = course = Course(engine.balls, Pausing())
+    engine.begin_run()
+    engine.advance(latest)
+    course.close(engine, latest)
     return Replay(run, engine, course)
 
 
@@ -227,7 +229,7 @@ def rounding(run: Run) -> float:
     except SettingError:
         return math.nan
     tangent = replay.tangent(inputs_of(run.scene, np.zeros((count, 0, DRAWS)), none))
-    tangent.errors = errors_of(replay.engine)
+    tangent.errors = RoundingErrors(replay.engine.table)
     why = replay.follow(tangent)
     if why != FOLLOWED:
         return math.inf if why == CHAOS else math.nan

@@ -17,8 +17,14 @@ from __future__ import annotations
 
 from typing import Final, final
 
-from pool_pymunk.core.contact.contact import Contact, Disc
-from pool_pymunk.core.contact.together import Row, discs_of, fastest_of
+from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.contact.together import (
+    Row,
+    discs_of,
+    fastest_of,
+    set_velocities,
+    velocities_of,
+)
 from pool_pymunk.core.motion.times import INF
 
 MOST_HITS: Final = 30_000  # This many hits are played one by one at most.
@@ -64,17 +70,9 @@ class Round:
         self.contacts: list[Contact] = []
         self.slides: list[int] = []
 
-    def is_as(self, other: Round) -> bool:
-        return self.contacts == other.contacts and self.slides == other.slides
-
     def hits(self, one: Contact) -> bool:
         """Tell whether a contact shares a ball with one of the round."""
-        for other in self.contacts:
-            if one.a is other.a or one.a is other.b:
-                return True
-            if one.b is not None and (one.b is other.a or one.b is other.b):
-                return True
-        return False
+        return any(one.a in other.discs or one.b in other.discs for other in self.contacts)
 
 
 @final
@@ -136,10 +134,7 @@ class Collapse:
 
     def may_leap(self) -> bool:
         """Tell whether gaps have no part in the order of the hits any more."""
-        widest = 0.0
-        for one in self.contacts:
-            widest = max(widest, one.gap)
-        return len(self.contacts) == 2 or widest == 0.0
+        return len(self.contacts) == 2 or all(one.gap <= 0.0 for one in self.contacts)
 
     # -- rounds and cycles ---------------------------------------------------------------------
 
@@ -159,10 +154,7 @@ class Collapse:
         if cycles == 0:
             return 0
         self.rounds = []
-        hits = 0
-        for each in cycle:
-            hits += len(each.contacts)
-        return cycles * hits
+        return cycles * sum([len(each.contacts) for each in cycle])
 
     def note_round(self) -> None:
         """Note which contacts close, and how friction acts; forget all if two share a ball."""
@@ -185,7 +177,8 @@ class Collapse:
         count = len(rounds)
         for period in range(1, count // 2 + 1):
             for n in range(count - period, count):
-                if not rounds[n].is_as(rounds[n - period]):
+                now, before = rounds[n], rounds[n - period]
+                if now.contacts != before.contacts or now.slides != before.slides:
                     break
             else:
                 return rounds[count - 1 - period : count - 1]
@@ -204,21 +197,15 @@ def slides_as(one: Contact, closing: float, slip: float) -> int:
 
 
 def parts_of(cycle: list[Round]) -> list[Part]:
-    """List the parts of a cycle's map."""
+    """List the parts of a cycle's map, each of them once."""
     found: list[Part] = []
     for each in cycle:
         for one, slides in zip(each.contacts, each.slides):
-            add_part(found, one, False)
-            if slides == STICKS and one.pair.friction > 0.0:
-                add_part(found, one, True)
+            sticks = slides == STICKS and one.pair.friction > 0.0
+            for is_slip in [False, True] if sticks else [False]:
+                if not any(part.one is one and part.is_slip == is_slip for part in found):
+                    found.append(Part(one, is_slip))
     return found
-
-
-def add_part(found: list[Part], one: Contact, is_slip: bool) -> None:
-    for part in found:
-        if part.one is one and part.is_slip == is_slip:
-            return
-    found.append(Part(one, is_slip))
 
 
 def leap(c: Collapse, cycle: list[Round], parts: list[Part]) -> int:
@@ -321,12 +308,3 @@ def is_round(c: Collapse, now: Round) -> bool:
                 return False
             found += 1
     return found == len(now.contacts)
-
-
-def velocities_of(discs: list[Disc]) -> list[tuple[float, float]]:
-    return [(each.vx, each.vy) for each in discs]
-
-
-def set_velocities(discs: list[Disc], velocities: list[tuple[float, float]]) -> None:
-    for each, v in zip(discs, velocities):
-        each.vx, each.vy = v

@@ -29,8 +29,6 @@ class Pair:
     The mass of a cushion is infinite. Laws ask it.
     """
 
-    __slots__ = ("friction", "m_a", "m_b", "restitution")
-
     def __init__(self, m_a: float, m_b: float, restitution: float, friction: float) -> None:
         self.m_a = m_a
         self.m_b = m_b
@@ -55,17 +53,11 @@ class Disc:
     ``moved``, whether it ``plays`` in a round, whether the instant has ``changed`` it.
     """
 
-    __slots__ = ("ball", "before_x", "before_y", "changed", "first", "moved", "plays", "shares",
-                 "start_x", "start_y", "sum_x", "sum_y", "vx", "vy", "x", "y")  # fmt: skip
-
     def __init__(self, ball: Ball, x: float, y: float, vx: float, vy: float) -> None:
         self.ball = ball
-        self.x = x
-        self.y = y
-        self.vx = vx
-        self.vy = vy
-        self.before_x = vx
-        self.before_y = vy
+        self.x, self.y = x, y
+        self.vx, self.vy = vx, vy
+        self.before_x, self.before_y = vx, vy
         self.moved = MISSED
         self.plays = False
         self.changed = False
@@ -105,35 +97,29 @@ class Contact:
     the second and the first ball; a cushion's ``along`` is that on the ball.
     """
 
-    __slots__ = ("a", "along", "along_first", "b", "called", "called_along", "called_first",
-                 "curvature", "gap", "jumped", "kick", "kicked", "kind", "normal", "nx", "ny",
-                 "pair", "px", "py", "ux", "uy", "wall")  # fmt: skip
-
     def __init__(
         self, a: Disc, b: Disc | None, wall: Wall | None, nx: float, ny: float, pair: Pair
     ) -> None:
         self.a = a
         self.b = b
         self.wall = wall
-        self.nx = nx
-        self.ny = ny
+        self.nx, self.ny = nx, ny
         self.pair = pair
-        self.px = a.x
-        self.py = a.y
+        self.px, self.py = a.x, a.y
         self.gap = 0.0
         self.curvature = 0.0
-        self.ux = 0.0
-        self.uy = 0.0
-        self.kick = 0.0
-        self.kicked = 0.0
+        self.ux = self.uy = 0.0
+        self.kick = self.kicked = 0.0
         self.kind = MISSED
         self.jumped = False  # The law jumps here, and rounding would decide its answer.
-        self.normal = 0.0
-        self.along = 0.0
-        self.along_first = 0.0
-        self.called = 0.0  # N s; the sums of the impulses of single hits, where a law has
-        self.called_along = 0.0  # answered several contacts by them
-        self.called_first = 0.0
+        self.normal = self.along = self.along_first = 0.0
+        # N s; the sums of the impulses of single hits by which a law has answered several contacts
+        self.called = self.called_along = self.called_first = 0.0
+
+    @property
+    def discs(self) -> list[Disc]:
+        """The balls of the contact."""
+        return [self.a] if self.b is None else [self.a, self.b]
 
     @property
     def closing(self) -> float:
@@ -215,12 +201,11 @@ class Contact:
         return is_of_same and self.nx * other.nx + self.ny * other.ny > 1.0 - SAME_NORMAL
 
 
-def join(contacts: list[Contact]) -> None:
-    """Join the balls of each contact; ``root`` then tells which belong together."""
+def groups(contacts: list[Contact]) -> list[list[Contact]]:
+    """Sort contacts into groups, so that two contacts that share a ball are in one group."""
     for one in contacts:
-        one.a.first = None
-        if one.b is not None:
-            one.b.first = None
+        for each in one.discs:
+            each.first = None
     for one in contacts:
         if one.b is not None:
             p, q = one.a.root(), one.b.root()
@@ -228,20 +213,7 @@ def join(contacts: list[Contact]) -> None:
                 q.first = p
             elif p is not q:
                 p.first = q
-
-
-def groups(contacts: list[Contact]) -> list[list[Contact]]:
-    """Sort contacts into groups, so that two contacts that share a ball are in one group."""
-    join(contacts)
-    found: list[list[Contact]] = []
-    roots: list[Disc] = []
+    found: dict[int, list[Contact]] = {}
     for one in contacts:
-        root = one.a.root()
-        for k in range(len(roots)):
-            if roots[k] is root:
-                found[k].append(one)
-                break
-        else:
-            roots.append(root)
-            found.append([one])
-    return found
+        found.setdefault(one.a.root().ball.number, []).append(one)
+    return list(found.values())

@@ -16,7 +16,15 @@ from typing import Final, final
 
 from pool_pymunk.core.contact.contact import Contact, Disc, Pair
 from pool_pymunk.core.contact.laws import HitsByLaw
-from pool_pymunk.core.contact.together import Row, at_once, coupling, discs_of, least_impulses
+from pool_pymunk.core.contact.together import (
+    Row,
+    at_once,
+    coupling,
+    discs_of,
+    least_impulses,
+    set_velocities,
+    velocities_of,
+)
 
 # A method explains a change of velocities if it errs by less than this share. Rounding in some
 # thousand hits is less, and a wrong method errs by hundredths, so half or twice this would do.
@@ -50,17 +58,15 @@ def begin(contacts: list[Contact]) -> None:
     """Begin an answer of contacts that share balls."""
     for one in contacts:
         one.called = one.called_along = one.called_first = 0.0
-        start(one.a, one.a.vx, one.a.vy)
-        if one.b is not None:
-            start(one.b, one.b.vx, one.b.vy)
+        for each in one.discs:
+            start(each, each.vx, each.vy)
 
 
 def begin_before(contacts: list[Contact]) -> None:
     """Let an answer begin at the velocities before the round."""
     for one in contacts:
-        start(one.a, one.a.before_x, one.a.before_y)
-        if one.b is not None:
-            start(one.b, one.b.before_x, one.b.before_y)
+        for each in one.discs:
+            start(each, each.before_x, each.before_y)
 
 
 def start(disc: Disc, vx: float, vy: float) -> None:
@@ -74,13 +80,10 @@ def explain(group: list[Contact]) -> None:
     discs = discs_of(group)
     if is_explained_by_hits(group, discs):
         return
-    after = [(each.vx, each.vy) for each in discs]
-    for each in discs:
-        each.vx, each.vy = each.start_x, each.start_y
-    is_explained = at_once(group)
-    for each, v in zip(discs, after):
-        is_explained = is_explained and (each.vx, each.vy) == v
-        each.vx, each.vy = v
+    after = velocities_of(discs)
+    set_velocities(discs, [(each.start_x, each.start_y) for each in discs])
+    is_explained = at_once(group) and velocities_of(discs) == after
+    set_velocities(discs, after)
     if not is_explained:
         find_least(group, discs)
 
@@ -112,14 +115,11 @@ def find_least(group: list[Contact], discs: list[Disc]) -> None:
     for one in group:
         lines.append(Contact(one.a, one.b, one.wall, one.nx, one.ny, unit))
         lines.append(Contact(one.a, one.b, one.wall, -one.ny, one.nx, unit))
-    after = [(each.vx, each.vy) for each in discs]
-    for each in discs:
-        each.vx, each.vy = each.vx - each.start_x, each.vy - each.start_y
+    after = velocities_of(discs)
     for each, mass in zip(discs, masses_of(group, discs)):
-        each.vx, each.vy = mass * each.vx, mass * each.vy
+        each.vx, each.vy = mass * (each.vx - each.start_x), mass * (each.vy - each.start_y)
     wanted = [-line.closing for line in lines]
-    for each, v in zip(discs, after):
-        each.vx, each.vy = v
+    set_velocities(discs, after)
     response = [[coupling(line, other) for other in lines] for line in lines]
     pushes = least_impulses(response, wanted, [True] * len(lines))
     for k, one in enumerate(group):

@@ -16,18 +16,9 @@ import math
 from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact import rounds
 from pool_pymunk.core.contact.collapse import go_on
 from pool_pymunk.core.contact.contact import HIT, MISSED, Contact, Disc
-from pool_pymunk.core.contact.rounds import (
-    answer_single,
-    kick,
-    loses_speed,
-    play_out,
-    press_together,
-    resolve,
-    roll_after,
-    tell,
-)
 from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.surface import NO_ROLL
 from pool_pymunk.core.motion.times import EPSILON, INF
@@ -101,14 +92,14 @@ class Instant:
         self, present: Present, persistence: Persistence, dues: list[Due]
     ) -> list[Due]:
         """Let pockets take balls in, and return the contacts of the others."""
-        if not any([due.wall is not None and due.wall.is_pocket for due in dues]):
+        if not any(due.wall is not None and due.wall.is_pocket for due in dues):
             return dues
         for due in dues:
             if isinstance(due.wall, Pocket) and not due.a.is_off:
                 persistence.leave(present, due.a)
                 present.take_in(due.a, due.wall)
-        self.met = [due for due in self.met if is_on_table(due)]
-        return [due for due in dues if is_on_table(due)]
+        self.met = [due for due in self.met if due.is_on_table]
+        return [due for due in dues if due.is_on_table]
 
     # -- one contact -------------------------------------------------------------------------------
 
@@ -129,7 +120,7 @@ class Instant:
             self.is_special
             or one.closing <= noise
             or (self.rounds >= FEW_ROUNDS and not begins)
-            or (b is not None and jumps(present, one))
+            or (b is not None and present.law.jumps(one.parts_of_a(), one.parts_of_b(), one.pair))
         ):
             return False
         if begins:
@@ -139,11 +130,11 @@ class Instant:
             self._note_met(due)
         square = a.square if b is None else max(a.square, b.square)
         one.kind = HIT
-        answer_single(present, one)
+        rounds.answer_single(present, one)
         if len(self.met) > 2:
             present.recorder.order_unknown(present.now)
-        kick(present, one)
-        tell(present, one)
+        rounds.kick(present, one)
+        rounds.tell(present, one)
         square = max(square, a.square if b is None else max(a.square, b.square))
         self._send_off(present, one, max(NOISE * math.sqrt(square), noise))
         persistence.go_after_lone(present, one)
@@ -152,7 +143,7 @@ class Instant:
     def _send_off(self, present: Present, one: Contact, noise: float) -> None:
         """Give the balls of a lone hit their new paths; ``noise`` (m/s) may be rounding."""
         a, b, rolls = one.a, one.b, present.table.surface.rolls
-        roll = roll_after(present, [one], a) if rolls else NO_ROLL
+        roll = rounds.roll_after(present, [one], a) if rolls else NO_ROLL
         present.begin(a.ball, (a.x, a.y), (a.vx, a.vy), roll, noise)
         if b is not None:
             roll = present.roll_of(b.ball) if rolls else NO_ROLL
@@ -171,13 +162,12 @@ class Instant:
             self.met.append(due)
 
     def _answer_several(self, present: Present, persistence: Persistence, dues: list[Due]) -> None:
-        """Answer several contacts of this instant."""
+        """Answer a round of contacts of this instant, or after many rounds all that touches."""
         fastest = dues[0].a
         for due in dues:
-            if due.a.speed > fastest.speed:
-                fastest = due.a
-            if due.b is not None and due.b.speed > fastest.speed:
-                fastest = due.b
+            for ball in due.balls:
+                if ball.speed > fastest.speed:
+                    fastest = ball
         if self._is_over(present, fastest):
             self._begin()
             self.began = present.now
@@ -185,12 +175,6 @@ class Instant:
         has_many = self.rounds > FEW_ROUNDS
         for due in dues:
             self._note_met(due)
-        self._answer_round(present, persistence, dues, has_many)
-
-    def _answer_round(
-        self, present: Present, persistence: Persistence, dues: list[Due], has_many: bool
-    ) -> None:
-        """Answer a round of contacts, or after many rounds all that touches."""
         discs: list[Disc] = []
         contacts = read(present, dues, discs)
         if len(contacts) > 1 or len(self.met) > 2:
@@ -199,21 +183,17 @@ class Instant:
         if has_many:
             contacts = self._answer_cluster(present, persistence, contacts, discs, missed)
         else:
-            resolve(present, contacts, discs, missed)
+            rounds.resolve(present, contacts, discs, missed)
         self.changed = [each.ball for each in discs if each.changed]
         for one in missed:
-            if not (has_many and (one.a.changed or (one.b is not None and one.b.changed))):
+            if not (has_many and any(each.changed for each in one.discs)):
                 self.missed.append(one)
         persistence.go_after(present, contacts, self.changed)
 
     def _answer_cluster(
-        self,
-        present: Present,
-        persistence: Persistence,
-        first: list[Contact],
-        discs: list[Disc],
+        self, present: Present, persistence: Persistence, first: list[Contact], discs: list[Disc],
         missed: list[Contact],
-    ) -> list[Contact]:
+    ) -> list[Contact]:  # fmt: skip
         """Answer all that touches here, round after round, until nothing closes; return it.
 
         The contacts that are read already come first.
@@ -221,32 +201,22 @@ class Instant:
         dues = present.touching(self.met, [])
         contacts = read(present, dues, discs)
         find_gaps(present, contacts)
-        turn = [one for one in contacts if any([other.is_same(one) for other in first])]
+        turn = [one for one in contacts if any(other.is_same(one) for other in first)]
         hits = 0
         while len(turn) > 0 and present.may_go_on:
-            if hits > LISTED and loses_speed(present.law, contacts):  # They may have no end.
+            if hits > LISTED and rounds.loses_speed(present.law, contacts):  # They may have no end.
                 self.collapses += 1 if len(contacts) > 2 else 0
-                play_out(present, contacts, discs, self.collapses)
+                rounds.play_out(present, contacts, discs, self.collapses)
                 break
-            if any([present.squeezes.is_squeezed(each.ball) for each in discs]):
-                press_together(present, contacts, discs)
+            if any(present.squeezes.is_squeezed(each.ball) for each in discs):
+                rounds.press_together(present, contacts, discs)
                 break
-            hits += resolve(present, turn, discs, missed)
+            hits += rounds.resolve(present, turn, discs, missed)
             turn = next_round(present, contacts, discs)
             if persistence.takes_over(present, turn, len(contacts)):
                 break
         self._begin()
         return contacts
-
-
-def is_on_table(due: Due) -> bool:
-    """Tell whether no pocket has taken in a ball of a contact."""
-    return not (due.a.is_off or (due.b is not None and due.b.is_off))
-
-
-def jumps(present: Present, one: Contact) -> bool:
-    """Tell whether the law jumps at a hit of two balls."""
-    return present.law.jumps(one.parts_of_a(), one.parts_of_b(), one.pair)
 
 
 # -- contacts --------------------------------------------------------------------------------------
@@ -259,7 +229,7 @@ def read(present: Present, dues: list[Due], discs: list[Disc]) -> list[Contact]:
         a = disc_of(present, discs, due.a)
         b = None if due.b is None else disc_of(present, discs, due.b)
         one = present.contact(a, b, due.wall)
-        if b is not None or not any([one.is_same(other) for other in found]):
+        if b is not None or not any(one.is_same(other) for other in found):
             found.append(one)
     return found
 
@@ -287,18 +257,16 @@ def find_gaps(present: Present, contacts: list[Contact]) -> None:
 
 def next_round(present: Present, contacts: list[Contact], discs: list[Disc]) -> list[Contact]:
     """Go on to the contacts of the cluster that hit next."""
-    noise, moves = 0.0, False
+    noise = 0.0
     for each in discs:
-        moves = moves or each.moved != MISSED
         noise = max(noise, each.ball.noise)
-    if not moves:
+    if all(each.moved == MISSED for each in discs):
         return []
     squeezes = present.squeezes
     if squeezes.is_idle:
         return go_on(contacts, noise)
     for one in contacts:
-        b = one.b
-        if squeezes.is_squeezed(one.a.ball) or (b is not None and squeezes.is_squeezed(b.ball)):
+        if any(squeezes.is_squeezed(each.ball) for each in one.discs):
             one.pair = one.pair.with_restitution(0.0)
     return go_on([one for one in contacts if not is_jammed(present, one)], noise)
 

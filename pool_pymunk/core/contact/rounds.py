@@ -53,7 +53,11 @@ def resolve(
         one.kind = HIT if one.closing > one.noise else MISSED
         if one.kind == HIT:
             hitting.append(one)
-    answer_hits(present, hitting)
+    for group in groups(hitting):
+        if len(group) == 1:
+            answer_single(present, group[0])
+        else:
+            answer_group(present, group)
     for one in hitting:
         kick(present, one)
     leave_out(contacts, missed)
@@ -69,27 +73,9 @@ def begin_round(contacts: list[Contact], discs: list[Disc]) -> None:
         each.plays = False
     for one in contacts:
         one.jumped = False
-        begin_disc(one.a)
-        if one.b is not None:
-            begin_disc(one.b)
-
-
-def begin_disc(each: Disc) -> None:
-    """Note that a ball takes part in a round, and how fast it is."""
-    each.plays = True
-    each.before_x, each.before_y = each.vx, each.vy
-
-
-def answer_hits(present: Present, hitting: list[Contact]) -> None:
-    """Answer the hits of a round, group by group of contacts that share a ball."""
-    if len(hitting) == 1:
-        answer_single(present, hitting[0])
-    elif len(hitting) > 1:
-        for group in groups(hitting):
-            if len(group) == 1:
-                answer_single(present, group[0])
-            else:
-                answer_group(present, group)
+        for each in one.discs:
+            each.plays = True
+            each.before_x, each.before_y = each.vx, each.vy
 
 
 def answer_single(present: Present, one: Contact) -> None:
@@ -115,24 +101,17 @@ def answer_together(present: Present, group: list[Contact], hits: Hits) -> bool:
     impulses.begin(group)
     is_noted = law.together(group, hits)
     if law.solves_at_once and have_no_room(group, usual, is_noted):
-        take_back(group)
         answer_without_movers(present, group)
         return True
     return is_noted
 
 
-def take_back(group: list[Contact]) -> None:
-    """Give the balls of a group the velocities again that they had before it was answered."""
-    for one in group:
-        one.a.vx, one.a.vy = one.a.start_x, one.a.start_y
-        if one.b is not None:
-            one.b.vx, one.b.vy = one.b.start_x, one.b.start_y
-
-
 def answer_without_movers(present: Present, group: list[Contact]) -> None:
-    """Answer hits without their walls that move, which go through their balls."""
+    """Answer hits anew without their walls that move, which go through their balls."""
     standing: list[Contact] = []
     for one in group:
+        for each in one.discs:
+            each.vx, each.vy = each.start_x, each.start_y
         one.normal = one.along = one.along_first = 0.0
         if not one.drifts:
             standing.append(one)
@@ -149,8 +128,9 @@ def kick(present: Present, one: Contact) -> None:
 
     The kick is an impulse along the normal, without friction, which slows no roll.
     """
-    if one.kick != 0.0:
-        one.kicked = present.kick_at(one)
+    if one.kick != 0.0 and one.wall is not None:
+        is_new = present.is_first(present.squeezes.kicked, one.a.ball, one.wall)
+        one.kicked = one.kick if is_new else 0.0
         one.a.change(one.kicked, 0.0, one.nx, one.ny)
 
 
@@ -158,9 +138,8 @@ def leave_out(contacts: list[Contact], missed: list[Contact]) -> None:
     """Lead balls along their cushions that were not hit, and note balls that only touch."""
     for one in contacts:
         if one.kind != MISSED:
-            one.a.moved = HIT
-            if one.b is not None:
-                one.b.moved = HIT
+            for each in one.discs:
+                each.moved = HIT
     for one in contacts:
         if one.kind != MISSED or one.a.moved == HIT:
             continue
@@ -191,8 +170,8 @@ def tell(present: Present, one: Contact) -> None:
     wall, slows = one.wall, one.normal
     if wall is not None:
         one.normal += one.pair.m_a * one.kicked
-        if wall.moves:
-            present.count_hit(one.a.ball, wall)
+        if wall.moves and present.squeezes.strike(one.a.ball, wall):
+            present.jam(one.a.ball, wall)
     present.recorder.contact(one, present.now)
     one.normal = slows  # What slows a roll is the law's impulse.
 
@@ -234,17 +213,17 @@ def loses_speed(law: Law, contacts: list[Contact]) -> bool:
 
     None does while a wall moves into a ball: its hits end when the ball is jammed.
     """
-    found = False
+    if any(one.drifts for one in contacts):
+        return False
     for one in contacts:
-        if one.drifts:
-            return False
         a, b, pair = (0.0, 0.0), (-1.0, 0.0), one.pair
         if one.b is None:
             b = law.cushion(b, pair.restitution, pair.friction)
         else:
             a, b = law.ball_ball((1.0, 0.0), a, pair)
-        found = found or b[0] - a[0] < 1.0 - NOISE
-    return found
+        if b[0] - a[0] < 1.0 - NOISE:
+            return True
+    return False
 
 
 def play_out(present: Present, contacts: list[Contact], discs: list[Disc], collapses: int) -> None:
@@ -254,26 +233,21 @@ def play_out(present: Present, contacts: list[Contact], discs: list[Disc], colla
     """
     begin_round(contacts, discs)
     most = MOST_IN_PILE if collapses > PILE else MOST_HITS
-    can_leap = present.law.is_coulomb and not any([one.drifts for one in contacts])
+    can_leap = present.law.is_coulomb and not any(one.drifts for one in contacts)
     collapse = Collapse(contacts, present.errors.left_out, can_leap, most)
     hits = HitsByLaw(present.law, present.errors.slip)
     while True:
         hitting = collapse.next_hits()
         if len(hitting) == 0:
             break
-        answer_in_collapse(present, hitting, hits)
+        for group in groups(hitting):  # Nobody asks for their impulses.
+            if len(group) == 1:
+                hits.answer(group[0])
+            else:
+                answer_together(present, group, hits)
     settle(present, contacts)  # Mostly this changes rounding only.
     present.recorder.collapse(contacts, collapse.played, collapse.is_over, present.now)
     end_collapse(present, contacts, discs)
-
-
-def answer_in_collapse(present: Present, hitting: list[Contact], hits: Hits) -> None:
-    """Answer hits of a collapse, whose impulses nobody asks for."""
-    for group in groups(hitting):
-        if len(group) == 1:
-            hits.answer(group[0])
-        else:
-            answer_together(present, group, hits)
 
 
 def press_together(present: Present, contacts: list[Contact], discs: list[Disc]) -> None:
@@ -306,7 +280,6 @@ def settle_group(present: Present, group: list[Contact]) -> bool:
     impulses.begin(group)
     is_known = at_once(group)
     if have_no_room(group, usual, is_known):
-        take_back(group)
         answer_without_movers(present, group)
         return False
     if not is_known:

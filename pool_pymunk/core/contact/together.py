@@ -66,15 +66,23 @@ def discs_of(contacts: list[Contact]) -> list[Disc]:
     """List the balls of contacts, each of them once."""
     found: list[Disc] = []
     for one in contacts:
-        one.a.plays = False
-        if one.b is not None:
-            one.b.plays = False
+        for each in one.discs:
+            each.plays = False
     for one in contacts:
-        for each in (one.a, one.b):
-            if each is not None and not each.plays:
+        for each in one.discs:
+            if not each.plays:
                 each.plays = True
                 found.append(each)
     return found
+
+
+def velocities_of(discs: list[Disc]) -> list[Vector]:
+    return [(each.vx, each.vy) for each in discs]
+
+
+def set_velocities(discs: list[Disc], velocities: list[Vector]) -> None:
+    for each, v in zip(discs, velocities):
+        each.vx, each.vy = v
 
 
 def fastest_of(discs: list[Disc]) -> float:
@@ -99,9 +107,9 @@ def mean_over_orders(contacts: list[Contact], hits: Hits) -> None:
     orders = all_orders(len(contacts)) if len(contacts) <= ALL_ORDERS else fronts(contacts)
     for _ in range(MOST_SWEEPS):
         noise = SPEED_ROUNDING * fastest_of(discs)
-        if not any([one.closing > noise for one in contacts]):
+        if not any(one.closing > noise for one in contacts):
             return
-        start = [(each.vx, each.vy) for each in discs]
+        start = velocities_of(discs)
         ends_x: list[Row] = [[] for _ in discs]
         ends_y: list[Row] = [[] for _ in discs]
         for order in orders:
@@ -111,7 +119,7 @@ def mean_over_orders(contacts: list[Contact], hits: Hits) -> None:
             for p, each in enumerate(discs):
                 ends_x[p].append(each.vx)
                 ends_y[p].append(each.vy)
-                each.vx, each.vy = start[p]
+            set_velocities(discs, start)
         for p, each in enumerate(discs):
             each.vx = math.fsum(ends_x[p]) / len(orders)
             each.vy = math.fsum(ends_y[p]) / len(orders)
@@ -165,9 +173,8 @@ def at_once(contacts: list[Contact]) -> bool:
     wanted = [(1.0 + one.pair.restitution) * one.closing for one in contacts]
     response = [[coupling(one, other) for other in contacts] for one in contacts]
     for one in contacts:
-        one.a.shares = 0
-        if one.b is not None:
-            one.b.shares = 0
+        for each in one.discs:
+            each.shares = 0
     pushes = find_impulses(response, wanted)
     if pushes is None:
         return False
@@ -175,9 +182,8 @@ def at_once(contacts: list[Contact]) -> bool:
         one.normal = impulse
         if impulse > 0.0:
             one.push(impulse, 0.0)
-            one.a.shares += 1
-            if one.b is not None:
-                one.b.shares += 1
+            for each in one.discs:
+                each.shares += 1
     for one in contacts:
         one.set_impulses(one.normal, friction(one))
     for one in contacts:

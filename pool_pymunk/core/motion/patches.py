@@ -179,7 +179,9 @@ class Patches:
             t = INF
             for border in self.borders:
                 t = min(t, border.time_after(path, since))
-            found = self._patch_between(path, since, t)
+            until = min(t, path.end)
+            x, y = path.place(since + (0.5 * (until - since) if until < INF else 1.0))
+            found = self.at(x, y)
             if found != patch:
                 return since, found
             since = t
@@ -193,13 +195,6 @@ class Patches:
             if away < nearest:
                 nearest, found = away, border.normal(x, y)
         return found
-
-    def _patch_between(self, path: Path, since: float, until: float) -> int:
-        """Return the patch of a stretch of a path between two times (s); the last may be inf."""
-        until = min(until, path.end)
-        middle = since + (0.5 * (until - since) if until < INF else 1.0)
-        x, y = path.place(middle)
-        return self.at(x, y)
 
 
 def has_moved(path: Path, since: float, t: float, size: float) -> bool:
@@ -234,8 +229,7 @@ def roots(k0: float, k1: float, k2: float) -> Vector:
 
 def turns(k: Quartic, high: float) -> list[float]:
     """Return the times between 0 and ``high`` at which a polynomial turns, and ``high`` itself."""
-    _, k1, k2, k3, k4 = k
-    slope = k1, 2.0 * k2, 3.0 * k3, 4.0 * k4, 0.0
+    slope = slope_of(k)
     first, second = roots(slope[1], 2.0 * slope[2], 3.0 * slope[3])
     first, second = max(0.0, min(first, high)), max(0.0, min(second, high))
     return [
@@ -251,9 +245,9 @@ def value_of(k: Quartic, t: float) -> float:
     return k[0] + t * (k[1] + t * (k[2] + t * (k[3] + t * k[4])))
 
 
-def slope_of(k: Quartic, t: float) -> float:
+def slope_of(k: Quartic) -> Quartic:
     """Return the derivative of a polynomial."""
-    return k[1] + t * (2.0 * k[2] + t * (3.0 * k[3] + t * 4.0 * k[4]))
+    return k[1], 2.0 * k[2], 3.0 * k[3], 4.0 * k[4], 0.0
 
 
 def root_between(k: Quartic, low: float, high: float) -> float:
@@ -269,9 +263,9 @@ def root_between(k: Quartic, low: float, high: float) -> float:
         return low
     if not (low < high and (at_low > 0.0) != (at_high > 0.0)):
         return INF
-    t = 0.5 * (low + high)
+    t, derivative = 0.5 * (low + high), slope_of(k)
     for _ in range(MOST_ITERATIONS):
-        value, slope = value_of(k, t), slope_of(k, t)
+        value, slope = value_of(k, t), value_of(derivative, t)
         if (value > 0.0) == (at_low > 0.0):
             low = t
         else:

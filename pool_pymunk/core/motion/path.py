@@ -51,24 +51,18 @@ class Path:
     (5.0, (1.75, 0.0, 1.5, 0.0), (4.0, 0.0, 0.0, 0.0))
     """
 
-    __slots__ = ("ax", "ay", "end", "slows", "speed", "t", "vx", "vy", "wx", "wy", "x", "y")
-
     def __init__(
         self, t: float, x: float, y: float, vx: float, vy: float, ax: float, ay: float,
         end: float, slows: bool, wx: float, wy: float,
     ) -> None:  # fmt: skip
         self.t = t
-        self.x = x
-        self.y = y
-        self.vx = vx
-        self.vy = vy
-        self.ax = ax
-        self.ay = ay
+        self.x, self.y = x, y
+        self.vx, self.vy = vx, vy
+        self.ax, self.ay = ax, ay
         self.end = end
         self.slows = slows
         self.speed = math.sqrt(vx * vx + vy * vy)
-        self.wx = wx
-        self.wy = wy
+        self.wx, self.wy = wx, wy
 
     def at(self, t: float) -> Motion:
         """Return place (m) and velocity (m/s) at a time (s), not before the path began."""

@@ -35,15 +35,10 @@ class SlicedDisc:
     (4, (2.0, 0.0, 0.0, 0.0), False)
     """
 
-    __slots__ = ("vx", "vy", "wx", "wy", "x", "y")
-
     def __init__(self, x: float, y: float, vx: float, vy: float, wx: float, wy: float) -> None:
-        self.x = x
-        self.y = y
-        self.vx = vx
-        self.vy = vy
-        self.wx = wx
-        self.wy = wy
+        self.x, self.y = x, y
+        self.vx, self.vy = vx, vy
+        self.wx, self.wy = wx, wy
 
     @property
     def motion(self) -> Motion:

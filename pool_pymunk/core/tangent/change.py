@@ -10,10 +10,16 @@ from mypy_extensions import mypyc_attr
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.core.tangent.slopes import Nudge
 
 # A derivative (SI) beyond this means nothing in floating-point numbers. It is near the root of the
 # largest number, so a square of it, or its product with what one contact does, does not overflow.
 MOST: Final = 1e150
+# Rounding moves a place by less than this share of its coordinates.
+BLUR: Final = 256.0 * EPSILON
+# A contact that closes more slowly than this share of the speeds is a graze. It sinks in by half
+# the square of it, 5e-13 radii, so rounding may decide whether it comes at all.
+GRAZE: Final = 1e-6
 SAME: Final = 1e-6  # Numbers that differ by less than this share are equal.
 ROUNDED: Final = 64.0 * EPSILON  # of a unit of an input; rounding changes a gap by as much
 
@@ -26,13 +32,9 @@ class Rates:
     They are the velocity (m/s), the acceleration and the rate of the roll (m/s^2).
     """
 
-    __slots__ = ("ax", "ay", "px", "py", "vx", "vy")
-
     def __init__(self, path: Path, vx: float, vy: float, rolls: bool) -> None:
-        self.vx = vx
-        self.vy = vy
-        self.ax = path.ax
-        self.ay = path.ay
+        self.vx, self.vy = vx, vy
+        self.ax, self.ay = path.ax, path.ay
         self.px = self.py = 0.0
         if rolls and path.slows:
             self.px, self.py = path.ax, path.ay
@@ -54,16 +56,24 @@ class Change:
     (False, False)
     """
 
-    __slots__ = ("ever", "vx", "vy", "wx", "wy", "x", "y")
-
     def __init__(self) -> None:
-        self.x = 0.0
-        self.y = 0.0
-        self.vx = 0.0
-        self.vy = 0.0
-        self.wx = 0.0
-        self.wy = 0.0
+        self.x = self.y = self.vx = self.vy = self.wx = self.wy = 0.0
         self.ever = False
+
+    def add(self, k: int, by: float) -> None:
+        """Add to one of the six numbers: those of the place, of the velocity and of the roll."""
+        if k == 0:
+            self.x += by
+        elif k == 1:
+            self.y += by
+        elif k == 2:
+            self.vx += by
+        elif k == 3:
+            self.vy += by
+        elif k == 4:
+            self.wx += by
+        else:
+            self.wy += by
 
     def copy(self) -> Change:
         """Return another change with the same numbers."""
@@ -143,25 +153,12 @@ class Column:
     """A column has what one contact, or another event, does by one input.
 
     The event comes ``late`` (s by the unit of the input), and its normal has turned by ``turn``
-    (rad). Along the normal and across it, the velocities of the two balls have changed by ``an``,
-    ``at``, ``bn`` and ``bt`` (m/s) when the law is asked. By rounding, the contact is found when
-    the gap is wider by ``gap`` (m), and its normal errs by ``turned`` (rad).
+    (rad). ``by`` is what the law is asked with otherwise then. By rounding, the contact is found
+    when the gap is wider by ``gap`` (m), and its normal errs by ``turned`` (rad).
     """
 
-    __slots__ = ("an", "at", "bn", "bt", "gap", "is_bent", "late", "turn", "turned")
-
     def __init__(self) -> None:
-        self.late = 0.0
-        self.turn = 0.0
-        self.an = 0.0
-        self.at = 0.0
-        self.bn = 0.0
-        self.bt = 0.0
-        self.gap = 0.0
-        self.turned = 0.0
+        self.by = Nudge()
+        self.late = self.turn = 0.0
+        self.gap = self.turned = 0.0
         self.is_bent = False
-
-    @property
-    def is_idle(self) -> bool:
-        """This tells whether the input surely changes neither the time nor the normal."""
-        return self.late == 0.0 and self.turn == 0.0

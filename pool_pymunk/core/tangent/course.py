@@ -8,9 +8,9 @@ from mypy_extensions import mypyc_attr
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact, Pair
+from pool_pymunk.core.engine import NON_FINITE, OUT_OF_EVENTS, OUT_OF_TIME, SETTLED, Engine
 from pool_pymunk.core.motion.path import Motion, Path, standing
 from pool_pymunk.core.motion.times import INF, Vector
-from pool_pymunk.core.persistent.persistence import Persisted
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.walls.wall import Pocket, Wall
 
@@ -26,13 +26,14 @@ LASTS: Final = 5  # A ball comes to a persistent contact; this is no event.
 NOTHING: Final = -1_000_000_000
 ANYTHING: Final = -1_000_000_001
 
+# when (s) a run ended, whether it was cut off there, and whether its number of events did that
+End = tuple[float, bool, bool]
+
 
 @final
 @mypyc_attr(acyclic=True, free_list_len=1)
 class Leg:
     """A leg is a path of a ball, in a patch of the table or outside of all (-1)."""
-
-    __slots__ = ("patch", "path")
 
     def __init__(self, path: Path, patch: int) -> None:
         self.path = path
@@ -48,8 +49,6 @@ class Step:
     (1/m) is that of the wall's side, and ``kick`` (m/s) is what the wall adds along the normal.
     """
 
-    __slots__ = ("a", "b", "curvature", "drifts", "kick", "kind", "nx", "ny", "pair", "t", "wall")
-
     def __init__(self, t: float, kind: int, a: int) -> None:
         self.t = t
         self.kind = kind
@@ -57,9 +56,7 @@ class Step:
         self.b = -1
         self.wall: Wall | None = None
         self.pair: Pair | None = None
-        self.nx = 0.0
-        self.ny = 0.0
-        self.curvature = 0.0
+        self.nx = self.ny = self.curvature = 0.0
         self.kick = 0.0
         self.drifts = False
 
@@ -82,7 +79,7 @@ class Step:
 
 @final
 class Course(Recorder):
-    """This recorder notes the course of a run, and tells ``inner`` all that it hears.
+    """This recorder notes the course of a run, and tells ``inner`` what a tally counts.
 
     Balls are those of the engine. A :class:`~pool_pymunk.core.tangent.tangent.Tangent` follows
     small changes along a course, as often as somebody asks.
@@ -110,11 +107,9 @@ class Course(Recorder):
         self.legs[ball.number].append(Leg(path, ball.patch))
 
     def roll(self, ball: Ball, t: float) -> None:
-        self.inner.roll(ball, t)
         self.steps.append(Step(t, ROLL, ball.number))
 
     def crossed(self, ball: Ball, patch: int, t: float) -> None:
-        self.inner.crossed(ball, patch, t)
         self.steps.append(Step(t, CROSS, ball.number))
 
     def stop(self, ball: Ball, t: float, place: Vector) -> None:
@@ -134,56 +129,38 @@ class Course(Recorder):
         self.duration = max(self.duration, t)
         self.legs[ball.number].append(Leg(standing(t, x, y), ball.patch))
 
-    def jammed(self, ball: Ball, wall: Wall, t: float) -> None:
-        self.inner.jammed(ball, wall, t)
-
-    def zero_slip(self, one: Contact, t: float) -> None:
-        self.inner.zero_slip(one, t)
-
-    def collapse(self, contacts: list[Contact], hits: int, is_over: bool, t: float) -> None:
-        self.inner.collapse(contacts, hits, is_over, t)
-
     def order_unknown(self, t: float) -> None:
         self.inner.order_unknown(t)
 
     def pause(self, t: float) -> None:
         self.inner.pause(t)
 
-    def close(self, persisted: list[Persisted], duration: float, most: int) -> None:
-        """End the course at a time (s), after at most so many events.
+    def close(self, engine: Engine, latest: float) -> End:
+        """End the course of a run that might go on to the ``latest`` (s), and return how it ended.
 
-        Contacts that have ``persisted`` become steps: a ball comes to its first one after its hits
-        of that instant. Where it has none, that is after what else it does then, such as to stop.
+        Contacts that have persisted become steps: a ball comes to its first one after its hits of
+        that instant. Where it has none, that is after what else it does then, such as to stop.
         """
-        self.steps.sort(key=time_of)
-        del self.steps[most:]
+        ending = engine.end(latest)
+        if ending == SETTLED:
+            engine.now = self.duration
+        self.steps.sort(key=lambda step: step.t)
+        del self.steps[engine.most_events :]
         firsts: dict[int, float] = {}
-        for a, b, _cushion, since, _until, _x, _y in persisted:
-            firsts[a] = min(since, firsts.get(a, INF))
-            if b >= 0:
-                firsts[b] = min(since, firsts.get(b, INF))
-        begun = [(self._begins_before(i, t), t, i) for i, t in firsts.items() if t <= duration]
-        begun.sort()
-        for k, t, i in reversed(begun):
+        for a, b, _cushion, since, _until, _x, _y in engine.persistence.persisted(engine):
+            for ball in [a, b]:
+                firsts[ball] = min(since, firsts.get(ball, INF))
+        there = [(i, t) for i, t in firsts.items() if i >= 0 and t <= engine.now]
+        begun = [(self._begins_before(i, t), t, i) for i, t in there]
+        for k, t, i in sorted(begun, reverse=True):
             self.steps.insert(k, Step(t, LASTS, i))
+        is_cut = ending == OUT_OF_TIME or (ending == SETTLED and engine.now == latest)
+        return engine.now, is_cut, ending in (OUT_OF_EVENTS, NON_FINITE)
 
     def _begins_before(self, ball: int, t: float) -> int:
         """Return before which step a ball comes to persistent contacts at a time (s)."""
-        first = 0
-        while first < len(self.steps) and self.steps[first].t < t:
-            first += 1
-        does = hits = -1
-        k = first
-        while k < len(self.steps) and self.steps[k].t == t:
-            if self.steps[k].has(ball):
-                does = k
-                if self.steps[k].kind == HIT:
-                    hits = k
-            k += 1
-        last = hits if hits >= 0 else does
-        return 1 + (last if last >= 0 else first - 1)
-
-
-def time_of(step: Step) -> float:
-    """Return when (s) a step comes."""
-    return step.t
+        now = [k for k, step in enumerate(self.steps) if step.t == t and step.has(ball)]
+        hits = [k for k in now if self.steps[k].kind == HIT]
+        if len(now) > 0:
+            return 1 + (hits if len(hits) > 0 else now)[-1]
+        return len([step for step in self.steps if step.t < t])

@@ -20,6 +20,7 @@ LESS: Final = 0.125  # The next step is this share of the last one.
 SMALLEST: Final = 2.0**-20
 SURE: Final = 1e-7  # Slopes of two steps agree to this share, or a smaller step is tried.
 COUNT: Final = 8  # numbers that a law may be asked with
+UNKNOWN: Final = (math.nan, math.nan, math.nan, math.nan)  # the slope where there is none
 
 
 @final
@@ -76,7 +77,7 @@ class OwnHit(Hit):
             if found[0] == found[0]:
                 return found
             step *= LESS
-        return unknown()
+        return UNKNOWN
 
     def _extrapolated(self, by: Nudge, h: float, least: float) -> Four:
         """Return the slope by steps of this size and half of it; nan if they do not agree."""
@@ -85,10 +86,10 @@ class OwnHit(Hit):
             whole, half = self._to_side(by, side * h), self._to_side(by, side * h / 2.0)
         else:
             if self.minds_kinks and self._is_bent(by, h, least):
-                return unknown()
+                return UNKNOWN
             whole, half = self._central(by, h), self._central(by, h / 2.0)
         if not off_of(whole, half) <= least:
-            return unknown()
+            return UNKNOWN
         return mixed(half, 4.0 / 3.0, whole, -1.0 / 3.0)
 
     def _only_side(self, by: Nudge, h: float) -> float:
@@ -126,11 +127,6 @@ class OwnHit(Hit):
         m_a, m_b = pair.m_a + h * by.m_a, pair.m_b + h * by.m_b
         new = Pair(m_a, m_b, pair.restitution + h * by.e, pair.friction + h * by.mu)
         return answer_of(self.law, a, b, new, self.is_wall)
-
-
-def unknown() -> Four:
-    """Return the slope where there is none."""
-    return math.nan, math.nan, math.nan, math.nan
 
 
 def part_of(by: Nudge, k: int) -> float:

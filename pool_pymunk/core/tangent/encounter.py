@@ -16,18 +16,17 @@ from mypy_extensions import i64, mypyc_attr
 
 from pool_pymunk.core.contact.contact import NT
 from pool_pymunk.core.contact.laws import Law
-from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.table import Table
-from pool_pymunk.core.tangent.change import SAME, Change, Column, Rates
+from pool_pymunk.core.tangent import rounding
+from pool_pymunk.core.tangent.change import BLUR, GRAZE, SAME, Change, Column, Rates
 from pool_pymunk.core.tangent.course import Step
+from pool_pymunk.core.tangent.differences import off_of
 from pool_pymunk.core.tangent.inputs import E_BALLS, E_CUE, E_WALLS, MU_BALLS, MU_WALLS, Inputs
 from pool_pymunk.core.tangent.kinks import hit_of, sides_of
-from pool_pymunk.core.tangent.reasons import BY_POLICY, FOLLOWED, JUMPS
-from pool_pymunk.core.tangent.rounding import PATHS, TIMES, TURNED, UNIT, RoundingErrors, sizes_of
-from pool_pymunk.core.tangent.slopes import Four, Hit, Nudge, largest
-from pool_pymunk.core.tangent.touches import BLUR, GRAZE
+from pool_pymunk.core.tangent.rounding import UNIT, RoundingErrors
+from pool_pymunk.core.tangent.slopes import Four, Hit, largest
 from pool_pymunk.core.tangent.track import Track
 
 # of the speeds (the root of rounding); a velocity farther off the law's answer is a policy's
@@ -106,13 +105,15 @@ class Encounter:
             column.late, column.turn = late, turn
             if late != 0.0:
                 c.advance(self.before, late)
-            column.an = nx * c.vx + ny * c.vy + a_t * turn
-            column.at = nx * c.vy - ny * c.vx - a_n * turn
+            by = column.by
+            by.an = nx * c.vx + ny * c.vy + a_t * turn
+            by.at = nx * c.vy - ny * c.vx - a_n * turn
+            by.bn = by.bt = 0.0
             if b is not None:
                 if late != 0.0:
                     d.advance(self.its_before, late)
-                column.bn = nx * d.vx + ny * d.vy + b_t * turn
-                column.bt = nx * d.vy - ny * d.vx - b_n * turn
+                by.bn = nx * d.vx + ny * d.vy + b_t * turn
+                by.bt = nx * d.vy - ny * d.vx - b_n * turn
 
     # -- the law -----------------------------------------------------------------------------------
 
@@ -135,29 +136,21 @@ class Encounter:
 
     def sides(self, hit: Hit, columns: list[Column], minds_kinks: bool) -> list[Hit]:
         """Return the hits on all sides of a kink of the law; none where it jumps."""
-        moves_a = moves_b = False
+        moves_a, moves_b = hit.a != (0.0, 0.0), hit.b != (0.0, 0.0)
         if minds_kinks:
-            for column in columns:
-                moves_a = moves_a or column.at != 0.0
-                moves_b = moves_b or column.bt != 0.0
-        else:
-            moves_a = hit.a != (0.0, 0.0)
-            moves_b = hit.b != (0.0, 0.0)
-        moves_b = moves_b and self.b is not None
+            moves_a = any(column.by.at != 0.0 for column in columns)
+            moves_b = any(column.by.bt != 0.0 for column in columns)
         return sides_of(hit, moves_a, moves_b, self.fastest, minds_kinks)
-
-    def made(self) -> Four:
-        """Return the parts (m/s) of the velocities with which the balls set off."""
-        n, t = self._parts(self.after)
-        if self.b is None:
-            return n - self.step.kick, t, 0.0, 0.0
-        m, r = self._parts(self.its_after)
-        return n, t, m, r
 
     def is_by_law(self, hit: Hit) -> bool:
         """Tell whether the law has answered this hit, and no policy."""
         a, b, c, d = hit.after
-        n, t, m, r = self.made()
+        n, t = self._parts(self.after)
+        m = r = 0.0
+        if self.b is None:
+            n -= self.step.kick
+        else:
+            m, r = self._parts(self.its_after)
         return largest(n - a, t - b, m - c, r - d) <= AGREE * self.fastest
 
     def answer(self, sides: list[Hit], columns: list[Column], inputs: Inputs, cue: bool) -> None:
@@ -165,27 +158,28 @@ class Encounter:
 
         Where they differ, the column is bent. The normal of the new velocities has turned, too.
         """
-        a, b, nx, ny, by = self.a, self.b, self.nx, self.ny, Nudge()
+        a, b, nx, ny = self.a, self.b, self.nx, self.ny
         e, mu = self._coefficients(inputs, cue)
         after, its_after = self.after, self.its_after
         a_n, a_t = self._parts(after)
         b_n, b_t = self._parts(its_after)
         roll = self._roll() if self.rolls and b is None else (0.0, 0.0)
-        of_a, of_b = inputs.mass[a.number], inputs.mass[a.number if b is None else b.number]
+        other = a if b is None else b
+        of_a, of_b = inputs.mass[a.number], inputs.mass[other.number]
         p: i64 = -1
-        for column, c, d in zip(columns, a.changes, a.changes if b is None else b.changes):
+        for column, c, d in zip(columns, a.changes, other.changes):
             p += 1
-            turn = column.turn
-            by.an, by.at, by.e, by.mu = column.an, column.at, e[p], mu[p]
+            turn, by = column.turn, column.by
+            by.e, by.mu = e[p], mu[p]
+            by.m_a = by.m_b = 0.0
             if b is not None:
-                by.bn, by.bt = column.bn, column.bt
                 by.m_a, by.m_b = of_a[p], of_b[p]
             column.is_bent = False
-            if column.is_idle and by.is_zero and c.wx == 0.0 and c.wy == 0.0:
+            if column.late == 0.0 and turn == 0.0 and by.is_zero and c.wx == 0.0 and c.wy == 0.0:
                 continue
-            n, t, m, r = mean_slope(sides, by, column)
+            n, t, m, r = mean_slope(sides, column)
             if self.rolls and b is None:
-                self._slow_roll(c, column, n - column.an, mu[p], roll)
+                self._slow_roll(c, column, n - by.an, roll)
             n, t = n - turn * a_t, t + turn * a_n
             c.vx, c.vy = nx * n - ny * t, ny * n + nx * t
             c.advance(after, -column.late)
@@ -211,9 +205,7 @@ class Encounter:
         time = self.step.t - path.t
         return path.wx + time * self.before.px, path.wy + time * self.before.py
 
-    def _slow_roll(
-        self, c: Change, column: Column, by_push: float, by_mu: float, roll: Vector
-    ) -> None:
+    def _slow_roll(self, c: Change, column: Column, by_push: float, roll: Vector) -> None:
         """Let a cushion take (5/2) mu |v_n' - v_n| off the part of a roll along its normal.
 
         It does not change the sign of this part.
@@ -228,13 +220,13 @@ class Encounter:
             taken, less = part, nx * c.wx + ny * c.wy + turn * across
         else:
             taken = math.copysign(most, part)
-            less = math.copysign(1.0, part) * (by_mu * push + mu * by_push) / GYRATION
+            less = math.copysign(1.0, part) * (column.by.mu * push + mu * by_push) / GYRATION
         c.wx -= nx * less - ny * turn * taken
         c.wy -= ny * less + nx * turn * taken
 
     # -- rounding ----------------------------------------------------------------------------------
 
-    def misjudge(self, errors: RoundingErrors, columns: list[Column], kind: int) -> bool:
+    def misjudge(self, errors: RoundingErrors, columns: list[Column]) -> bool:
         """Draw errors of the gap, of the time and of the normal; tell whether one can go on.
 
         The errors before a graze change its closing speed. A gap g changes a closing speed c, at
@@ -244,27 +236,28 @@ class Encounter:
         contacts may come.
         """
         t, a, b, wall = self.step.t, self.a, self.b, self.step.wall
-        gap = 0.0
+        gap, kind = 0.0, self.step.a + self.step.other  # Contacts of one kind err alike.
         if b is not None:
             gap = errors.gap_of_balls(a.path, b.path, t, a.radius + b.radius)
         elif wall is not None:
+            kind += wall.place
             side = wall.nearest(self.x, self.y, a.radius, t)
             gap = errors.gap_at_side(side, a.path, t, a.radius)
         errors.begin(kind)
-        errors.draw(gap + UNIT * t * self.closing, TIMES, 0)
+        errors.draw(gap + UNIT * t * self.closing, rounding.TIMES, 0)
         for p, column in enumerate(columns):
             column.gap = errors.of(p)
-        errors.draw(2.0 * UNIT * abs(self.nx * self.ny), TIMES, 1)
+        errors.draw(2.0 * UNIT * abs(self.nx * self.ny), rounding.TIMES, 1)
         for p, column in enumerate(columns):
             column.turned = errors.of(p)
         if self.curvature <= 0.0:
             return True
         others = None if b is None else b.changes
-        far, along = sizes_of(a.changes, others, self.nx, self.ny)
+        far, along = rounding.sizes_of(a.changes, others, self.nx, self.ny)
         slip = abs(self.slip)
         least = slip * math.sqrt(self.curvature * max(gap, far) / 2.0)
         self.closing = max(self.closing, least)
-        return self.curvature * (along + slip * far / self.closing) <= TURNED
+        return self.curvature * (along + slip * far / self.closing) <= rounding.TURNED
 
     def round_answer(self, errors: RoundingErrors, hit: Hit) -> None:
         """Draw errors of the new velocities and of the new paths.
@@ -280,19 +273,15 @@ class Encounter:
         skew = UNIT * (2.0 if nx != 0.0 and ny != 0.0 else 1.0)
         along, across = abs(nx) * vx + abs(ny) * vy, abs(ny) * vx + abs(nx) * vy
         parts = skew * along, skew * across
-        self._round(errors, a, hit.a, first_of(hit.after), share, parts)
+        n, t, m, r = hit.after
+        self._round(errors, a, hit.a, (n, t), share, parts)
         if b is not None:
-            self._round(errors, b, hit.b, last_of(hit.after), 1.0 - share, parts)
+            self._round(errors, b, hit.b, (m, r), 1.0 - share, parts)
 
     def _round(
-        self,
-        errors: RoundingErrors,
-        track: Track,
-        asked: NT,
-        answer: NT,
-        share: float,
+        self, errors: RoundingErrors, track: Track, asked: NT, answer: NT, share: float,
         parts: Vector,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Draw errors of the new velocity of one ball, and of its path."""
         along, across = parts
         after = self.after if track is self.a else self.its_after
@@ -303,14 +292,14 @@ class Encounter:
             made_n -= self.step.kick
         n = abs(made_n - answer_n) + (share * along if made_n != asked_n else 0.0)
         t = abs(made_t - answer_t) + (share * across if made_t != asked_t else 0.0)
-        errors.push(track.changes, UNIT * abs(after.vx), UNIT * abs(after.vy), 3, 0)
-        errors.push_along(track.changes, (self.nx, self.ny), n, 2)
-        errors.push_along(track.changes, (-self.ny, self.nx), t, 3)
-        if self.rolls:
-            path: Path | None = track.following
-            if path is not None:
-                size = UNIT * abs(path.wx), UNIT * abs(path.wy)
-                errors.turn(track.changes, size, PATHS, 0)
+        errors.add(track.changes, 2, UNIT * abs(after.vx), rounding.ANSWERS, 0)
+        errors.add(track.changes, 3, UNIT * abs(after.vy), rounding.ANSWERS, 1)
+        errors.push(track.changes, self.nx, self.ny, n, 2)
+        errors.push(track.changes, -self.ny, self.nx, t, 3)
+        path = track.following
+        if self.rolls and path is not None:
+            errors.add(track.changes, 4, UNIT * abs(path.wx), rounding.PATHS, 0)
+            errors.add(track.changes, 5, UNIT * abs(path.wy), rounding.PATHS, 1)
 
 
 def rates_after(track: Track, rolls: bool) -> Rates:
@@ -320,20 +309,9 @@ def rates_after(track: Track, rolls: bool) -> Rates:
     return Rates(path, path.vx, path.vy, rolls)
 
 
-def first_of(four: Four) -> NT:
-    """Return the parts of the first ball."""
-    n, t, _, _ = four
-    return n, t
-
-
-def last_of(four: Four) -> NT:
-    """Return the parts of the second ball."""
-    _, _, n, t = four
-    return n, t
-
-
-def mean_slope(sides: list[Hit], by: Nudge, column: Column) -> Four:
+def mean_slope(sides: list[Hit], column: Column) -> Four:
     """Return the mean slope on all sides of a kink, and note whether they differ."""
+    by = column.by
     n, t, m, r = sides[0].slope(by)
     column.is_bent = n != n and by.is_known
     if len(sides) == 1:
@@ -342,15 +320,6 @@ def mean_slope(sides: list[Hit], by: Nudge, column: Column) -> Four:
     n = t = m = r = 0.0
     for side in sides:
         n1, t1, m1, r1 = side.slope(by)
-        n0, t0, m0, r0 = first
-        if largest(n1 - n0, t1 - t0, m1 - m0, r1 - r0) > most:
-            column.is_bent = True
+        column.is_bent = column.is_bent or off_of((n1, t1, m1, r1), first) > most
         n, t, m, r = n + share * n1, t + share * t1, m + share * m1, r + share * r1
     return n, t, m, r
-
-
-def why_not(encounter: Encounter, sides: list[Hit], hit: Hit, is_usual: bool) -> int:
-    """Return why the answer of a law has no derivative, if so."""
-    if len(sides) == 0:
-        return JUMPS
-    return FOLLOWED if is_usual and encounter.is_by_law(hit) else BY_POLICY

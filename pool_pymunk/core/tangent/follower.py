@@ -7,8 +7,8 @@ from typing import final
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import Course
-from pool_pymunk.core.tangent.inputs import Entry, Inputs
-from pool_pymunk.core.tangent.shot import close, tangent_of
+from pool_pymunk.core.tangent.inputs import Inputs
+from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import Corner
 
 
@@ -24,13 +24,8 @@ class Follower:
     def __init__(self, corners: list[Corner], inputs: Inputs) -> None:
         self.corners = corners
         self.inputs = inputs
-        self.counts: list[int] = []
-        self.places: list[int] = []
-        self.values: list[float] = []
-        self.shot = self.entry = 0  # the next ones
-        self.changed: list[int] = []
-        self.rows: list[float] = []
-        self.missing: list[int] = []
+        self.course = Course([], Recorder())
+        self.give([], [], [])
 
     def give(self, counts: list[int], places: list[int], values: list[float]) -> None:
         """Take what is not zero of the changes of some shots' starts.
@@ -39,39 +34,39 @@ class Follower:
         its six numbers, and of the input.
         """
         self.counts, self.places, self.values = counts, places, values
-        self.shot = self.entry = 0
-        self.changed, self.rows, self.missing = [], [], []
+        self.shot = self.entry = 0  # the next ones
+        self.changed: list[int] = []
+        self.rows: list[float] = []
+        self.missing: list[int] = []
 
-    def begin(self, engine: Engine, listener: Recorder) -> Course:
-        """Begin a shot, whose balls are on their first paths; return what notes its course."""
+    def begin(self, engine: Engine) -> None:
+        """Begin a shot, whose balls are on their first paths, and let its course be noted."""
         self._read()
-        return Course(engine.balls, listener)
+        engine.recorder = self.course = Course(engine.balls, engine.recorder)
 
     def _read(self) -> None:
         """Read how the start of the next shot changes."""
-        starts: list[Entry] = []
         places, first = self.places, self.entry
         self.entry += self.counts[self.shot]
         self.shot += 1
-        for k in range(first, self.entry):
-            at = 3 * k
-            starts.append((places[at], places[at + 1], places[at + 2], self.values[k]))
-        self.inputs.starts = starts
+        self.inputs.starts = [
+            (places[3 * k], places[3 * k + 1], places[3 * k + 2], self.values[k])
+            for k in range(first, self.entry)
+        ]
 
-    def end(self, engine: Engine, course: Course, latest: float) -> None:
+    def end(self, engine: Engine, latest: float) -> None:
         """Follow the changes to the end of a shot, which might have gone on to the latest (s)."""
-        duration, is_cut, by_events = close(engine, course, latest)
-        tangent = tangent_of(engine, course, self.corners, self.inputs)
+        course = self.course
+        duration, is_cut, by_events = course.close(engine, latest)
+        tangent = Tangent(engine, course, self.corners, self.inputs)
         tangent.times = False
         tangent.follow(duration, is_cut, by_events)
         first = (self.shot - 1) * len(tangent.tracks)
         for track in tangent.tracks:
             if track.is_changed:
                 self.changed.append(first + track.number)
-                for change in track.changes:
-                    self.rows.append(change.x)
-                for change in track.changes:
-                    self.rows.append(change.y)
+                self.rows += [change.x for change in track.changes]
+                self.rows += [change.y for change in track.changes]
 
     def skip(self) -> None:
         """Leave out a shot that cannot start."""

@@ -49,22 +49,6 @@ class Inputs:
         """Return the changes (N, P) of the balls' starts."""
         found = [[Change() for _ in range(self.count)] for _ in range(balls)]
         for ball, k, p, by in self.starts:
-            put(found[ball][p], k, by)
+            found[ball][p].add(k, by)
             found[ball][p].ever = True
         return found
-
-
-def put(change: Change, k: int, by: float) -> None:
-    """Set one of the six numbers of a change."""
-    if k == 0:
-        change.x = by
-    elif k == 1:
-        change.y = by
-    elif k == 2:
-        change.vx = by
-    elif k == 3:
-        change.vy = by
-    elif k == 4:
-        change.wx = by
-    else:
-        change.wy = by

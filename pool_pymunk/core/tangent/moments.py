@@ -7,10 +7,9 @@ from typing import final
 from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.tangent.carry import Ground
-from pool_pymunk.core.tangent.change import Change
+from pool_pymunk.core.tangent.change import BLUR
 from pool_pymunk.core.tangent.encounter import AGREE
 from pool_pymunk.core.tangent.tangent import Tangent
-from pool_pymunk.core.tangent.touches import BLUR
 from pool_pymunk.core.tangent.track import Moment, Track
 
 
@@ -53,27 +52,14 @@ class Stretch:
             return
         fastest = max(max(abs(path.vx), abs(path.vy)), max(abs(ux), abs(uy)))
         self.blur = BLUR * ((abs(path.x) + abs(path.y)) / fastest + path.t)
-        self.jumps = [
-            not (are_zero(before.changes, p) and are_zero(after.changes, p))
-            for p in range(len(after.changes))
-        ]
+        self.jumps = [not (c.is_zero and d.is_zero) for c, d in zip(before.changes, after.changes)]
 
 
 def stretches_of(tangent: Tangent, ball: int) -> list[Stretch]:
     """Return the stretches of a ball in a run, of which a tangent has kept the changes."""
     track = tangent.tracks[ball]
-    moments = sorted(track.moments, key=begun)
+    moments = sorted(track.moments, key=lambda moment: moment.t)
     found = [Stretch(tangent, track, moment, tangent.duration) for moment in moments]
     for k in range(1, len(moments)):
         found[k].jump(track, moments[k - 1], moments[k])
     return found
-
-
-def begun(moment: Moment) -> float:
-    """Return when (s) a moment begins."""
-    return moment.t
-
-
-def are_zero(changes: list[Change], p: int) -> bool:
-    """Tell whether an input has not changed the ball."""
-    return changes[p].is_zero

@@ -15,7 +15,9 @@ from mypy_extensions import i64
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import EPSILON
+from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.change import Change
+from pool_pymunk.core.variant import MODULUS, MULTIPLIER
 from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import RoundSide
@@ -41,10 +43,7 @@ PATHS: Final = 2
 ANSWERS: Final = 3
 SOURCES: Final = 4
 
-# The numbers are those of the minimal standard generator of Park and Miller, Communications of the
-# ACM 36 (1993), 108. Half of the bits of a number are used, and two numbers make a row of signs.
-MULTIPLIER: Final[i64] = 48_271
-MODULUS: Final[i64] = 2_147_483_647
+# Half of the bits of a random number are used, and two numbers make a row of signs.
 HALF: Final[i64] = 65_536
 
 
@@ -53,12 +52,11 @@ class RoundingErrors:
     """Errors have random signs, which are drawn one row after the other.
 
     To each sign one is added that all errors of one source and of one ``kind`` of events share.
-    ``rolls`` tells whether balls roll, ``slows`` whether a surface slows them.
     """
 
-    def __init__(self, rolls: bool, slows: bool) -> None:
-        self.rolls = rolls
-        self.pull = UNIT if slows else 0.0
+    def __init__(self, table: Table) -> None:
+        self.rolls = table.surface.rolls
+        self.pull = UNIT if table.pull > 0.0 else 0.0
         self.state: i64 = 1
         self.kind = 0
         self.size = 0.0
@@ -97,57 +95,30 @@ class RoundingErrors:
         x, y = path.place(t)
         far_x, far_y = self.moved(path, x, y, t)
         turned = 3.0 * UNIT * (t - path.t) if self.rolls else 0.0
-        if far_x > 0.0:
-            self.draw(UNIT * (abs(x) + 2.0 * far_x), PLACES, 0)
-            for p, c in enumerate(changes):
-                c.x += self.of(p)
-        if far_y > 0.0:
-            self.draw(UNIT * (abs(y) + 2.0 * far_y), PLACES, 1)
-            for p, c in enumerate(changes):
-                c.y += self.of(p)
-        of_u = self.pull * abs(path.vx) + turned * abs(path.ax)
-        of_v = self.pull * abs(path.vy) + turned * abs(path.ay)
-        self.push(changes, of_u, of_v, PLACES, 2)
+        self.add(changes, 0, UNIT * (abs(x) + 2.0 * far_x) if far_x > 0.0 else 0.0, PLACES, 0)
+        self.add(changes, 1, UNIT * (abs(y) + 2.0 * far_y) if far_y > 0.0 else 0.0, PLACES, 1)
+        self.add(changes, 2, self.pull * abs(path.vx) + turned * abs(path.ax), PLACES, 2)
+        self.add(changes, 3, self.pull * abs(path.vy) + turned * abs(path.ay), PLACES, 3)
         if self.rolls:
             spun = turned if path.slows else turned / GYRATION
-            of_u = UNIT * abs(path.wx) + spun * abs(path.ax)
-            of_v = UNIT * abs(path.wy) + spun * abs(path.ay)
-            self.turn(changes, (of_u, of_v), PLACES, 4)
+            self.add(changes, 4, UNIT * abs(path.wx) + spun * abs(path.ax), PLACES, 4)
+            self.add(changes, 5, UNIT * abs(path.wy) + spun * abs(path.ay), PLACES, 5)
 
-    def push(self, changes: list[Change], of_x: float, of_y: float, source: int, row: int) -> None:
-        """Add errors of these sizes (m/s) to velocities."""
-        if of_x > 0.0:
-            self.draw(of_x, source, row)
+    def add(self, changes: list[Change], k: int, size: float, source: int, row: int) -> None:
+        """Add errors of a size (m, m/s), if there is any, to one of the six numbers of changes."""
+        if size > 0.0:
+            self.draw(size, source, row)
             for p, c in enumerate(changes):
-                c.vx += self.of(p)
-        if of_y > 0.0:
-            self.draw(of_y, source, row + 1)
-            for p, c in enumerate(changes):
-                c.vy += self.of(p)
+                c.add(k, self.of(p))
 
-    def push_along(
-        self, changes: list[Change], normal: tuple[float, float], size: float, row: int
-    ) -> None:
+    def push(self, changes: list[Change], nx: float, ny: float, size: float, row: int) -> None:
         """Add errors of a size (m/s), along a direction, to velocities."""
-        nx, ny = normal
         if size > 0.0:
             self.draw(size, ANSWERS, row)
             for p, c in enumerate(changes):
                 by = self.of(p)
                 c.vx += nx * by
                 c.vy += ny * by
-
-    def turn(self, changes: list[Change], size: tuple[float, float], source: int, row: int) -> None:
-        """Add errors of these sizes (m/s) to rolls."""
-        of_x, of_y = size
-        if of_x > 0.0:
-            self.draw(of_x, source, row)
-            for p, c in enumerate(changes):
-                c.wx += self.of(p)
-        if of_y > 0.0:
-            self.draw(of_y, source, row + 1)
-            for p, c in enumerate(changes):
-                c.wy += self.of(p)
 
     def moved(self, path: Path, x: float, y: float, t: float) -> tuple[float, float]:
         """Return how far (m) a ball has moved to (x, y), even if its roll turned it back."""

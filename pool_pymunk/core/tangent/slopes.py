@@ -36,8 +36,6 @@ class Nudge:
     masses (kg), restitution and friction.
     """
 
-    __slots__ = ("an", "at", "bn", "bt", "e", "m_a", "m_b", "mu")
-
     def __init__(self) -> None:
         self.an = self.at = self.bn = self.bt = 0.0
         self.m_a = self.m_b = self.e = self.mu = 0.0
@@ -67,7 +65,7 @@ class Hit:
     """A hit has the velocities and the numbers with which a law is asked, and its answer.
 
     >>> from pool_pymunk.core.contact.laws import Coulomb
-    >>> hit = CoulombHit(Coulomb(), (1.0, 0.0), (0.0, 0.0), Pair(1.0, 1.0, 1.0, 0.0))
+    >>> hit = CoulombHit(Coulomb(), (1.0, 0.0), (0.0, 0.0), Pair(1.0, 1.0, 1.0, 0.0), False)
     >>> nudge = Nudge()
     >>> nudge.an = 1.0
     >>> hit.after, hit.slope(nudge)
@@ -100,8 +98,8 @@ class CoulombHit(Hit):
     Here j = (1 + e) (a_n - b_n) along the normal, and across it the slip, or mu j if that is less.
     """
 
-    def __init__(self, law: Law, a: NT, b: NT, pair: Pair) -> None:
-        super().__init__(law, a, b, pair, False)
+    def __init__(self, law: Law, a: NT, b: NT, pair: Pair, is_wall: bool) -> None:
+        super().__init__(law, a, b, pair, is_wall)
         an, at = a
         bn, bt = b
         self.total = pair.m_a + pair.m_b
@@ -134,8 +132,8 @@ class CoulombHit(Hit):
 class WeakeningHit(CoulombHit):
     """Friction falls with the slip s: mu(s) = mu (LEAST + FADING exp(-RATE |s|)) / their sum."""
 
-    def __init__(self, law: Law, a: NT, b: NT, pair: Pair) -> None:
-        super().__init__(law, a, b, pair)
+    def __init__(self, law: Law, a: NT, b: NT, pair: Pair, is_wall: bool) -> None:
+        super().__init__(law, a, b, pair, is_wall)
         fading = FADING * decay(RATE * abs(self.slip))
         self.share = (LEAST + fading) / (LEAST + FADING)
         self.fades = -math.copysign(RATE * fading / (LEAST + FADING), self.slip)
@@ -150,9 +148,6 @@ class WeakeningHit(CoulombHit):
 @mypyc_attr(acyclic=True, free_list_len=1)
 class PublishedHit(Hit):
     """Each tangential velocity changes by mu times its own change of normal velocity."""
-
-    def __init__(self, law: Law, a: NT, b: NT, pair: Pair) -> None:
-        super().__init__(law, a, b, pair, False)
 
     def slope(self, by: Nudge) -> Four:
         a_n, a_t = self.a
@@ -178,9 +173,6 @@ class PublishedHit(Hit):
 @mypyc_attr(acyclic=True, free_list_len=1)
 class CushionHit(Hit):
     """v_n' = -e v_n, and friction takes mu |v_n' - v_n| off v_t."""
-
-    def __init__(self, law: Law, a: NT, pair: Pair) -> None:
-        super().__init__(law, a, (0.0, 0.0), pair, True)
 
     def slope(self, by: Nudge) -> Four:
         v_n, v_t = self.a
@@ -220,7 +212,9 @@ def known_hit(law: Law, a: NT, b: NT, pair: Pair, is_wall: bool) -> Hit:
     """Return a hit of a law whose slopes are written down."""
     kind = type(law)
     if is_wall:
-        return CushionHit(law, a, pair)
+        return CushionHit(law, a, b, pair, is_wall)
     if kind is Coulomb:
-        return CoulombHit(law, a, b, pair)
-    return PublishedHit(law, a, b, pair) if kind is Published else WeakeningHit(law, a, b, pair)
+        return CoulombHit(law, a, b, pair, is_wall)
+    if kind is Published:
+        return PublishedHit(law, a, b, pair, is_wall)
+    return WeakeningHit(law, a, b, pair, is_wall)

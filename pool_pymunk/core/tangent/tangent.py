@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from typing import final
 
-from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.contact.laws import Law
-from pool_pymunk.core.table import Table
-from pool_pymunk.core.tangent.change import Column, Rates
+from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.tangent import reasons
+from pool_pymunk.core.tangent.change import GRAZE, Column, Rates
 from pool_pymunk.core.tangent.course import (
     CROSS,
     FALL,
@@ -25,77 +24,49 @@ from pool_pymunk.core.tangent.course import (
     Course,
     Step,
 )
-from pool_pymunk.core.tangent.encounter import Encounter, why_not
+from pool_pymunk.core.tangent.encounter import Encounter
 from pool_pymunk.core.tangent.inputs import Inputs
-from pool_pymunk.core.tangent.lookout import Found, Lookout
-from pool_pymunk.core.tangent.reasons import (
-    AT_BORDER,
-    AT_CORNER,
-    AT_RIM,
-    BENT,
-    CHAOS,
-    CUT_OFF,
-    ENDS_THERE,
-    FOLLOWED,
-    GROWN,
-    IS_GRAZE,
-    KNOWN_BEFORE,
-    PERSISTS,
-    RESTS_LAST,
-    RESTS_THERE,
-    SHARED,
-    STOPPED,
-    TOUCH_FIRST,
-    UNTOLD,
-)
+from pool_pymunk.core.tangent.reasons import FOLLOWED
 from pool_pymunk.core.tangent.rounding import TIMES, UNIT, RoundingErrors, sizes_of
-from pool_pymunk.core.tangent.touches import (
-    GRAZE,
-    Corner,
-)
+from pool_pymunk.core.tangent.touches import Corner, Found, Lookout
 from pool_pymunk.core.tangent.track import Track, are_now, is_now
 
 
 @final
 class Tangent:
-    """A tangent follows the changes by all inputs along a course, once.
+    """A tangent follows the changes by all inputs along the course that an engine has played, once.
 
-    ``lates`` (E, P) are how much later (s) events come. ``found`` are times (s) and numbers of
-    reasons why something is nan. The tracks then have the changes of the balls at the end. With
-    ``errors`` the columns are those of rounding; they end where they cannot be followed. If it
-    ``keeps`` changes, it knows them at any time, and it ``times`` events unless nobody asks.
+    ``lates`` (E, P) are how much later (s) events come. ``found`` are times (s) and reasons why
+    something is nan. The tracks then have the changes of the balls at the end. With ``errors`` the
+    columns are those of rounding; they end where they cannot be followed. If it ``keeps`` changes,
+    it knows them at any time, and it ``times`` events unless nobody asks.
     """
 
     def __init__(
-        self, table: Table, law: Law, balls: list[Ball], corners: list[Corner], course: Course,
-        inputs: Inputs,
-    ) -> None:  # fmt: skip
-        self.table = table
-        self.law = law
+        self, engine: Engine, course: Course, corners: list[Corner], inputs: Inputs
+    ) -> None:
+        self.table = engine.table
+        self.law = engine.law
         self.corners = corners
         self.steps: list[Step] = course.steps
         self.inputs = inputs
         self.errors: RoundingErrors | None = None
         self.keeps = False
         self.times = True
-        self.rolls = table.surface.rolls
+        self.rolls = engine.table.surface.rolls
         self.tracks: list[Track] = []
-        changes = inputs.changes_at_first(len(balls))
-        for ball in balls:
-            k = ball.number
-            track = Track(k, ball.radius, ball.mass, course.legs[k], changes[k])
-            track.is_gone = course.is_off[k]
-            self.tracks.append(track)
-        self.cues = [ball.is_cue for ball in balls]
+        changes = inputs.changes_at_first(len(engine.balls))
+        for ball, own, legs, is_off in zip(engine.balls, changes, course.legs, course.is_off):
+            self.tracks.append(Track(ball, legs, own, is_off))
         self.columns = [Column() for _ in range(inputs.count)]
         self.lates: list[list[float]] = []
         self.found: Found = []
-        self.lookout = Lookout(table, inputs, self.tracks, self.found)
+        self.lookout = Lookout(engine.table, inputs, self.tracks, self.found)
         self.duration = 0.0
         self.is_cut = False
         self.is_cut_by_events = False
 
-    def follow(self, duration: float, is_cut: bool, is_cut_by_events: bool) -> int:
+    def follow(self, duration: float, is_cut: bool, is_cut_by_events: bool) -> str:
         """Follow the changes to the end of a run (s); return why errors cannot be, if so.
 
         The run may have been cut off at its end, maybe by its number of events.
@@ -111,30 +82,41 @@ class Tangent:
                 return why
         return self._finish()
 
-    def _go_through(self, k: int) -> int:
+    def ends(self) -> list[list[float]]:
+        """Return the changes (N, K P) of all balls: place, velocity and, if they roll, roll."""
+        found: list[list[float]] = []
+        for track in self.tracks:
+            row = [c.x for c in track.changes] + [c.y for c in track.changes]
+            row += [c.vx for c in track.changes] + [c.vy for c in track.changes]
+            if self.rolls:
+                row += [c.wx for c in track.changes] + [c.wy for c in track.changes]
+            found.append(row)
+        return found
+
+    def _go_through(self, k: int) -> str:
         """Follow the changes through one step; return why that cannot be, if so."""
         step = self.steps[k]
         a, b = self.tracks[step.a], self.tracks[step.other]
         why = self._reason(k, step, a, b)
         if self.errors is None:
-            self.lookout.look_before(step, a, b, why == SHARED or step.kind == LASTS)
+            self.lookout.look_before(step, a, b, why == reasons.SHARED or step.kind == LASTS)
         if why == FOLLOWED:
             why = self._take(step, a, b)
         if self.errors is None:
             self._settle(step, a, b, why)
         return why
 
-    def _finish(self) -> int:
+    def _finish(self) -> str:
         """Follow the changes to the end of the run; return why errors cannot be, if so."""
         t = self.duration
         if self.errors is None:
             self.lookout.catch_up(t)
         for track in self.tracks:
-            if track.goes_on_before(t):
+            then = track.following
+            if then is not None and then.t < t:
                 if self.errors is not None:
-                    return PERSISTS
-                then = track.following
-                self._lose(PERSISTS, track, track, t if then is None else then.t)
+                    return reasons.PERSISTS
+                self._lose(reasons.PERSISTS, track, track, then.t)
             if self.errors is None:
                 self.lookout.look(track, t, NOTHING, track.number)
         for track in self.tracks:
@@ -146,79 +128,68 @@ class Tangent:
 
     # -- steps -------------------------------------------------------------------------------------
 
-    def _reason(self, k: int, step: Step, a: Track, b: Track) -> int:
+    def _reason(self, k: int, step: Step, a: Track, b: Track) -> str:
         """Return why a step has no derivative, as far as its time tells."""
-        if self.errors is not None:
-            if step.kind == LASTS:
-                return PERSISTS
-            return SHARED if self._shares_with_earlier(k, step) else FOLLOWED
-        if a.is_lost or b.is_lost:
-            return KNOWN_BEFORE
+        if self.errors is None and (a.is_lost or b.is_lost):
+            return reasons.KNOWN_BEFORE
         if step.kind == LASTS:
-            return PERSISTS
+            return reasons.PERSISTS
         if step.kind != HIT and step.kind != FALL:
             return FOLLOWED
         if self._shares(k, step, a, b):
-            return SHARED
+            return reasons.SHARED
+        if self.errors is not None:
+            return FOLLOWED
         if step.t == self.duration and self.is_cut_by_events:
-            return CUT_OFF
+            return reasons.CUT_OFF
         if self.is_cut and are_now(step.t, self.duration, a, b):
-            return ENDS_THERE
+            return reasons.ENDS_THERE
         rests = a.rests_just_at(step.t) or b.rests_just_at(step.t)
-        return RESTS_THERE if rests else FOLLOWED
+        return reasons.RESTS_THERE if rests else FOLLOWED
 
     def _shares(self, k: int, step: Step, a: Track, b: Track) -> bool:
         """Tell whether a contact has a ball in common with another event of its instant.
 
-        A contact before may have stopped the ball.
+        A contact before may have stopped the ball. For errors, only contacts before count, and
+        those at this very time.
         """
-        for stride in (-1, 1):
+        is_exact = self.errors is not None
+        for stride in [-1] if is_exact else [-1, 1]:
             n = k + stride
             while 0 <= n < len(self.steps):
                 other = self.steps[n]
-                if not are_now(other.t, step.t, a, b):
+                if other.t != step.t and (is_exact or not are_now(other.t, step.t, a, b)):
                     break
-                counts = other.kind != LASTS and (other.kind != STOP or n < k)
-                if counts and (other.has(step.a) or other.has(step.other)):
+                has_hit = other.kind != STOP or (n < k and not is_exact)
+                if other.kind != LASTS and has_hit and (other.has(step.a) or other.has(step.other)):
                     return True
                 n += stride
         return False
 
-    def _shares_with_earlier(self, k: int, step: Step) -> bool:
-        """Tell whether errors come to a ball that has had another contact at this very time."""
-        if step.kind != HIT and step.kind != FALL:
-            return False
-        n = k - 1
-        while n >= 0 and self.steps[n].t == step.t:
-            other = self.steps[n]
-            counts = other.kind != LASTS and other.kind != STOP
-            if counts and (other.has(step.a) or other.has(step.other)):
-                return True
-            n -= 1
-        return False
-
-    def _take(self, step: Step, a: Track, b: Track) -> int:
+    def _take(self, step: Step, a: Track, b: Track) -> str:
         """Take the changes through a step; return why that cannot be, if so."""
         t, kind = step.t, step.kind
         if self.errors is not None:
             self.errors.begin(a.at)
-        if kind == STOP and a.path.vx == 0.0 and a.path.vy == 0.0:
-            self._stop_at_contact(a, t)
+        if kind == STOP and a.path.vx == 0.0 and a.path.vy == 0.0:  # A contact left it at rest.
+            self.found.append((t, reasons.STOPPED))
+            for column in self.columns:
+                column.late = math.nan
+            a.come_to(t)
             return FOLLOWED
         if not a.goes_on_at(t) or not b.goes_on_at(t):
-            return AT_RIM if kind == FALL else UNTOLD
+            return reasons.AT_RIM if kind == FALL else reasons.UNTOLD
         if kind == HIT:
             return self._meet(step, a, None if b is a else b)
-        if kind == STOP:
-            return self._stop(a, t)
-        if kind == ROLL:
-            return self._roll(a, t)
+        if kind in (STOP, ROLL):
+            self._end_path(step, a)
+            return FOLLOWED
         return self._cross(a, t) if kind == CROSS else self._fall(step, a)
 
-    def _settle(self, step: Step, a: Track, b: Track, why: int) -> None:
+    def _settle(self, step: Step, a: Track, b: Track, why: str) -> None:
         """Note what a step has changed, and lose what is not known after it."""
         if why == FOLLOWED and (a.is_beyond or b.is_beyond):
-            self._lose(GROWN, a, b, step.t)
+            self._lose(reasons.GROWN, a, b, step.t)
         elif why != FOLLOWED:
             self._lose(why, a, b, step.t)
             for column in self.columns:
@@ -231,44 +202,32 @@ class Tangent:
             b.keep(step.t)
             b.note_ever(why != FOLLOWED)
 
-    def _stop_at_contact(self, track: Track, t: float) -> None:
-        """Let a ball stop that a contact leaves at rest."""
-        if self.errors is None:
-            self.found.append((t, STOPPED))
-        for column in self.columns:
-            column.late = math.nan
-        track.come_to(t)
+    def _end_path(self, step: Step, track: Track) -> None:
+        """Let a ball come to rest, where changes of its place stay, or begin to roll.
 
-    def _stop(self, track: Track, t: float) -> int:
-        """Let a ball come to rest: changes of its place stay."""
-        if self.errors is None:
-            ground = track.ground(self.table, self.inputs)
-            ground.note_end(track.path, track.changes, self.columns)
-        self._move(track, t)
-        for each in track.changes:
-            each.stop()
-        track.come_to(t)
-        return FOLLOWED
-
-    def _roll(self, track: Track, t: float) -> int:
-        """Let a ball begin to roll: its acceleration changes, and its slip is gone."""
+        Then its acceleration changes, and its slip is gone.
+        """
         track.ground(self.table, self.inputs).note_end(track.path, track.changes, self.columns)
-        self._move(track, t)
-        self._change_path(track, t)
+        self._move(track, step.t)
+        if step.kind == STOP:
+            for each in track.changes:
+                each.stop()
+            track.come_to(step.t)
+            return
+        self._change_path(track, step.t)
         for each in track.changes:
             each.wx, each.wy = each.vx, each.vy
-        return FOLLOWED
 
-    def _cross(self, track: Track, t: float) -> int:
+    def _cross(self, track: Track, t: float) -> str:
         """Let a ball cross the border of a patch: its acceleration changes, sooner or later."""
         x, y, vx, vy = track.path.at(t)
         nx, ny = self.table.patches.normal(x, y)
         across = nx * vx + ny * vy
         self._move(track, t)
         if abs(across) <= GRAZE * max(abs(vx), abs(vy)):
-            return AT_BORDER
+            return reasons.AT_BORDER
         if self.errors is None and is_now(t, 0.0, track.fastest, track.size):
-            return AT_BORDER
+            return reasons.AT_BORDER
         for p, c in enumerate(track.changes):
             self.columns[p].late = -(nx * c.x + ny * c.y) / across
         self._change_path(track, t)
@@ -292,7 +251,7 @@ class Tangent:
             c.advance(before, late)
             c.advance(after, -late)
 
-    def _fall(self, step: Step, track: Track) -> int:
+    def _fall(self, step: Step, track: Track) -> str:
         """Let a ball fall into its pocket, where it stays."""
         x, y, vx, vy = track.path.at(step.t)
         wall = step.wall
@@ -306,9 +265,9 @@ class Tangent:
             within = (1.0 - abs(nx * vy - ny * vx) / speed) / side.curvature(x, y)
             _along, across = sizes_of(track.changes, None, vx / speed, vy / speed)
             if across >= within:
-                return AT_RIM
+                return reasons.AT_RIM
         elif closing <= GRAZE * max(abs(vx), abs(vy)):
-            return AT_RIM
+            return reasons.AT_RIM
         for p, c in enumerate(track.changes):
             self.columns[p].late = (nx * c.x + ny * c.y) / closing
             c.hold()
@@ -318,31 +277,33 @@ class Tangent:
 
     # -- contacts ----------------------------------------------------------------------------------
 
-    def _meet(self, step: Step, a: Track, b: Track | None) -> int:
+    def _meet(self, step: Step, a: Track, b: Track | None) -> str:
         """Follow the changes through a hit; return why that cannot be, if so."""
         if step.drifts:
-            return UNTOLD
+            return reasons.UNTOLD
         encounter, errors = Encounter(step, a, b, self.rolls), self.errors
         if errors is None:
-            if b is None and self._is_at_corner(encounter.x, encounter.y, a.radius):
-                return AT_CORNER
+            x, y = encounter.x, encounter.y
+            if b is None and any(corner.is_met(x, y, a.radius) for corner in self.corners):
+                return reasons.AT_CORNER
             if encounter.is_graze:
-                return IS_GRAZE
+                return reasons.IS_GRAZE
         self._move(a, step.t)
         if b is not None:
             self._move(b, step.t)
-        if errors is not None and not encounter.misjudge(errors, self.columns, kind_of(step)):
-            return CHAOS
-        touch_first = errors is None and is_first(step.t, a, b)
+        if errors is not None and not encounter.misjudge(errors, self.columns):
+            return reasons.CHAOS
+        touch_first = errors is None and are_now(step.t, 0.0, a, a if b is None else b)
         encounter.come_late(self.columns, self.inputs)
-        if touch_first and any([column.late != 0.0 for column in self.columns]):
-            self.found.append((step.t, TOUCH_FIRST))
+        if touch_first and any(column.late != 0.0 for column in self.columns):
+            self.found.append((step.t, reasons.TOUCH_FIRST))
         hit = encounter.hit(self.law, errors is None)
         sides = encounter.sides(hit, self.columns, errors is None)
-        cue = self.cues[a.number] or (b is not None and self.cues[b.number])
-        why = why_not(encounter, sides, hit, encounter.is_usual(self.table, cue))
-        if why != FOLLOWED:
-            return why
+        if len(sides) == 0:
+            return reasons.JUMPS
+        cue = a.is_cue or (b is not None and b.is_cue)
+        if not (encounter.is_usual(self.table, cue) and encounter.is_by_law(hit)):
+            return reasons.BY_POLICY
         encounter.answer(sides, self.columns, self.inputs, cue)
         if errors is not None:
             encounter.round_answer(errors, hit)
@@ -352,13 +313,6 @@ class Tangent:
         if b is not None:
             b.go_on(a.number)
         return FOLLOWED
-
-    def _is_at_corner(self, x: float, y: float, r: float) -> bool:
-        """Tell whether a ball touches the table just where a side ends."""
-        for corner in self.corners:
-            if corner.is_met(x, y, r):
-                return True
-        return False
 
     def _lose_where(self, a: Track, b: Track | None, t: float, touch_first: bool) -> None:
         """Lose the changes by inputs at whose kink a contact is.
@@ -376,7 +330,7 @@ class Tangent:
                 if b is not None:
                     b.changes[p].lose()
         if is_bent:
-            self.found.append((t, BENT))
+            self.found.append((t, reasons.BENT))
 
     # -- changes -----------------------------------------------------------------------------------
 
@@ -386,9 +340,9 @@ class Tangent:
         if self.errors is not None:
             self.errors.misplace(track.path, track.changes, t)
 
-    def _lose(self, why: int, a: Track, b: Track, t: float) -> None:
+    def _lose(self, why: str, a: Track, b: Track, t: float) -> None:
         """Note that balls have no derivatives from a time (s) on, and why."""
-        if why != KNOWN_BEFORE:
+        if why != reasons.KNOWN_BEFORE:
             self.found.append((t, why))
         a.lose(t)
         if b is not a:
@@ -398,15 +352,5 @@ class Tangent:
         """Lose what changes the velocity of a ball that rests just at the end."""
         for each in track.changes:
             if not each.is_zero:
-                self.found.append((t, RESTS_LAST))
+                self.found.append((t, reasons.RESTS_LAST))
                 each.vx = each.vy = each.wx = each.wy = math.nan
-
-
-def is_first(t: float, a: Track, b: Track | None) -> bool:
-    """Tell whether a contact comes at the start of a run, to rounding."""
-    return are_now(t, 0.0, a, a if b is None else b)
-
-
-def kind_of(step: Step) -> int:
-    """Return the kind of a contact for errors: contacts of one kind err alike."""
-    return step.a + step.other + (0 if step.wall is None else step.wall.place)

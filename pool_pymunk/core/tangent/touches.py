@@ -14,18 +14,17 @@ from mypy_extensions import mypyc_attr
 
 from pool_pymunk.core.motion.pairs import HAIR
 from pool_pymunk.core.motion.path import Path, standing
-from pool_pymunk.core.motion.times import EPSILON, Vector
+from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.table import Table
-from pool_pymunk.core.walls.arc import Arc
+from pool_pymunk.core.tangent.change import BLUR, GRAZE
+from pool_pymunk.core.tangent.course import ANYTHING, NOTHING, Step
+from pool_pymunk.core.tangent.inputs import Inputs
+from pool_pymunk.core.tangent.reasons import TOUCHES
+from pool_pymunk.core.tangent.track import Track
 from pool_pymunk.core.walls.face import Face
-from pool_pymunk.core.walls.round import Rim, RoundSide
-from pool_pymunk.core.walls.side import Side, within_sector
+from pool_pymunk.core.walls.round import Curved
+from pool_pymunk.core.walls.side import Side
 
-# Rounding moves a place by less than this share of its coordinates.
-BLUR: Final = 256.0 * EPSILON
-# A contact that closes more slowly than this share of the speeds is a graze. It sinks in by half
-# the square of it, 5e-13 radii, so rounding may decide whether it comes at all.
-GRAZE: Final = 1e-6
 # Halvings find the time of the least distance to 2**-40 of an interval, and this distance, which is
 # flat there, to its square. After 20 that is 1e-12, near rounding; after 52 nothing changes.
 HALVINGS: Final = 40
@@ -38,6 +37,7 @@ NEVER: Final = -1.0  # s; no touch has this time
 # whether a ball goes along something at first, and when (s) it turns back or ends there
 Touch = tuple[bool, float]
 NO_TOUCH: Final = (False, NEVER)
+Found = list[tuple[float, str]]  # when (s) something was lost, and the reason
 
 
 @final
@@ -61,46 +61,28 @@ class Obstacle:
     """An obstacle is a side of a wall; ``met`` is what a ball that hits it has met."""
 
     def __init__(self, side: Side, met: int) -> None:
-        self.side = side
         self.met = met
+        self.face = side if isinstance(side, Face) else None
+        self.curved = side if isinstance(side, Curved) else None
+        # the normal of a face; (0, 0) for what is round
+        self.across = (0.0, 0.0) if self.face is None else self.face.outward
+        x, y = (0.0, 0.0) if self.curved is None else self.curved.center
+        self.stands = standing(0.0, x, y)
 
     def touch(self, path: Path, until: float, r: float, free: tuple[bool, bool]) -> Touch:
         """Tell how the path of a ball touches the side, up to a time (s)."""
-        side = self.side
-        if isinstance(side, Face):
-            return touch_of_face(path, side, until, r, free)
-        if isinstance(side, RoundSide):
-            return touch_of_circle(path, side.center, until, (side.radius + r, 1.0), free)
-        if isinstance(side, Rim):
-            return touch_of_circle(path, side.center, until, (side.radius, 1.0), free)
-        if not isinstance(side, Arc):
+        face, side = self.face, self.curved
+        if face is not None:
+            return touch_of_face(path, face, until, r, free)
+        if side is None:
             return NO_TOUCH
-        apart = side.radius + side.facing * r
-        along, turns = touch_of_circle(path, side.center, until, (apart, side.facing), free)
-        along = along and is_beside(side, path.x, path.y)
+        circle = side.reach(r), side.facing
+        along, turns = touch_of_discs(path, self.stands, until, circle, free)
+        along = along and side.is_beside(path.x, path.y)
         if turns != NEVER:
             x, y = path.place(turns)
-            turns = turns if is_beside(side, x, y) else NEVER
+            turns = turns if side.is_beside(x, y) else NEVER
         return along, turns
-
-    @property
-    def across(self) -> Vector:
-        """The normal of a face; (0, 0) for what is round."""
-        side = self.side
-        return side.outward if isinstance(side, Face) else (0.0, 0.0)
-
-
-def obstacles_of(table: Table) -> list[Obstacle]:
-    """Return all sides of a table, of its posts and of its pockets."""
-    return [
-        Obstacle(side, -1 - place) for place, wall in enumerate(table.walls) for side in wall.sides
-    ]
-
-
-def is_beside(arc: Arc, x: float, y: float) -> bool:
-    """Tell whether a place lies in the sector of an arc."""
-    cx, cy = arc.center
-    return within_sector(x - cx, y - cy, arc.first, arc.last)
 
 
 def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bool, bool]) -> Touch:
@@ -131,15 +113,6 @@ def bends(path: Path) -> bool:
     return abs(left - right) > BLUR * (abs(left) + abs(right))
 
 
-def touch_of_circle(
-    path: Path, center: Vector, until: float, circle: Vector, free: tuple[bool, bool]
-) -> Touch:
-    """Tell how a path touches a circle; this is its radius (m) and its facing."""
-    cx, cy = center
-    apart, facing = circle
-    return touch_of_discs(path, standing(0.0, cx, cy), until, (apart, facing), free)
-
-
 def are_far(a: Path, b: Path, until: float, apart: float) -> bool:
     """Tell by bounds whether discs stay farther apart than ``apart`` (m) until a time (s)."""
     own, its = until - a.t, until - b.t
@@ -159,7 +132,8 @@ def touch_of_discs(
     ``circle`` is the distance and the facing: if it is negative, one disc is within the other.
     """
     since = max(a.t, b.t)
-    if since >= until:
+    apart, facing = circle
+    if since >= until or (facing > 0.0 and are_far(a, b, until, apart)):
         return NO_TOUCH
     return Approach(a, b, since, until, circle).touch(free)
 
@@ -173,34 +147,31 @@ class Approach:
     """
 
     def __init__(self, a: Path, b: Path, since: float, until: float, circle: Vector) -> None:
-        apart, facing = circle
+        self.apart, facing = circle
         own_x, own_y, own_u, own_v = a.at(since)
         its_x, its_y, its_u, its_v = b.at(since)
-        self.since, self.until = since, until
-        self.apart = apart
+        self.since, self.until, self.time = since, until, until - since
         self.sign = -1.0 if facing < 0.0 else 1.0
-        self.time = until - since
-        self.dx, self.dy, self.vx, self.vy = (
-            its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v
+        self.path = Path(
+            0.0, its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v, b.ax - a.ax,
+            b.ay - a.ay, INF, False, 0.0, 0.0,
         )  # fmt: skip
-        self.ax, self.ay = b.ax - a.ax, b.ay - a.ay
         self.fastest = max(max(abs(own_u), abs(own_v)), max(abs(its_u), abs(its_v)))
         size = abs(own_x) + abs(own_y) + abs(its_x) + abs(its_y) + 4.0 * self.time * self.fastest
-        self.blur = BLUR * (size + apart)
+        self.blur = BLUR * (size + self.apart)
         self.bow = self.time * self.time / 8.0
-        self.x = self.dx + self.time * (self.vx + self.time * self.ax / 2.0)
-        self.y = self.dy + self.time * (self.vy + self.time * self.ay / 2.0)
+        self.x, self.y = self.path.place(self.time)
 
     def touch(self, free: tuple[bool, bool]) -> Touch:
         """Tell whether the discs go along each other at first, and when (s) they touch later."""
         begins, ends = free
         if self.sign > 0.0 and self._stay_apart():
             return NO_TOUCH
-        dx, dy, x, y, sign, blur = self.dx, self.dy, self.x, self.y, self.sign, self.blur
+        path, x, y, sign, blur = self.path, self.x, self.y, self.sign, self.blur
+        dx, dy = path.x, path.y
         first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
-        late = (1.0 - LAST) * self.time
-        rate = dx * self.vx + dy * self.vy
-        at_last = x * (self.vx + late * self.ax) + y * (self.vy + late * self.ay)
+        ux, uy = path.velocity((1.0 - LAST) * self.time)
+        rate, at_last = dx * path.vx + dy * path.vy, x * ux + y * uy
         is_still = abs(rate) <= GRAZE * self.fastest * first
         along = is_still and begins and abs(first - self.apart) <= blur
         # Discs that have just met may seem to approach, by rounding.
@@ -216,35 +187,135 @@ class Approach:
 
     def _stay_apart(self) -> bool:
         """Tell by a box around the relative path whether it stays away."""
-        far = self.apart + self.blur
-        x, y = far + self.bow * abs(self.ax), far + self.bow * abs(self.ay)
-        if min(self.dx, self.x) > x or max(self.dx, self.x) < -x:
+        far, path = self.apart + self.blur, self.path
+        x, y = far + self.bow * abs(path.ax), far + self.bow * abs(path.ay)
+        if min(path.x, self.x) > x or max(path.x, self.x) < -x:
             return True
-        return min(self.dy, self.y) > y or max(self.dy, self.y) < -y
+        return min(path.y, self.y) > y or max(path.y, self.y) < -y
 
     def _bend(self) -> float:
         """Return how far the path lies off its chord, times the chord's length."""
-        cx, cy = self.x - self.dx, self.y - self.dy
-        return self.bow * abs(self.ax * cy - self.ay * cx)
+        path = self.path
+        return self.bow * abs(path.ax * (self.y - path.y) - path.ay * (self.x - path.x))
 
     def _may_come_near(self) -> bool:
         """Tell whether the chord comes so near that the path may touch."""
-        cx, cy = self.x - self.dx, self.y - self.dy
+        dx, dy = self.path.x, self.path.y
+        cx, cy = self.x - dx, self.y - dy
         near = (self.apart + self.blur) * math.sqrt(cx * cx + cy * cy) + self._bend()
-        return abs(self.dx * cy - self.dy * cx) <= near
+        return abs(dx * cy - dy * cx) <= near
 
     def _turning(self) -> Vector:
         """Return when (s) discs cease to approach, or within another to part, and how far apart."""
         near, part = 0.0, self.time
-        for _ in range(HALVINGS):
+        for _half in range(HALVINGS):
             middle = 0.5 * (near + part)
-            ux, uy = self.vx + middle * self.ax, self.vy + middle * self.ay
-            x = self.dx + middle * (self.vx + middle * self.ax / 2.0)
-            y = self.dy + middle * (self.vy + middle * self.ay / 2.0)
+            x, y, ux, uy = self.path.at(middle)
             if self.sign * (x * ux + y * uy) > 0.0:
                 part = middle
             else:
                 near = middle
-        x = self.dx + part * (self.vx + part * self.ax / 2.0)
-        y = self.dy + part * (self.vy + part * self.ay / 2.0)
+        x, y = self.path.place(part)
         return part, math.sqrt(x * x + y * y)
+
+
+@final
+class Lookout:
+    """A lookout knows the obstacles of a table, and the tracks of the balls.
+
+    It looks at a path when a step ends it, and notes what it has ``found``. A small change makes a
+    contact at a touch or leaves a gap, so the ends have a kink.
+    """
+
+    def __init__(self, table: Table, inputs: Inputs, tracks: list[Track], found: Found) -> None:
+        self.table = table
+        self.inputs = inputs
+        self.tracks = tracks
+        self.found = found
+        self.obstacles: list[Obstacle] = []  # all sides, also of posts and of pockets
+        for place, wall in enumerate(table.walls):
+            self.obstacles += [Obstacle(side, -1 - place) for side in wall.sides]
+
+    def look_before(self, step: Step, a: Track, b: Track, meets_more: bool) -> None:
+        """Look for touches on the paths that a step ends."""
+        self.catch_up(step.t)
+        self.look(a, step.t, ANYTHING if meets_more else step.met, a.number)
+        if b is not a:
+            self.look(b, step.t, ANYTHING if meets_more else a.number, a.number)
+
+    def catch_up(self, t: float) -> None:
+        """Let balls of which nothing is known go on to their last legs before a time (s).
+
+        In a persistent contact they have legs between which there are no events. Others may touch
+        them there. While nothing was found, all is known.
+        """
+        if len(self.found) == 0:
+            return
+        for track in self.tracks:
+            then = track.following
+            while then is not None and then.t < t and track.is_lost:
+                self._look_at_balls(track, then.t, ANYTHING, track.number)
+                track.go_on(NOTHING)
+                then = track.following
+
+    def look(self, track: Track, t: float, met: int, done: int) -> None:
+        """Lose what touches decide on the path of a ball up to a time (s), where it has ``met``.
+
+        Ball ``done`` was looked at before.
+        """
+        if track.is_gone:
+            return
+        if track.path.moves:
+            for each in self.obstacles:
+                free = track.met != each.met, met not in (each.met, ANYTHING)
+                along, turns = each.touch(track.path, t, track.radius, free)
+                if along:
+                    self._touch(track, track, track.path.t, each)
+                if turns != NEVER:
+                    self._touch(track, track, turns, each)
+        self._look_at_balls(track, t, met, done)
+
+    def _look_at_balls(self, track: Track, t: float, met: int, done: int) -> None:
+        """Lose what touches of other balls decide on the path of a ball up to a time (s)."""
+        path, i = track.path, track.number
+        is_still = not path.moves
+        for other in self.tracks:
+            j, its = other.number, other.path
+            if j in (i, done) or other.is_gone or (is_still and not its.moves):
+                continue
+            begins = not (track.met == j and other.met == i) or path.t != its.t
+            free = begins, met not in (j, ANYTHING)
+            along, turns = touch_of_discs(path, its, t, (track.radius + other.radius, 1.0), free)
+            if along:
+                self._touch(track, other, max(path.t, its.t), None)
+            if turns != NEVER:
+                self._touch(track, other, turns, None)
+
+    def _touch(self, a: Track, b: Track, t: float, obstacle: Obstacle | None) -> None:
+        """Lose the derivatives at a touch: a contact there acts by the root of the gap's change.
+
+        Every input that has changed one of the balls therefore matters, even to second order. At a
+        face, inputs that move a ball along it alone do not: the ball stays at it.
+        """
+        was_known = not a.is_lost and not b.is_lost
+        nx, ny = (0.0, 0.0) if obstacle is None else obstacle.across
+        own, is_new = self.inputs.radius[a.number], False
+        rows = [own, self.inputs.radius[b.number]]  # and how the inputs change what slows them
+        for track in [a, b]:
+            if track.path.moves and t > track.path.t:
+                rows.append(track.ground(self.table, self.inputs).by)
+        for p in range(self.inputs.count):
+            c, d = a.changes[p], b.changes[p]
+            matters = c.ever or d.ever or any(row[p] != 0.0 for row in rows)
+            if matters and (nx != 0.0 or ny != 0.0):
+                matters = c.moves_across(own[p], nx, ny)
+            if matters:
+                is_new = True
+                c.lose()
+                d.lose()
+                c.ever = d.ever = True
+        if is_new and was_known:
+            self.found.append((t, TOUCHES))
+        a.keep(t)
+        if b is not a:
+            b.keep(t)

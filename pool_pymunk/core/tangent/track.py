@@ -6,14 +6,14 @@ from typing import final
 
 from mypy_extensions import i64
 
+from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.carry import Ground
-from pool_pymunk.core.tangent.change import Change
+from pool_pymunk.core.tangent.change import BLUR, Change
 from pool_pymunk.core.tangent.course import NOTHING, Leg
 from pool_pymunk.core.tangent.inputs import Inputs
-from pool_pymunk.core.tangent.touches import BLUR
 
 
 @final
@@ -34,44 +34,34 @@ class Track:
     ``keeps`` its changes, there are moments of them.
     """
 
-    def __init__(
-        self, number: int, radius: float, mass: float, legs: list[Leg], changes: list[Change]
-    ) -> None:
-        self.number = number
-        self.radius = radius
-        self.mass = mass
+    def __init__(self, ball: Ball, legs: list[Leg], changes: list[Change], is_gone: bool) -> None:
+        self.number = ball.number
+        self.radius = ball.radius
+        self.mass = ball.mass
+        self.is_cue = ball.is_cue
         self.legs = legs
         self.changes = changes
         self.at: i64 = 0
         self.path = legs[0].path
         self.met = NOTHING
-        self.is_gone = False
+        self.is_gone = is_gone
         self.keeps = False
         self.moments: list[Moment] = []
 
     @property
     def is_lost(self) -> bool:
         """This tells whether nothing is known of the changes."""
-        for each in self.changes:
-            if not each.is_lost:
-                return False
-        return True
+        return all(each.is_lost for each in self.changes)
 
     @property
     def is_changed(self) -> bool:
         """This tells whether an input has ever changed the ball."""
-        for each in self.changes:
-            if each.ever or not each.is_zero:
-                return True
-        return False
+        return any(each.ever or not each.is_zero for each in self.changes)
 
     @property
     def is_beyond(self) -> bool:
         """This tells whether changes have grown so large that they mean nothing."""
-        for each in self.changes:
-            if each.is_beyond:
-                return True
-        return False
+        return any(each.is_beyond for each in self.changes)
 
     @property
     def following(self) -> Path | None:
@@ -82,11 +72,6 @@ class Track:
         """Tell whether the next leg begins at a time (s)."""
         then = self.following
         return then is not None and then.t == t
-
-    def goes_on_before(self, t: float) -> bool:
-        """Tell whether the next leg begins before a time (s)."""
-        then = self.following
-        return then is not None and then.t < t
 
     def go_on(self, met: int) -> None:
         """Go on to the next leg, where the ball has met something."""

@@ -6,59 +6,29 @@ import math
 from typing import Final, final
 
 from pool_pymunk.core.motion.path import Path
-from pool_pymunk.core.motion.times import EPSILON, INF, Vector, path_out_of_disc, path_to_disc, unit
-from pool_pymunk.core.walls.side import (
-    ALONG,
-    BEFORE,
-    GRAZING,
-    Side,
-    is_tangent,
-    room_in_sector,
-    within_sector,
-)
+from pool_pymunk.core.motion.times import EPSILON, INF, Vector, path_out_of_disc, path_to_disc
+from pool_pymunk.core.walls.round import Curved
+from pool_pymunk.core.walls.side import ALONG, BEFORE, GRAZING, is_tangent, within_sector
 
 # A parabola crosses a circle four times at most, so it comes in twice and leaves twice.
 MOST_CROSSINGS: Final = 2
 
 
 @final
-class Arc(Side):
-    """An arc runs counter-clockwise around ``center`` (m), from direction ``first`` to ``last``.
-
-    Both are unit vectors. ``facing`` is 1 for an arc that bulges into the table, so that balls are
-    outside of its circle, and -1 for one that bulges outwards.
-    """
+class Arc(Curved):
+    """An arc is a part of a circle that bulges into the table (``facing`` 1) or outwards (-1)."""
 
     def __init__(
         self, center: Vector, radius: float, first: Vector, last: Vector, facing: float
     ) -> None:
-        super().__init__(0.0)
-        self.center = center
-        self.radius = radius
-        self.first = first
-        self.last = last
-        self.facing = facing
+        super().__init__(center, radius, first, last, facing, 0.0)
+
+    def is_beside(self, x: float, y: float) -> bool:
+        cx, cy = self.center
+        return within_sector(x - cx, y - cy, self.first, self.last)
 
     def gap(self, x: float, y: float, r: float) -> float:
-        cx, cy = self.center
-        dx, dy = x - cx, y - cy
-        if not within_sector(dx, dy, self.first, self.last):
-            return INF
-        return self.facing * (math.sqrt(dx * dx + dy * dy) - self.radius) - r
-
-    def normal(self, x: float, y: float) -> Vector:
-        cx, cy = self.center
-        nx, ny = unit(x - cx, y - cy)
-        return self.facing * nx, self.facing * ny
-
-    def curvature(self, x: float, y: float) -> float:
-        cx, cy = self.center
-        dx, dy = x - cx, y - cy
-        return self.facing / math.sqrt(dx * dx + dy * dy)
-
-    def room(self, x: float, y: float) -> float:
-        cx, cy = self.center
-        return room_in_sector(x - cx, y - cy, self.first, self.last)
+        return super().gap(x, y, r) if self.is_beside(x, y) else INF
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the arc: as it comes into the circle, or as it leaves it.

@@ -25,28 +25,15 @@ MOST: Final = 200
 LEAST: Final = 1e-9
 HALVINGS: Final = 60
 
-Frame = tuple[
-    float, float, float, float
-]  # the place (m) of a body, and cosine and sine of its angle
+# the place (m) of a body, and cosine and sine of its angle
+Frame = tuple[float, float, float, float]
 # The gap (m), its derivative (m/s), the acceleration along the normal (m/s^2), and the gap's second
 # derivative, in which the normal turns.
 Look = tuple[float, float, float, float]
-REST: Vector = (0.0, 0.0)
-
-
-@final
-class Bounds:
-    """These bound the motion of a ball in the frame of a wall.
-
-    They are for its speed (m/s), its acceleration (m/s^2), and the change of this (m/s^3). A gap
-    (m) is ``closed`` that rounding may have opened.
-    """
-
-    def __init__(self, quick: float, most: float, jerk: float, closed: float) -> None:
-        self.quick = quick
-        self.most = most
-        self.jerk = jerk
-        self.closed = closed
+# These bound the motion of a ball in the frame of a wall: its speed (m/s), its acceleration (m/s^2)
+# and the change of this (m/s^3). A gap (m) is closed that rounding may have opened.
+Bounds = tuple[float, float, float, float]
+REST: Final[Vector] = (0.0, 0.0)
 
 
 @final
@@ -62,14 +49,9 @@ class Body:
     """
 
     def __init__(
-        self,
-        place: Vector,
-        angle: float,
-        velocity: Vector,
-        turns: float,
-        since: float,
+        self, place: Vector, angle: float, velocity: Vector, turns: float, since: float,
         until: float,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.x, self.y = place
         self.angle = angle
         self.c, self.s = math.cos(angle), math.sin(angle)
@@ -198,20 +180,13 @@ class MovingWall(Wall):
         frame = self.body.frame(now)
         return [put(side, frame) for side in self.sides]
 
-    def _normal(self, x: float, y: float, now: float) -> Vector:
-        frame = self.body.frame(now)
-        u, v = in_frame(frame, x, y)
-        _px, _py, c, s = frame
-        nx, ny = self._nearest(u, v).normal(u, v)
-        return nx * c - ny * s, nx * s + ny * c
-
     def drift(self, x: float, y: float, r: float, now: float) -> Vector:
         """Return the velocity (m/s) of the wall where a ball at (x, y) touches it now (s)."""
         body = self.body
         if body.turns == 0.0 or not body.since <= now <= body.until:
             return body.ux, body.uy
         px, py, _c, _s = body.frame(now)
-        nx, ny = self._normal(x, y, now)
+        nx, ny = self.side_beside(x, y, r, now).normal(x, y)
         x, y = x - r * nx - px, y - r * ny - py
         return body.ux - body.turns * y, body.uy + body.turns * x
 
@@ -221,7 +196,7 @@ class MovingWall(Wall):
         if spins == 0.0:
             return body.ux, body.uy, 0.0, 0.0
         px, py, _c, _s = body.frame(now)
-        nx, ny = self._normal(x, y, now)
+        nx, ny = self.side_beside(x, y, 0.0, now).normal(x, y)
         px, py = x - px, y - py
         lifts = spins * spins * (px * nx + py * ny)
         return body.ux - spins * py, body.uy + spins * px, spins, lifts
@@ -257,20 +232,20 @@ class MovingWall(Wall):
         """Return when (s) a ball with a ``pull`` (m/s^2) touches the wall and closes."""
         if end < t:
             return INF
-        b = self._bounds(path, pull, r, t, end)
-        least, last, still = LEAST, t, GRAZING * b.quick
+        quick, most, jerk, closed = self._bounds(path, pull, r, t, end)
+        least, last, still = LEAST, t, GRAZING * quick
         for _ in range(MOST):
             gap, opening, bend, rate = self._look(path, pull, r, t)
-            if gap - b.quick * (end - t) > b.closed:
+            if gap - quick * (end - t) > closed:
                 return INF
-            is_touching = gap <= b.closed
+            is_touching = gap <= closed
             if is_touching:
-                if gap < -b.closed and last < t:
+                if gap < -closed and last < t:
                     return self._closing(path, r, last, t)
-                if opening < -still or (opening <= still and rate < -GRAZING * b.most):
+                if opening < -still or (opening <= still and rate < -GRAZING * most):
                     return t
                 gap, opening = 0.0, max(opening, 0.0)
-            h = time_open(gap, opening, bend, b.most, b.jerk)
+            h = time_open(gap, opening, bend, most, jerk)
             last = INF
             if is_touching and h < least:
                 h, last, least = least, t, 2.0 * least
@@ -296,7 +271,7 @@ class MovingWall(Wall):
         quick, size = fast + w * far, abs(x) + abs(y) + abs(px) + abs(py) + r + far
         closed = EPSILON * (8.0 * size + abs(t) * quick)
         most = force + 2.0 * w * quick + w * w * far
-        return Bounds(quick, most, w * (3.0 * force + w * (3.0 * fast + w * far)), closed)
+        return quick, most, w * (3.0 * force + w * (3.0 * fast + w * far)), closed
 
     def _look(self, path: Path, pull: Vector, r: float, t: float) -> Look:
         """Return how the gap is at a time (s), and how it changes."""
