@@ -276,7 +276,7 @@ class Billiards:
             raise setting_error("circle", "taken", "this body is a ball already")
         place, number = argument("position", body.position, point), len(self.balls)
         near = live.discs_near(place, circle.radius)
-        check_place(place, circle.radius, near, self._walls.obstacles)
+        check_place(place, circle.radius, near, self._walls.now())
         if (other := next(iter(live.ball_of.values()), None)) is not None:
             masses, table = (other.body.mass, body.mass), self.engine.table
             assert isinstance(table, OwnPairs)
@@ -401,7 +401,7 @@ class Billiards:
         self._check_ball(ball)
         goes, turns = checks.read_strike(velocity, roll, self.live.surface)
         checks.check_speed("velocity", goes, ball.radius, self.live.end_of_step)
-        checks.check_unchanged(ball)
+        ball.as_it_came.refuse_changed()
         self.live.mend(ball)
         self.live.send(ball, SAME, goes, turns)
 
@@ -415,13 +415,13 @@ class Billiards:
         self._check_ball(ball, changes_space=True, may_be_off=True)
         self._walls.refuse_changed()
         position = argument("position", position, point)
-        live, obstacles = self.live, self._walls.obstacles
-        check_place(position, ball.radius, live.discs(without=ball), obstacles)
+        live = self.live
+        check_place(position, ball.radius, live.discs(without=ball), self._walls.now())
         if ball.is_on_table:
             self._walls.refuse_off_table(live.place_of(ball), position)
         else:
             checks.check_return(ball, live.ball_of, self.space)
-            live.bring_back(ball)
+            live.enter(ball)
         live.mend(ball)
         live.send(ball, position, (0.0, 0.0), STILL)
 
@@ -491,7 +491,7 @@ class Billiards:
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
         for i, (x, y, _, _) in state.motions.items():  # Walls and pockets may have come since.
-            check_place((x, y), self.balls[i].radius, {}, self._walls.obstacles)
+            check_place((x, y), self.balls[i].radius, {}, self._walls.now())
         self.live.restore(state)
 
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
@@ -523,7 +523,7 @@ class Billiards:
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is missing where there is no ball")
         wide = self.balls[0].radius if radius is None else argument("radius", radius, size)
-        return free_spot(near, wide, self.live.discs(without=ball).values(), self._walls.obstacles)
+        return free_spot(near, wide, self.live.discs(without=ball).values(), self._walls.now())
 
     # -- steps -----------------------------------------------------------------------------------
 
@@ -559,8 +559,7 @@ class OwnPairs(CoreTable):
     def pair(self, a: Ball, b: Ball) -> CorePair:
         two = a.number, b.number
         for i in two:
-            if not self.balls[i].is_as_it_came():
-                checks.check_unchanged(self.balls[i])
+            self.balls[i].in_hits.refuse_changed()
         _, _, e, mu = checks.check_pair(self.said(*two), (a.mass, b.mass), two)
         return CorePair(a.mass, b.mass, e, mu)
 

@@ -16,14 +16,13 @@ from pool_pymunk.core.motion.times import EPSILON, Vector
 from pool_pymunk.laws import Pair
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.plain import read_law as read_law
-from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown
-from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, TableBall
+from pool_pymunk.model.problems import LARGEST, setting_error, shown
+from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, TableBall
 
 # Balls and walls of a table are in this group of filters, so that pymunk leaves their pairs out.
 GROUP = 0x42616C6C
 
 Drawn = pymunk.Segment | pymunk.Circle | pymunk.Poly
-Feature = tuple[str, object, object]  # its key, how it is, and how it was
 
 
 def check_settings(space: Any, pair: Any) -> None:
@@ -125,24 +124,6 @@ def check_circle(circle: Any, t: float) -> None:
         t,
     )
     _check_filter("circle", circle)
-
-
-def check_unchanged(ball: TableBall) -> None:
-    """Refuse a ball whose body or circle somebody has changed since it came to the table."""
-    now = ball.features()
-    if now != ball.as_it_came:
-        features = zip(FEATURES, now, ball.as_it_came, strict=True)
-        raise changed_error("ball", ball.number, features)
-
-
-def changed_error(what: str, number: int, features: Iterable[Feature]) -> SettingError:
-    """Make the error of the first feature of a ball, wall or pocket that somebody has changed."""
-    key, now, was = next((key, now, was) for key, now, was in features if now != was)
-    message = (
-        f"it was {shown(was)} when the {what} came to the table; to change it, remove the {what} "
-        f"and add {'its circle' if what == 'ball' else 'it'} again"
-    )
-    return setting_error(f"{what} {number}: {key}", now, message)
 
 
 def is_too_fast(velocity: Vector, radius: float, t: float) -> bool:
