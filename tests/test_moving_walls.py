@@ -10,7 +10,6 @@ from contextlib import suppress
 from typing import Any
 
 import mpmath
-import numpy as np
 import pymunk
 import pytest
 from moving_scenes import R, Scene
@@ -506,8 +505,8 @@ def test_a_callback_asks_about_walls_at_its_instant(what: str, turns: float) -> 
 def close(some: Any, others: Any) -> bool:
     """Tell whether texts are the same but for digits, and numbers but for rounding."""
     if isinstance(some, str):
-        return some.partition(" by ")[0] == others.partition(" by ")[0]
-    return bool(np.allclose(flat(some), flat(others), atol=1e-9))
+        return bool(some.partition(" by ")[0] == others.partition(" by ")[0])
+    return math.dist(flat(some), flat(others)) < 1e-9
 
 
 def flat(found: Any) -> list[float]:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from struct import calcsize
+from sys import byteorder
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +22,7 @@ MOTION = BodyFields.POSITION | BodyFields.VELOCITY
 ALL = MOTION | BodyFields.ANGULAR_VELOCITY | BodyFields.FORCE | BodyFields.TORQUE
 NAMED = ALL | BodyFields.BODY_ID
 ROW = 4  # numbers of a motion: a place (m) and a velocity (m/s)
+BYTES = calcsize("P")  # of the id of a body
 WIDTH = 8  # numbers of a body: its motion first, then its turning and the forces on it
 Index = slice | npt.NDArray[np.intp]
 Rows = npt.NDArray[np.float64]
@@ -87,6 +90,20 @@ class Bodies:
         self._odd = [body for body in (*self._odd, *new) if body.center_of_gravity != (0.0, 0.0)]
         self._bodies = bodies
         self._is_plain = self._space.sleep_time_threshold == math.inf and not self._odd
+
+    def come(self, ball: TableBall) -> None:
+        """Expect that a new ball stands behind all others; the next reading tells if it does."""
+        at, numbers, ids, shapes = self.at, self.numbers, self._ids, self._shapes
+        self.forget()
+        if ball.body.center_of_gravity != (0.0, 0.0):
+            return
+        if isinstance(at, slice) and isinstance(numbers, slice) and ball.number == numbers.stop:
+            k = at.stop * BYTES
+            self._ids = ids[:k] + ball.body_id.to_bytes(BYTES, byteorder) + ids[k:]
+            self._shapes = shapes + 1
+            self.at = slice(at.start, at.stop + 1)
+            self.numbers = slice(numbers.start, numbers.stop + 1)
+            self._bodies.add(ball.body)
 
     @property
     def are_known(self) -> bool:

@@ -213,7 +213,7 @@ def check_id(id_: Any, balls: Iterable[TableBall]) -> None:
     """Refuse an id of a new ball that is no text, or is that of a ball on the table."""
     if not isinstance(id_, str | None):
         raise setting_error("id", shown(id_), "must be a text")
-    if id_ in [ball.id for ball in balls if ball.id is not None]:
+    if id_ is not None and id_ in [ball.id for ball in balls]:
         raise setting_error("id", id_, "another ball on the table has this id")
 
 

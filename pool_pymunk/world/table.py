@@ -90,7 +90,7 @@ class LiveTable:
         ball.is_on_table = True
         self.ball_of[ball.body_id] = ball
         self.own.update((ball.body, ball.circle))
-        self.bodies.forget()
+        self.bodies.come(ball)
         self.engine.choose(ball.core, own.categories, own.mask)
         ball.come()
 
@@ -259,10 +259,8 @@ class LiveTable:
             for ball in self.on_table():
                 x, y, vx, vy = self.motion_of(ball)[0]
                 check_sound(ball, (x, y, vx, vy), self.end_of_step)
-        if moving := self.engine.moving():
+        if self.engine.moving():
             self.walls.refuse_next_changed()
-        for own in moving:
-            self.balls[own.number].in_hits.refuse_changed()
         for ball in (*self.touched, *self.balls[turn : turn + 1]):
             if ball.is_on_table:
                 ball.as_it_came.refuse_changed()
