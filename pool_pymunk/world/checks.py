@@ -160,9 +160,12 @@ def check_space(space: pymunk.Space) -> None:
 
 def check_motion(wall: int, body: pymunk.Body) -> None:
     """Refuse a wall whose body has a number that is not finite, or too large."""
-    for key, value in (("position", body.position), ("velocity", body.velocity)):
-        argument(f"wall {wall}: {key}", (value.x, value.y), point)
-    for key, number in (("angle", body.angle), ("angular_velocity", body.angular_velocity)):
+    (x, y), (vx, vy), angle, turns = body.position, body.velocity, body.angle, body.angular_velocity
+    if abs(x) + abs(y) + abs(vx) + abs(vy) + abs(angle) + abs(turns) <= LARGEST:
+        return
+    for key, value in (("position", (x, y)), ("velocity", (vx, vy))):
+        argument(f"wall {wall}: {key}", value, point)
+    for key, number in (("angle", angle), ("angular_velocity", turns)):
         argument(f"wall {wall}: {key}", number, finite)
 
 

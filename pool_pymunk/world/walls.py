@@ -169,19 +169,19 @@ class Walls:
 
     def leave(self) -> None:
         """Let walls that move stand where a step has left them."""
-        self.stand()
-        self._left = {wall.number: pose(each.body) for each, wall in self.moving}
+        now = self._engine.now
+        self._left = {wall.number: stand_still(each, wall, now) for each, wall in self.moving}
 
     def is_put(self, each: Obstacle) -> bool:
         """Tell whether somebody has put a wall elsewhere since the last step."""
         return pose(each.body) != self._left.get(each.wall.number)
 
     def plan(self, until: float) -> None:
-        """Let walls move with their bodies from now until a time (s)."""
+        """Let walls, which stand, move with their bodies from now until a time (s)."""
         now = self._engine.now
         for each, wall in self.moving:
-            (vx, vy), turns = each.body.velocity, each.body.angular_velocity
-            wall.body = Body(*pose(each.body), (vx, vy), turns, now, until)
+            (vx, vy), turns, stands = each.body.velocity, each.body.angular_velocity, wall.body
+            wall.body = Body((stands.x, stands.y), stands.angle, (vx, vy), turns, now, until)
 
     def steer(self, dt: float) -> None:
         """Let pymunk's step of ``dt`` (s) take bodies to where walls are, whatever has set them.
@@ -192,8 +192,9 @@ class Walls:
         for each, wall in self.moving:
             plan, body = wall.body, each.body
             (vx, vy), turns = body.velocity, body.angular_velocity
-            is_put = pose(body) != ((plan.x, plan.y), plan.angle)
-            if not is_put and (vx, vy, turns) != (plan.ux, plan.uy, plan.turns):
+            if (vx, vy, turns) == (plan.ux, plan.uy, plan.turns):
+                continue
+            if pose(body) == ((plan.x, plan.y), plan.angle):
                 x, y, _, _ = plan.frame(plan.until)
                 move_to(body, (x - dt * vx, y - dt * vy), plan.angle_at(plan.until) - dt * turns)
 
@@ -241,10 +242,12 @@ def move_to(body: pymunk.Body, place: Vector, angle: float) -> None:
     body.position += place[0] - x, place[1] - y
 
 
-def stand_still(obstacle: Obstacle, wall: MovingWall, now: float) -> None:
-    """Let a wall stand where its body is now (s)."""
+def stand_still(obstacle: Obstacle, wall: MovingWall, now: float) -> Pose:
+    """Let a wall stand where its body is now (s), and return where that is."""
     check_motion(wall.number, obstacle.body)
-    wall.body = Body(*pose(obstacle.body), STILL, 0.0, now, now)
+    place, angle = pose(obstacle.body)
+    wall.body = Body(place, angle, STILL, 0.0, now, now)
+    return place, angle
 
 
 def wall_of(shape: Drawn, restitution: float, friction: float, number: int, kick: float) -> Wall:
