@@ -362,6 +362,37 @@ def test_a_number_that_is_none_is_refused_and_touches_nobody_else(what: str) -> 
     assert two.body.position == pytest.approx((112.5, 0.0), abs=1e-9)
 
 
+def test_a_number_that_is_none_is_refused_beside_a_change_of_another_ball() -> None:
+    space, table = world(1.0, deceleration=100.0)
+    one, two = ball(table, 0.0), ball(table, 0.0, 200.0)
+    one.body.velocity, two.body.velocity = (math.nan, 0.0), (50.0, 0.0)
+    for _ in range(3):
+        with pytest.raises(ValueError, match=r"^ball 0: velocity = \[nan"):
+            space.step(DT)
+    table.strike(one, (0.0, 0.0))
+    for _ in range(300):
+        space.step(DT)
+    assert two.body.position == pytest.approx((12.5, 200.0), abs=1e-9)
+
+
+def test_a_number_that_is_none_in_a_callback_is_refused_when_the_step_is_over() -> None:
+    space, table = world(1.0)
+    one, two = ball(table, 0.0), ball(table, 100.0)
+    table.strike(one, (300.0, 0.0))
+
+    def on_contact(contact: ContactEvent) -> None:
+        table.on_contact = None
+        two.body.velocity = math.nan, 0.0
+
+    table.on_contact = on_contact
+    with pytest.raises(ValueError, match=r"^ball 1: velocity = \[nan"):
+        for _ in range(100):
+            space.step(DT)
+    for _ in range(10):
+        space.step(DT)
+    assert two.body.velocity == pytest.approx((300.0, 0.0))
+
+
 def test_a_velocity_function_that_returns_no_number_is_refused() -> None:
     space, table = world(1.0)
     one, two = ball(table, 0.0, velocity=(10.0, 0.0)), ball(table, 100.0)

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from inspect import signature
+from operator import attrgetter
 from typing import Any
 
 import pymunk
@@ -21,6 +22,19 @@ from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, TableBall
 
 # Balls and walls of a table are in this group of filters, so that pymunk leaves their pairs out.
 GROUP = 0x42616C6C
+
+Readers = Mapping[str, Callable[[Any], object]]
+OF_SPACES: Readers = {"gravity": point, "damping": finite}
+OF_CIRCLES: Readers = {
+    "radius": size, "body.mass": size, "body.position": point, "body.velocity": point
+}  # fmt: skip
+OF_WALLS: Readers = {
+    "position": point, "velocity": point, "angle": finite, "angular_velocity": finite
+}  # fmt: skip
+OF_BALLS: Readers = {
+    "position": point, "velocity": point, "force": point, "angular_velocity": finite,
+    "torque": finite,
+}  # fmt: skip
 
 Drawn = pymunk.Segment | pymunk.Circle | pymunk.Poly
 
@@ -111,19 +125,19 @@ def check_circle(circle: Any, t: float) -> None:
     if tuple(circle.offset) != (0.0, 0.0):
         message = "a ball's circle must lie in the middle of its body"
         raise setting_error("circle.offset", list(circle.offset), message)
-    argument("circle.radius", circle.radius, size)
     if body.mass == 0.0 and circle.mass > 0.0:
         message = "must be greater than 0: the circle's own mass counts once it is in a space"
         raise setting_error("circle.body.mass", 0.0, message)
-    argument("circle.body.mass", body.mass, size)
-    argument("circle.body.position", body.position, point)
-    check_speed(
-        "circle.body.velocity",
-        argument("circle.body.velocity", body.velocity, point),
-        circle.radius,
-        t,
-    )
+    check_numbers("circle.", circle, OF_CIRCLES)
+    check_speed("circle.body.velocity", body.velocity, circle.radius, t)
     _check_filter("circle", circle)
+
+
+def check_numbers(name: str, thing: object, readers: Readers) -> None:
+    """Refuse numbers of a thing that its readers do not take; its ``name`` stands before keys."""
+    for key, read in readers.items():
+        value = attrgetter(key)(thing)
+        argument(name + key, tuple(value) if isinstance(value, tuple) else value, read)
 
 
 def is_too_fast(velocity: Vector, radius: float, t: float) -> bool:
@@ -139,34 +153,25 @@ def check_speed(key: str, velocity: Vector, radius: float, t: float) -> None:
         raise setting_error(key, list(velocity), message)
 
 
-def check_sound(ball: TableBall, motion: Motion, t: float) -> None:
+def check_sound(ball: TableBall, t: float) -> None:
     """Refuse numbers of a ball's body that are not finite, or too large; a step ends at ``t`` s."""
-    (x, y, vx, vy), body = motion, ball.body
-    fx, fy = body.force
-    for key, value in (("position", (x, y)), ("velocity", (vx, vy)), ("force", (fx, fy))):
-        argument(f"ball {ball.number}: {key}", value, point)
-    for key, number in (("angular_velocity", body.angular_velocity), ("torque", body.torque)):
-        argument(f"ball {ball.number}: {key}", number, finite)
-    check_speed(f"ball {ball.number}: velocity", (vx, vy), ball.radius, t)
+    name = f"ball {ball.number}: "
+    check_numbers(name, ball.body, OF_BALLS)
+    check_speed(name + "velocity", ball.body.velocity, ball.radius, t)
 
 
 def check_space(space: pymunk.Space) -> None:
     """Refuse gravity and damping of a space that are not finite, or too large."""
     (gx, gy), damping = space.gravity, space.damping
     if not abs(gx) + abs(gy) + abs(damping) <= LARGEST:
-        argument("gravity", (gx, gy), point)
-        argument("damping", damping, finite)
+        check_numbers("", space, OF_SPACES)
 
 
 def check_motion(wall: int, body: pymunk.Body) -> None:
     """Refuse a wall whose body has a number that is not finite, or too large."""
     (x, y), (vx, vy), angle, turns = body.position, body.velocity, body.angle, body.angular_velocity
-    if abs(x) + abs(y) + abs(vx) + abs(vy) + abs(angle) + abs(turns) <= LARGEST:
-        return
-    for key, value in (("position", (x, y)), ("velocity", (vx, vy))):
-        argument(f"wall {wall}: {key}", value, point)
-    for key, number in (("angle", angle), ("angular_velocity", turns)):
-        argument(f"wall {wall}: {key}", number, finite)
+    if not abs(x) + abs(y) + abs(vx) + abs(vy) + abs(angle) + abs(turns) <= LARGEST:
+        check_numbers(f"wall {wall}: ", body, OF_WALLS)
 
 
 def is_sound(ball: TableBall, motion: Motion, t: float) -> bool:

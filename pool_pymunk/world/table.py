@@ -160,9 +160,12 @@ class LiveTable:
 
     def write(self, motions: Rows) -> None:
         """Let the bodies of all balls show these motions."""
+        odd = [(ball.body, ball.body.position, ball.body.velocity) for ball in self.unsound]
         self.bodies.write(motions, self.balls)
         self.written = motions
         self.bodies.see()
+        for body, place, velocity in odd:  # They are refused until somebody mends them.
+            body.position, body.velocity = place, velocity
 
     def show_some(self, balls: Iterable[TableBall]) -> None:
         """Let the bodies of some balls show how they move now."""
@@ -208,6 +211,10 @@ class LiveTable:
         self.touched.update(touched)
         if touched:
             self.show()
+        if self.phase is Phase.TELLING:  # An error of a callback; the ball goes on without it.
+            for ball in tuple(self.unsound):
+                self.unsound.discard(ball)
+                check_sound(ball, self.end_of_step)
 
     def _move(self, moved: dict[TableBall, tuple[Motion, bool, bool]]) -> None:
         """Set balls off that others have put elsewhere, or have given another velocity."""
@@ -252,13 +259,9 @@ class LiveTable:
 
     def refuse_changes(self, turn: int) -> None:
         """Refuse changes that the table cannot follow, before anything moves."""
-        for ball in self.unsound:
-            row = self.bodies.shown(self.written)[ball.number]
-            check_sound(ball, tuple(row.tolist()), self.end_of_step)
-        if not self.bodies.are_as_seen:  # Some number is not finite, or very large.
+        if self.unsound or not self.bodies.are_as_seen:  # Some number is none, or very large.
             for ball in self.on_table():
-                x, y, vx, vy = self.motion_of(ball)[0]
-                check_sound(ball, (x, y, vx, vy), self.end_of_step)
+                check_sound(ball, self.end_of_step)
         if self.engine.moving():
             self.walls.refuse_next_changed()
         for ball in (*self.touched, *self.balls[turn : turn + 1]):
@@ -282,13 +285,12 @@ class LiveTable:
         """Add what others have changed of velocities (m/s) in a step to those of the balls."""
         for k in np.flatnonzero(gains.any(axis=1)).tolist():
             ball, (_, _, gx, gy) = self.balls[k], gains[k].tolist()
-            x, y, vx, vy = ball.core.path.at(self.engine.now)
             surface = self.engine.table.surface_of(ball.core.patch)
             holds = min(surface.pull, ROLLED * surface.drag) if surface.rolls else surface.pull
             rests = ball.core.path.end <= self.engine.now
             if rests and math.sqrt(gx * gx + gy * gy) <= holds * dt:
                 continue
-            check_sound(ball, (x, y, vx + gx, vy + gy), self.end_of_step)
+            check_sound(ball, self.end_of_step)
             self.engine.push(ball.core, (gx, gy))
 
     # -- walls that move ---------------------------------------------------------------------------

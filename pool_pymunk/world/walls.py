@@ -48,11 +48,9 @@ class Obstacle:
     wall: Wall
     is_drawn: bool = False
 
-    @property
-    def body(self) -> pymunk.Body:
-        """The body of the shape."""
+    def __post_init__(self) -> None:
         assert self.shape.body is not None
-        return self.shape.body
+        self.body = self.shape.body
 
     @property
     def corners(self) -> list[pymunk.Vec2d]:
