@@ -26,7 +26,7 @@ from pool_pymunk.core.persistent.scale import TOLERANCE
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls.side import Side
-from pool_pymunk.core.walls.wall import Pocket, Wall
+from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import Law, Pair, law_in_core
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
@@ -244,8 +244,7 @@ class Billiards:
     @property
     def pockets(self) -> dict[int, tuple[Vector, float]]:
         """Return the centre and the radius (m) of each pocket, by its number."""
-        its = [each.wall for each in self._walls.obstacles]
-        return {hole.number: (hole.center, hole.radius) for hole in its if isinstance(hole, Pocket)}
+        return self._walls.pockets
 
     def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
@@ -443,7 +442,7 @@ class Billiards:
     @property
     def patches(self) -> dict[int, tuple[tuple[Vector, ...], Vector | None, float | None]]:
         """Return the corners (m) of each patch, or its centre and its radius, by its number."""
-        return {k: each[:3] for k, each in enumerate(self.live.patches)}
+        return {k: (p.corners, p.center, p.radius) for k, p in enumerate(self.live.patches)}
 
     def to_scene(self, table: Table | None = None) -> tuple[Scene, State]:
         """Return the table as a Scene and a State, as solvers and many shots take them.

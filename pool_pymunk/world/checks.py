@@ -182,23 +182,23 @@ def is_sound(ball: TableBall, motion: Motion, t: float) -> bool:
 
 def check_wall(shape: Any, space: pymunk.Space) -> Drawn:
     """Return the shape of a wall; refuse what cannot be one of a space."""
+    message = ""
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
-        raise setting_error("shape", _kind(shape), message)
-    if shape.body is None:
+    elif shape.body is None:
         message = "its body is gone, because a shape does not keep its body: keep the body yourself"
-        raise setting_error("shape", _kind(shape), message)
-    if shape.body.body_type == pymunk.Body.DYNAMIC:
+    elif shape.body.body_type == pymunk.Body.DYNAMIC:
         message = "a wall's body must be static, or kinematic for a wall that moves"
-        raise setting_error("shape", _kind(shape), message)
-    if isinstance(shape, pymunk.Segment) and shape.a == shape.b:
-        raise setting_error("shape", _kind(shape), "a segment must have two ends")
-    if not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):
-        raise setting_error("shape", _kind(shape), "its place and size must be finite numbers")
-    _check_filter("shape", shape)
-    if shape.body.space not in (None, space):
-        raise setting_error("shape", _kind(shape), "its body is in another space")
-    return shape
+    elif isinstance(shape, pymunk.Segment) and shape.a == shape.b:
+        message = "a segment must have two ends"
+    elif not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):
+        message = "its place and size must be finite numbers"
+    else:
+        _check_filter("shape", shape)
+        if shape.body.space in (None, space):
+            return shape
+        message = "its body is in another space"
+    raise setting_error("shape", type(shape).__name__, message)
 
 
 def _check_filter(key: str, shape: pymunk.Shape) -> None:
@@ -241,7 +241,3 @@ def check_step(dt: float, longest: float) -> None:
         raise setting_error("dt", dt, "a step must be greater than 0")
     if dt > (1.0 + HAIR) * longest:
         raise setting_error("dt", dt, f"a step may be {longest!r} s long at most (max_dt)")
-
-
-def _kind(thing: object) -> str:
-    return type(thing).__name__

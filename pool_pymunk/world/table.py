@@ -16,11 +16,12 @@ from pool_pymunk.core.motion.surface import Surface
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.side import OVERLAP
+from pool_pymunk.model import Patch
 from pool_pymunk.model.problems import SettingError
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import ROW, Bodies, Rows, rows_of
 from pool_pymunk.world.checks import check_sound, is_sound, set_apart
-from pool_pymunk.world.ground import LivePatch, ground_of
+from pool_pymunk.world.ground import ground_of
 from pool_pymunk.world.outlook import beside, free_spot, is_free
 from pool_pymunk.world.walls import Walls
 
@@ -47,7 +48,7 @@ class LiveTable:
     def __init__(self, space: pymunk.Space, engine: LiveEngine, max_dt: float) -> None:
         self.space, self.engine, self.max_dt = space, engine, max_dt
         self.bodies, self.walls = Bodies(space), Walls(space, engine)
-        self.patches: tuple[LivePatch, ...] = ()
+        self.patches: tuple[Patch, ...] = ()
         self.surface: Surface = engine.table.surface
         self.balls: list[TableBall] = []
         self.own: set[pymunk.Body | pymunk.Shape] = set()  # bodies and circles of these balls
@@ -195,6 +196,7 @@ class LiveTable:
         shown, touched = self.bodies.shown(self.written), list[TableBall]()
         differ = shown != self.written
         if not differ.any():
+            self.unsound.clear()
             self.bodies.see()
             return
         moved: dict[TableBall, tuple[Motion, bool, bool]] = {}
@@ -327,7 +329,7 @@ class LiveTable:
 
     # -- all balls at once -------------------------------------------------------------------------
 
-    def change_surface(self, surface: Surface, patches: tuple[LivePatch, ...]) -> None:
+    def change_surface(self, surface: Surface, patches: tuple[Patch, ...]) -> None:
         """Let all balls go on over another surface and other patches from now on."""
         ground = ground_of(surface, patches)
         self.surface, self.patches = surface, patches

@@ -50,7 +50,7 @@ class Obstacle:
 
     def __post_init__(self) -> None:
         assert self.shape.body is not None
-        self.body = self.shape.body
+        self.body, self.own_filter = self.shape.body, self.shape.filter
 
     @property
     def corners(self) -> list[pymunk.Vec2d]:
@@ -74,11 +74,12 @@ class Obstacle:
             return False
         return any(side.time_of_contact(path, 0.0, 0.0) <= 1.0 for side in self.wall.sides)
 
-    def as_it_came(self) -> AsItCame:
-        """Return what nobody may change of it any more."""
+    def come(self) -> None:
+        """Keep what nobody may change of it any more, and let pymunk leave it out."""
+        set_apart(self.shape)
         what = "pocket" if self.wall.is_pocket else "wall"
         keys = (KIND if self.wall.moves else STANDS) | SHAPE | OUTLINES[type(self.shape)]
-        return AsItCame(what, self.wall.number, self, keys)
+        self.as_it_came = AsItCame(what, self.wall.number, self, keys)
 
 
 class Walls:
@@ -89,9 +90,6 @@ class Walls:
         self.count = self.holes = 0  # of walls and pockets that were ever put up
         self.obstacles: list[Obstacle] = []
         self.moving: list[tuple[Obstacle, MovingWall]] = []  # those whose bodies are kinematic
-        # the filters that shapes had, and how they came, in the order of the obstacles
-        self._filters: list[pymunk.ShapeFilter] = []
-        self._came: list[AsItCame] = []
         self._turn = 0
         self._left: dict[int, Pose] = {}  # where steps have left walls that move
 
@@ -99,6 +97,12 @@ class Walls:
     def solid(self) -> list[Obstacle]:
         """The walls, without the pockets."""
         return [each for each in self.obstacles if not each.wall.is_pocket]
+
+    @property
+    def pockets(self) -> dict[int, tuple[Vector, float]]:
+        """The centre and the radius (m) of each pocket, by its number."""
+        its = [each.wall for each in self.obstacles]
+        return {hole.number: (hole.center, hole.radius) for hole in its if isinstance(hole, Pocket)}
 
     @property
     def are_moving(self) -> bool:
@@ -122,11 +126,9 @@ class Walls:
         self._space.add(*[thing for thing in things if thing.space is None])
         self.count += not wall.is_pocket
         self.holes += wall.is_pocket
-        self._filters.append(shape.filter)
         wall.categories, wall.mask = shape.filter.categories, shape.filter.mask
-        set_apart(shape)
+        obstacle.come()
         self.obstacles.append(obstacle)
-        self._came.append(obstacle.as_it_came())
         if isinstance(wall, MovingWall):
             self.moving.append((obstacle, wall))
             stand_still(obstacle, wall, self._engine.now)
@@ -150,10 +152,9 @@ class Walls:
                 self._take_down(each)
 
     def _take_down(self, each: Obstacle) -> None:
-        k = self.obstacles.index(each)
-        del self.obstacles[k], self._came[k]
+        self.obstacles.remove(each)
         self.moving = [two for two in self.moving if two[1] is not each.wall]
-        each.shape.filter = self._filters.pop(k)
+        each.shape.filter = each.own_filter
         if each.shape.space is self._space:
             self._space.remove(each.shape)
         self._engine.take_down(each.wall)
@@ -217,14 +218,14 @@ class Walls:
 
     def refuse_changed(self) -> None:
         """Refuse walls and pockets that somebody has moved or changed."""
-        for each in self._came:
-            each.refuse_changed()
+        for each in self.obstacles:
+            each.as_it_came.refuse_changed()
 
     def refuse_next_changed(self) -> None:
         """Do so for one of them: steps look at one after the other, as each takes some 4 us."""
-        if self._came:
-            self._turn = (self._turn + 1) % len(self._came)
-            self._came[self._turn].refuse_changed()
+        if self.obstacles:
+            self._turn = (self._turn + 1) % len(self.obstacles)
+            self.obstacles[self._turn].as_it_came.refuse_changed()
 
 
 def pose(body: pymunk.Body) -> Pose:
