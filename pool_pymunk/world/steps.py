@@ -79,7 +79,7 @@ class Steps:
         live, engine = self.live, self.live.engine
         live.follow()
         check_space(live.space)
-        live.refuse_changes(self.count % max(len(live.balls), 1))
+        live.refuse_changes(self.count)
         if live.walls.moving:
             live.walls.stand()
             live.make_room()

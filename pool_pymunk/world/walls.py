@@ -90,7 +90,6 @@ class Walls:
         self.count = self.holes = 0  # of walls and pockets that were ever put up
         self.obstacles: list[Obstacle] = []
         self.moving: list[tuple[Obstacle, MovingWall]] = []  # those whose bodies are kinematic
-        self._turn = 0
         self._left: dict[int, Pose] = {}  # where steps have left walls that move
 
     @property
@@ -220,12 +219,6 @@ class Walls:
         """Refuse walls and pockets that somebody has moved or changed."""
         for each in self.obstacles:
             each.as_it_came.refuse_changed()
-
-    def refuse_next_changed(self) -> None:
-        """Do so for one of them: steps look at one after the other, as each takes some 4 us."""
-        if self.obstacles:
-            self._turn = (self._turn + 1) % len(self.obstacles)
-            self.obstacles[self._turn].as_it_came.refuse_changed()
 
 
 def pose(body: pymunk.Body) -> Pose:
