@@ -1,8 +1,8 @@
 """Live tables whose walls all move, beside the exact solver, which knows no walls that move.
 
 By Galileo, a table without friction of its surface that moves evenly with all its balls has the
-hits of one at rest, and ends there, shifted by its way. Friction of cushions and balls depends on
-relative velocities, so it may be there.
+hits of one at rest, and ends there, shifted by its motion. Friction of cushions and balls depends
+on relative velocities, so it may be there.
 
 ``python tests/test_moving_frames.py 500`` plays so many random scenes, and prints which differ.
 """
@@ -44,7 +44,7 @@ QUICK, LONG = 30, 500  # random scenes
 
 
 class Frame(NamedTuple):
-    """A frame moves with a velocity (m/s); its walls are told where their bodies stand (m)."""
+    """A frame moves with a velocity (m/s); the bodies of its walls stand somewhere (m)."""
 
     velocity: Point
     stands: Point
@@ -185,7 +185,7 @@ def test_many_tables_that_move_end_where_those_at_rest_do() -> None:
 
 # -- walls that turn -------------------------------------------------------------------------------
 
-TURNING = 1e-9  # m; a start is nudged by so much
+TURNING = 1e-9  # m; a start is nudged so far
 FENCE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))  # m
 
 
@@ -239,12 +239,12 @@ def turned(seed: int) -> tuple[list[turning.Bar], turning.Ball, turning.Played, 
         ]
     except Refused:
         return None
-    ways = [abs(each.end - played.end) for each in near]
+    moved = [abs(each.end - played.end) for each in near]
     for each in near:
         if [k for _, k in each.hits] != [k for _, k in played.hits]:
             return None
-        ways += [abs(t - s) for (t, _), (s, _) in zip(each.hits, played.hits, strict=True)]
-    return bars, ball, played, max(1.0, max(ways) / TURNING)
+        moved += [abs(t - s) for (t, _), (s, _) in zip(each.hits, played.hits, strict=True)]
+    return bars, ball, played, max(1.0, max(moved) / TURNING)
 
 
 def too_far(drawn: Sequence[int]) -> list[tuple[int, float, float]]:
@@ -252,12 +252,12 @@ def too_far(drawn: Sequence[int]) -> list[tuple[int, float, float]]:
 
     There have to be many hits.
     """
-    found, told = list[tuple[int, float, float]](), 0
+    found, heard = list[tuple[int, float, float]](), 0
     for seed in drawn:
         if (case := turned(seed)) is None:
             continue
         bars, start, played, grown = case
-        told += len(played.hits)
+        heard += len(played.hits)
         for dt in LENGTHS:
             table = Billiards(pymunk.Space(), dt, pair=one_pair, deceleration=start.slows)
             body = pymunk.Body(0.2, 1e-4)
@@ -276,7 +276,7 @@ def too_far(drawn: Sequence[int]) -> list[tuple[int, float, float]]:
             far = max(far, *late, 0.0) / grown if is_same else math.inf
             if far > ROUNDING:
                 found.append((seed, dt, far))
-    assert told > 0.5 * len(drawn)
+    assert heard > 0.5 * len(drawn)
     return found
 
 
