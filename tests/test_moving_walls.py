@@ -503,7 +503,7 @@ def test_a_callback_asks_about_walls_at_its_instant(what: str, turns: float) -> 
 
 
 def close(some: Any, others: Any) -> bool:
-    """Tell whether texts are the same but for digits, and numbers but for rounding."""
+    """Tell whether texts are the same up to digits, and numbers up to rounding."""
     if isinstance(some, str):
         return bool(some.partition(" by ")[0] == others.partition(" by ")[0])
     return math.dist(flat(some), flat(others)) < 1e-9
