@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -266,7 +267,7 @@ CHANGED_BALLS: dict[str, Callable[[TableBall], object]] = {
 
 
 @pytest.mark.parametrize("what", CHANGED_BALLS)
-def test_a_moving_ball_that_is_changed_is_refused_at_the_next_step(what: str) -> None:
+def test_a_moving_ball_that_is_changed_is_refused_in_turn(what: str) -> None:
     space, table = world(1.0, deceleration=100.0)
     one, two = ball(table, 0.0), ball(table, 0.0, 200.0)
     table.strike(one, (300.0, 0.0))
@@ -274,6 +275,8 @@ def test_a_moving_ball_that_is_changed_is_refused_at_the_next_step(what: str) ->
     for _ in range(3):
         space.step(DT)
     CHANGED_BALLS[what](one)
+    with suppress(ValueError):  # One ball or wall is looked at in each step, in turn.
+        space.step(DT)
     before = table.time, *two.body.position
     for _ in range(2):
         with pytest.raises(ValueError, match=f"^ball 0: {what} = .* the ball came to the table"):
@@ -305,6 +308,8 @@ def test_a_wall_that_is_changed_is_refused_until_it_is_put_up_again(what: str) -
     space.add(carrier)
     number, one = table.add_wall(gate, 1.0), ball(table, 0.0)
     table.strike(one, (100.0, 0.0))
+    space.step(DT)  # One ball or wall is looked at in each step, in turn.
+    before = one.body.position
     CHANGED_WALLS[what](gate)
     line = f"^wall 0: {what} = .*: it was .* when the wall came to the table; to change it, remove "
     for call in (
@@ -316,7 +321,7 @@ def test_a_wall_that_is_changed_is_refused_until_it_is_put_up_again(what: str) -
     ):
         with pytest.raises(ValueError, match=line):
             call()
-    assert one.body.position == (0.0, 0.0)
+    assert one.body.position == before
     table.remove_wall(number)
     table.predict(one, (100.0, 0.0))
 
@@ -357,6 +362,37 @@ def test_a_number_that_is_none_is_refused_and_touches_nobody_else(what: str) -> 
         step()
     assert one.body.position == (-50.0, 0.0)
     assert two.body.position == pytest.approx((112.5, 0.0), abs=1e-9)
+
+
+def test_a_number_that_is_none_is_refused_beside_a_change_of_another_ball() -> None:
+    space, table = world(1.0, deceleration=100.0)
+    one, two = ball(table, 0.0), ball(table, 0.0, 200.0)
+    one.body.velocity, two.body.velocity = (math.nan, 0.0), (50.0, 0.0)
+    for _ in range(3):
+        with pytest.raises(ValueError, match=r"^ball 0: velocity = \[nan"):
+            space.step(DT)
+    table.strike(one, (0.0, 0.0))
+    for _ in range(300):
+        space.step(DT)
+    assert two.body.position == pytest.approx((12.5, 200.0), abs=1e-9)
+
+
+def test_a_number_that_is_none_in_a_callback_is_refused_when_the_step_is_over() -> None:
+    space, table = world(1.0)
+    one, two = ball(table, 0.0), ball(table, 100.0)
+    table.strike(one, (300.0, 0.0))
+
+    def on_contact(contact: ContactEvent) -> None:
+        table.on_contact = None
+        two.body.velocity = math.nan, 0.0
+
+    table.on_contact = on_contact
+    with pytest.raises(ValueError, match=r"^ball 1: velocity = \[nan"):
+        for _ in range(100):
+            space.step(DT)
+    for _ in range(10):
+        space.step(DT)
+    assert two.body.velocity == pytest.approx((300.0, 0.0))
 
 
 def test_a_velocity_function_that_returns_no_number_is_refused() -> None:

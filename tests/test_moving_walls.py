@@ -441,6 +441,139 @@ def test_predict_and_free_spot_see_walls_where_they_are() -> None:
         table.place(one, (0.26, 0.0))
 
 
+# -- in callbacks ----------------------------------------------------------------------------------
+
+SHAPES: dict[str, Callable[[pymunk.Body], pymunk.Shape]] = {
+    "a segment": upright,
+    "a box": lambda body: pymunk.Poly.create_box(body, (0.2, 0.6), 0.01),
+    "a disc that is not in the middle": lambda body: pymunk.Circle(body, 0.15, (0.05, 0.1)),
+}
+
+
+def asked(table: Billiards, one: TableBall, spare: TableBall) -> list[Any]:
+    """Return what a table answers about places around the origin, and about a stroke to it."""
+    found: list[Any] = [table.predict(one, (-1.0, 0.0))[1:]]
+    for place in [(0.1 * i, 0.07 * j) for i in range(-6, 7) for j in range(-3, 4)]:
+        found += [table.free_spot(place), table.free_spot(place, ball=spare)]
+        for call in (lambda p=place: table.place(spare, p), lambda p=place: ball(table, *p)):
+            try:
+                made = call()
+                found.append("there is room")
+                if made is not None:
+                    table.remove_ball(made)
+            except ValueError as error:
+                found.append(str(error))
+        spare.body.position = place
+        found.append((spare.path.x, spare.path.y))
+    return found
+
+
+@pytest.mark.parametrize("turns", [0.0, 4.0])
+@pytest.mark.parametrize("what", SHAPES)
+def test_a_callback_asks_about_walls_at_its_instant(what: str, turns: float) -> None:
+    """They are answered as on a table whose wall stands where it is at this instant."""
+    heard = list[tuple[float, list[Any]]]()
+
+    def table_with(wall: pymunk.Body) -> tuple[Billiards, TableBall, TableBall]:
+        _, table = bare(0.5)
+        fence(table, [(-1.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-1.0, 1.0)], 0.0, 1.0, 0.0)
+        table.add_wall(SHAPES[what](wall), 1.0)
+        return table, ball(table, 3.0, 0.0, (1.0, 0.0)), ball(table, 6.0)
+
+    table, one, spare = table_with(mover(-0.2, 0.0, (0.5, 0.1), turns))
+    ball(table, 3.25 + 2 * R)
+
+    def on_contact(contact: ContactEvent) -> None:
+        table.on_contact = None
+        heard.append((contact.t, asked(table, one, spare)))
+
+    table.on_contact = on_contact
+    go(table, 0.5)
+    [(t, found)] = heard
+    assert t == pytest.approx(0.25)
+    there = mover(-0.2 + 0.5 * t, 0.1 * t)
+    there.angle = turns * t
+    twin, one, spare = table_with(there)
+    one.body.position, one.body.velocity = (3.25, 0.0), (0.0, 0.0)
+    ball(twin, 3.25 + 2 * R, 0.0, (1.0, 0.0))
+    expected = asked(twin, one, spare)
+    assert len(found) == len(expected)
+    for got, right in zip(found, expected, strict=True):
+        assert close(got, right), (got, right)
+
+
+def close(some: Any, others: Any) -> bool:
+    """Tell whether texts are the same up to digits, and numbers up to rounding."""
+    if isinstance(some, str):
+        return bool(some.partition(" by ")[0] == others.partition(" by ")[0])
+    return math.dist(flat(some), flat(others)) < 1e-9
+
+
+def flat(found: Any) -> list[float]:
+    """Return the numbers in tuples."""
+    if isinstance(found, tuple):
+        return [x for each in found for x in flat(each)]
+    return [-1.0 if found is None else float(found)]
+
+
+def test_a_place_behind_a_wall_that_moves_is_off_the_table_at_this_instant() -> None:
+    _, table = bare(0.5)
+    fence(table, [(0.0, -1.0), (5.0, -1.0), (5.0, 1.0), (0.0, 1.0)], 0.0, 1.0, 0.0)
+    table.remove_wall(3)
+    body = mover(0.0, 0.0, (1.0, 0.0))
+    table.add_wall(upright(body), 1.0)
+    ball(table, 3.0, 0.0, (1.0, 0.0)), ball(table, 3.25 + 2 * R)
+    spare, heard = ball(table, 4.5), list[str]()
+
+    def on_contact(contact: ContactEvent) -> None:
+        with pytest.raises(ValueError, match="off the table"):
+            table.place(spare, (0.15, 0.0))
+        table.place(spare, (0.35, 0.0))
+        heard.append("asked")
+
+    table.on_contact = on_contact
+    go(table, 0.5)
+    assert heard
+
+
+@pytest.mark.parametrize("turns", [0.0, 3.0])
+def test_what_a_callback_gives_a_wall_counts_from_the_next_step(turns: float) -> None:
+    """In this step body and wall go on as they did, and a wall that is put up stands."""
+    _, table = bare(0.5)
+    body, other = mover(0.0, 0.0, (0.4, 0.0), turns), mover(0.0, 3.0, (5.0, 0.0), turns)
+    body.center_of_gravity = 0.1, 0.2
+    start = body.local_to_world(body.center_of_gravity)
+    table.add_wall(pymunk.Poly.create_box(body, (0.2, 0.2)), 1.0)
+    ball(table, 3.0, 0.0, (1.0, 0.0)), ball(table, 3.25 + 2 * R)
+
+    def on_contact(contact: ContactEvent) -> None:
+        table.on_contact = None
+        body.velocity, body.angular_velocity = (-8.0, 1.0), -turns
+        table.add_wall(pymunk.Poly.create_box(other, (0.2, 0.2)), 1.0)
+
+    table.on_contact = on_contact
+    go(table, 0.5)
+    place = body.local_to_world(body.center_of_gravity)
+    assert (*place,) == pytest.approx((start[0] + 0.2, start[1]), abs=1e-12)
+    assert body.angle == pytest.approx(0.5 * turns, abs=1e-12)
+    assert (*other.position, other.angle) == pytest.approx((0.0, 3.0, 0.0), abs=1e-12)
+    go(table, 0.5)
+    place = body.local_to_world(body.center_of_gravity)
+    assert (*place,) == pytest.approx((start[0] - 3.8, start[1] + 0.5), abs=1e-12)
+    assert body.angle == pytest.approx(0.0, abs=1e-12)
+    assert (*other.position,) == pytest.approx((2.5, 3.0), abs=1e-12)
+
+
+def test_a_callback_may_put_a_wall_elsewhere() -> None:
+    _, table = bare(0.5)
+    body = mover(0.0, 0.0, (0.4, 0.0))
+    table.add_wall(upright(body), 1.0)
+    ball(table, 3.0, 0.0, (1.0, 0.0)), ball(table, 3.25 + 2 * R)
+    table.on_contact = lambda _contact: setattr(body, "position", (-2.0, 0.0))
+    go(table, 0.5)
+    assert (*body.position,) == pytest.approx((-1.8, 0.0), abs=1e-12)
+
+
 def test_the_clock_and_the_wall_stand_at_a_contact_that_fails() -> None:
     """A pair that fails stops the table at its contact; the wall's body is put back to it."""
     space, table = bare(1 / 30)

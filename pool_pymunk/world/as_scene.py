@@ -11,7 +11,6 @@ import pymunk
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.walls.face import face_between
-from pool_pymunk.core.walls.wall import Pocket as CorePocket
 from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.model import (
     Ball,
@@ -62,9 +61,9 @@ def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, Sta
         Restitution(hits[0], cue_ball=hits[1], cushion=at_cushions),
         Friction(surface.pull, rubs, hits[2], surface.drag if surface.rolls else None),
         Physics(_law_of(law), gravity=1.0),
-        pockets=tuple([_pocket(each) for each in obstacles.obstacles if each not in walls]),
+        pockets=tuple([Pocket(f"{k}", *hole) for k, hole in obstacles.pockets.items()]),
         posts=tuple([_post(each) for each in posts]),
-        patches=tuple([patch.as_part() for patch in live.patches]),
+        patches=live.patches,
     )  # fmt: skip
     rolls = tuple([roll for _, roll in moves]) if surface.rolls else None
     return scene, State(places, tuple([(u, v) for (_, _, u, v), _ in moves]), roll=rolls)
@@ -124,12 +123,6 @@ def _post(each: Obstacle) -> Post:
     assert isinstance(shape, pymunk.Circle) and shape.body is not None
     x, y = shape.body.local_to_world(shape.offset)
     return Post((x, y), shape.radius, wall.restitution, wall.friction)
-
-
-def _pocket(each: Obstacle) -> Pocket:
-    wall = each.wall
-    assert isinstance(wall, CorePocket)
-    return Pocket(f"{wall.number}", wall.center, wall.radius)
 
 
 def _outline(walls: Sequence[Obstacle]) -> Table:

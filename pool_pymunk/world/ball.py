@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import chain
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import pymunk
@@ -25,9 +26,51 @@ Disc = tuple[Vector, float]  # a place and a radius (m)
 TYPES = {
     pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"
 }  # fmt: skip
-FEATURES = (
-    "body_type", "mass", "radius", "filter", "offset", "center_of_gravity", "position_func"
-)  # fmt: skip
+# What stays of a ball: how errors call it, and where a ball has it. Hits ask for the first four.
+IN_HITS = {
+    "body_type": "body.body_type", "mass": "body.mass", "radius": "circle.radius",
+    "filter": "circle.filter",
+}  # fmt: skip
+STAYS = IN_HITS | {
+    "offset": "circle.offset", "center_of_gravity": "body.center_of_gravity",
+    "position_func": "body.position_func",
+}  # fmt: skip
+
+
+class AsItCame:
+    """This is how a ball, wall or pocket came to the table: nobody may change that there.
+
+    ``keys`` say how errors call a feature of the ``thing``, and where it has it.
+    """
+
+    def __init__(self, what: str, number: int, thing: object, keys: Mapping[str, str]) -> None:
+        self._what, self._number, self._thing, self._keys = what, number, thing, tuple(keys)
+        self._read = attrgetter(*keys.values())
+        self._was = self._read(thing)
+
+    def refuse_changed(self) -> None:
+        """Refuse what somebody has changed."""
+        now = self._read(self._thing)
+        if now == self._was:
+            return
+        each = zip(self._keys, now, self._was, strict=True)
+        key, new, old = next((key, new, old) for key, new, old in each if new != old)
+        is_ball = self._what == "ball"
+        message = (
+            f"it was {shown(plain(key, old))} when the {self._what} came to the table; to change "
+            f"it, remove the {self._what} and add {'its circle' if is_ball else 'it'} again"
+        )
+        raise setting_error(f"{self._what} {self._number}: {key}", plain(key, new), message)
+
+
+def plain(key: str, value: object) -> object:
+    """Return the value of a feature as errors show it."""
+    if isinstance(value, int) and key == "body_type":
+        return TYPES[value]
+    if callable(value):
+        is_own = value != pymunk.Body.update_position
+        return "a function of your own" if is_own else "that of pymunk"
+    return value
 
 
 class TablePath(NamedTuple):
@@ -69,7 +112,9 @@ class TableBall:
     """
 
     __slots__ = ("as_it_came", "body", "body_id", "circle", "core", "data", "follow", "id",
-                 "is_on_table", "own_filter", "radius", "shapes")  # fmt: skip
+                 "in_hits", "is_on_table", "own_filter", "radius", "shapes")  # fmt: skip
+    as_it_came: AsItCame
+    in_hits: AsItCame
 
     def __init__(
         self, circle: pymunk.Circle, core: core.Ball, follow: Callable[[], object]
@@ -82,7 +127,11 @@ class TableBall:
         self.is_on_table = True
         self.own_filter = circle.filter  # as the user gave it
         self.shapes: tuple[pymunk.Shape, ...] = ()  # what leaves the space with it, and comes back
-        self.as_it_came: tuple[object, ...] = ()
+
+    def come(self) -> None:
+        """Keep what nobody may change of the ball while it is on the table."""
+        self.as_it_came = AsItCame("ball", self.number, self, STAYS)
+        self.in_hits = AsItCame("ball", self.number, self, IN_HITS)
 
     @property
     def number(self) -> int:
@@ -102,20 +151,6 @@ class TableBall:
         text = "a ball has no sensor any more: ball.circle is its only shape"
         warnings.warn(text, DeprecationWarning, stacklevel=2)
         return self.circle
-
-    def features(self) -> tuple[object, ...]:
-        """Return the :data:`FEATURES` of the ball, which stay while it is on the table."""
-        circle, body = self.circle, self.body
-        return (
-            TYPES[body.body_type], body.mass, circle.radius, circle.filter,
-            tuple(circle.offset), tuple(body.center_of_gravity),
-            body.position_func == pymunk.Body.update_position or "a function of your own",
-        )  # fmt: skip
-
-    def is_as_it_came(self) -> bool:
-        """Tell whether mass, radius and filter are what they were; this is quick."""
-        own, circle = self.as_it_came, self.circle
-        return (self.body.mass, circle.radius, circle.filter) == own[1:4]
 
     def __repr__(self) -> str:
         where = "" if self.is_on_table else ", off the table"

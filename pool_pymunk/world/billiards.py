@@ -26,7 +26,7 @@ from pool_pymunk.core.persistent.scale import TOLERANCE
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls.side import Side
-from pool_pymunk.core.walls.wall import Pocket, Wall
+from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import Law, Pair, law_in_core
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
@@ -244,8 +244,7 @@ class Billiards:
     @property
     def pockets(self) -> dict[int, tuple[Vector, float]]:
         """Return the centre and the radius (m) of each pocket, by its number."""
-        its = [each.wall for each in self._walls.obstacles]
-        return {hole.number: (hole.center, hole.radius) for hole in its if isinstance(hole, Pocket)}
+        return self._walls.pockets
 
     def on_table(self) -> list[TableBall]:
         """Return the balls that are on the table."""
@@ -276,7 +275,7 @@ class Billiards:
             raise setting_error("circle", "taken", "this body is a ball already")
         place, number = argument("position", body.position, point), len(self.balls)
         near = live.discs_near(place, circle.radius)
-        check_place(place, circle.radius, near, self._walls.obstacles)
+        check_place(place, circle.radius, near, self._walls.now())
         if (other := next(iter(live.ball_of.values()), None)) is not None:
             masses, table = (other.body.mass, body.mass), self.engine.table
             assert isinstance(table, OwnPairs)
@@ -401,7 +400,7 @@ class Billiards:
         self._check_ball(ball)
         goes, turns = checks.read_strike(velocity, roll, self.live.surface)
         checks.check_speed("velocity", goes, ball.radius, self.live.end_of_step)
-        checks.check_unchanged(ball)
+        ball.as_it_came.refuse_changed()
         self.live.mend(ball)
         self.live.send(ball, SAME, goes, turns)
 
@@ -415,13 +414,13 @@ class Billiards:
         self._check_ball(ball, changes_space=True, may_be_off=True)
         self._walls.refuse_changed()
         position = argument("position", position, point)
-        live, obstacles = self.live, self._walls.obstacles
-        check_place(position, ball.radius, live.discs(without=ball), obstacles)
+        live = self.live
+        check_place(position, ball.radius, live.discs(without=ball), self._walls.now())
         if ball.is_on_table:
             self._walls.refuse_off_table(live.place_of(ball), position)
         else:
             checks.check_return(ball, live.ball_of, self.space)
-            live.bring_back(ball)
+            live.enter(ball)
         live.mend(ball)
         live.send(ball, position, (0.0, 0.0), STILL)
 
@@ -443,7 +442,7 @@ class Billiards:
     @property
     def patches(self) -> dict[int, tuple[tuple[Vector, ...], Vector | None, float | None]]:
         """Return the corners (m) of each patch, or its centre and its radius, by its number."""
-        return {k: each[:3] for k, each in enumerate(self.live.patches)}
+        return {k: (p.corners, p.center, p.radius) for k, p in enumerate(self.live.patches)}
 
     def to_scene(self, table: Table | None = None) -> tuple[Scene, State]:
         """Return the table as a Scene and a State, as solvers and many shots take them.
@@ -491,7 +490,7 @@ class Billiards:
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
         for i, (x, y, _, _) in state.motions.items():  # Walls and pockets may have come since.
-            check_place((x, y), self.balls[i].radius, {}, self._walls.obstacles)
+            check_place((x, y), self.balls[i].radius, {}, self._walls.now())
         self.live.restore(state)
 
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
@@ -523,7 +522,7 @@ class Billiards:
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is missing where there is no ball")
         wide = self.balls[0].radius if radius is None else argument("radius", radius, size)
-        return free_spot(near, wide, self.live.discs(without=ball).values(), self._walls.obstacles)
+        return free_spot(near, wide, self.live.discs(without=ball).values(), self._walls.now())
 
     # -- steps -----------------------------------------------------------------------------------
 
@@ -559,8 +558,7 @@ class OwnPairs(CoreTable):
     def pair(self, a: Ball, b: Ball) -> CorePair:
         two = a.number, b.number
         for i in two:
-            if not self.balls[i].is_as_it_came():
-                checks.check_unchanged(self.balls[i])
+            self.balls[i].in_hits.refuse_changed()
         _, _, e, mu = checks.check_pair(self.said(*two), (a.mass, b.mass), two)
         return CorePair(a.mass, b.mass, e, mu)
 

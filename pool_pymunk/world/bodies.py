@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from struct import calcsize
+from sys import byteorder
 
 import numpy as np
 import numpy.typing as npt
@@ -17,33 +19,59 @@ from pool_pymunk.model.problems import LARGEST
 from pool_pymunk.world.ball import TableBall
 
 MOTION = BodyFields.POSITION | BodyFields.VELOCITY
-ALL = BodyFields.BODY_ID | MOTION
-FORCES = BodyFields.FORCE | BodyFields.TORQUE | BodyFields.ANGULAR_VELOCITY
-ROW = 4  # numbers of a body: its place (m) and its velocity (m/s)
+ALL = MOTION | BodyFields.ANGULAR_VELOCITY | BodyFields.FORCE | BodyFields.TORQUE
+NAMED = ALL | BodyFields.BODY_ID
+ROW = 4  # numbers of a motion: a place (m) and a velocity (m/s)
+BYTES = calcsize("P")  # of the id of a body
+WIDTH = 8  # numbers of a body: its motion first, then its turning and the forces on it
+Index = slice | npt.NDArray[np.intp]
 Rows = npt.NDArray[np.float64]
 
 
+def rows_of(motions: bytes) -> Rows:
+    """Return motions (m, m/s) as rows."""
+    return np.frombuffer(bytearray(motions)).reshape(-1, ROW)
+
+
+def in_a_row(numbers: Sequence[int]) -> Index:
+    """Return numbers as a slice if each is one above the last, because that is quicker to take.
+
+    >>> in_a_row([3, 4, 5]), in_a_row([])
+    (slice(3, 6, None), slice(0, 0, None))
+    """
+    first, count = (numbers[0] if numbers else 0), len(numbers)
+    if list(numbers) == [*range(first, first + count)]:
+        return slice(first, first + count)
+    return np.array(numbers, np.intp)
+
+
+def different(some: Rows, others: Rows) -> list[int]:
+    """Return the numbers of the rows that differ."""
+    found: list[int] = np.flatnonzero((some != others).any(axis=1)).tolist()
+    return found
+
+
 class Bodies:
-    """The bodies of a space are ``rows`` of numbers; ``at`` are the rows of balls.
+    """The bodies of a space are rows of numbers; ``at`` are the rows of balls.
 
     ``numbers`` are those of the balls in these rows. Each table has a buffer of its own, so that
-    tables in two threads do not share one.
+    tables in two threads do not share one. What was seen last is kept as bytes: they tell in one
+    comparison that nothing has changed.
     """
 
     def __init__(self, space: pymunk.Space) -> None:
-        self._space, self._buffer, self._forces = space, Buffer(), Buffer()
-        self._ids, self._shapes = b"", -1
-        self.rows: Rows = np.zeros((0, ROW))
-        self.at = self.numbers = np.zeros(0, np.intp)
-        self._seen: set[pymunk.Body] = set()
+        self._space, self._buffer = space, Buffer()
+        self._ids, self._shapes, self._seen = b"", -1, b""
+        self.at: Index = slice(0, 0)
+        self.numbers: Index = slice(0, 0)
+        self._bodies: set[pymunk.Body] = set()
         self._odd: list[pymunk.Body] = []  # Their middles are not at their places.
         self._is_plain = False  # All may be written at once.
 
     def read(self) -> bool:
         """Read all bodies; tell whether they, and as many shapes, are those that are known."""
         self._buffer.clear()
-        get_space_bodies(self._space, ALL, self._buffer)
-        self.rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, ROW)
+        get_space_bodies(self._space, NAMED, self._buffer)
         ids = bytes(self._buffer.int_buf())
         return ids == self._ids and len(self._space.shapes) == self._shapes
 
@@ -56,43 +84,64 @@ class Bodies:
         self._ids, self._shapes = bytes(self._buffer.int_buf()), len(self._space.shapes)
         ids = memoryview(self._ids).cast("P").tolist()
         at = [k for k, body in enumerate(ids) if body in balls]
-        self.at = np.array(at, np.intp)
-        self.numbers = np.array([balls[ids[k]].core.number for k in at], np.intp)
+        self.at, self.numbers = in_a_row(at), in_a_row([balls[ids[k]].number for k in at])
         bodies = set(self._space.bodies)
-        new = bodies - self._seen
+        new = bodies - self._bodies
         self._odd = [body for body in (*self._odd, *new) if body.center_of_gravity != (0.0, 0.0)]
-        self._seen = bodies
+        self._bodies = bodies
         self._is_plain = self._space.sleep_time_threshold == math.inf and not self._odd
+
+    def come(self, ball: TableBall) -> None:
+        """Expect that a new ball stands behind all others; the next reading tells if it does."""
+        at, numbers, ids, shapes = self.at, self.numbers, self._ids, self._shapes
+        self.forget()
+        if ball.body.center_of_gravity != (0.0, 0.0):
+            return
+        if isinstance(at, slice) and isinstance(numbers, slice) and ball.number == numbers.stop:
+            k = at.stop * BYTES
+            self._ids = ids[:k] + ball.body_id.to_bytes(BYTES, byteorder) + ids[k:]
+            self._shapes = shapes + 1
+            self.at = slice(at.start, at.stop + 1)
+            self.numbers = slice(numbers.start, numbers.stop + 1)
+            self._bodies.add(ball.body)
 
     @property
     def are_known(self) -> bool:
         """Tell whether the rows of the balls are known."""
         return self._shapes >= 0
 
-    def has_odd_forces(self) -> bool:
-        """Tell whether a force, a torque or an angular velocity is not finite, or very large."""
-        self._forces.clear()
-        get_space_bodies(self._space, FORCES, self._forces)
-        return not float(np.abs(np.frombuffer(self._forces.float_buf())).sum()) <= LARGEST
+    @property
+    def are_as_seen(self) -> bool:
+        """Tell whether all numbers of all bodies are those that were seen last."""
+        return bytes(self._buffer.float_buf()) == self._seen
+
+    def see(self) -> None:
+        """Keep the numbers in mind, unless one of them is not finite, or very large."""
+        is_sound = float(np.abs(self._rows).sum()) <= LARGEST
+        self._seen = bytes(self._buffer.float_buf()) if is_sound else b""
 
     def forget(self) -> None:
         """Know no bodies any more, as other balls are on the table."""
         self._ids, self._shapes = b"", -1
 
     @property
-    def of_balls(self) -> Rows:
-        """The rows of the balls, as last read or written."""
-        return self.rows[self.at]
+    def _rows(self) -> Rows:
+        return np.frombuffer(self._buffer.float_buf()).reshape(-1, WIDTH)
 
-    def write(self, motions: Rows, balls: Sequence[TableBall]) -> Rows:
-        """Write places and velocities of all balls, and return these rows as bodies show them."""
-        motions = motions[self.numbers]
+    def shown(self, motions: Rows) -> Rows:
+        """Return the motions of all balls as bodies show them; others stay as given."""
+        found = motions.copy()
+        found[self.numbers] = self._rows[self.at, :ROW]
+        return found
+
+    def write(self, motions: Rows, balls: Sequence[TableBall]) -> None:
+        """Write places and velocities of all balls, and let the rows be as bodies show them."""
         if self._is_plain:
-            self.rows[self.at] = motions
-            set_space_bodies(self._space, MOTION, self._buffer)
-            return motions
-        for k in np.flatnonzero((self.of_balls != motions).any(axis=1)).tolist():
-            body, (x, y, vx, vy) = balls[self.numbers[k]].body, motions[k].tolist()
+            self._rows[self.at, :ROW] = motions[self.numbers]
+            set_space_bodies(self._space, ALL, self._buffer)
+            return
+        for k in different(self.shown(motions), motions):
+            body, (x, y, vx, vy) = balls[k].body, motions[k].tolist()
             body.position, body.velocity = (x, y), (vx, vy)
         self.read()
-        return self.of_balls
+        motions[:] = self.shown(motions)

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from inspect import signature
+from operator import attrgetter
 from typing import Any
 
 import pymunk
@@ -16,14 +17,26 @@ from pool_pymunk.core.motion.times import EPSILON, Vector
 from pool_pymunk.laws import Pair
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.plain import read_law as read_law
-from pool_pymunk.model.problems import LARGEST, SettingError, setting_error, shown
-from pool_pymunk.world.ball import FEATURES, FROM_ZERO, HAIR, SHARE, TableBall
+from pool_pymunk.model.problems import LARGEST, setting_error, shown
+from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, TableBall
 
 # Balls and walls of a table are in this group of filters, so that pymunk leaves their pairs out.
 GROUP = 0x42616C6C
 
+Readers = Mapping[str, Callable[[Any], object]]
+OF_SPACES: Readers = {"gravity": point, "damping": finite}
+OF_CIRCLES: Readers = {
+    "radius": size, "body.mass": size, "body.position": point, "body.velocity": point
+}  # fmt: skip
+OF_WALLS: Readers = {
+    "position": point, "velocity": point, "angle": finite, "angular_velocity": finite
+}  # fmt: skip
+OF_BALLS: Readers = {
+    "position": point, "velocity": point, "force": point, "angular_velocity": finite,
+    "torque": finite,
+}  # fmt: skip
+
 Drawn = pymunk.Segment | pymunk.Circle | pymunk.Poly
-Feature = tuple[str, object, object]  # its key, how it is, and how it was
 
 
 def check_settings(space: Any, pair: Any) -> None:
@@ -112,37 +125,19 @@ def check_circle(circle: Any, t: float) -> None:
     if tuple(circle.offset) != (0.0, 0.0):
         message = "a ball's circle must lie in the middle of its body"
         raise setting_error("circle.offset", list(circle.offset), message)
-    argument("circle.radius", circle.radius, size)
     if body.mass == 0.0 and circle.mass > 0.0:
         message = "must be greater than 0: the circle's own mass counts once it is in a space"
         raise setting_error("circle.body.mass", 0.0, message)
-    argument("circle.body.mass", body.mass, size)
-    argument("circle.body.position", body.position, point)
-    check_speed(
-        "circle.body.velocity",
-        argument("circle.body.velocity", body.velocity, point),
-        circle.radius,
-        t,
-    )
+    check_numbers("circle.", circle, OF_CIRCLES)
+    check_speed("circle.body.velocity", body.velocity, circle.radius, t)
     _check_filter("circle", circle)
 
 
-def check_unchanged(ball: TableBall) -> None:
-    """Refuse a ball whose body or circle somebody has changed since it came to the table."""
-    now = ball.features()
-    if now != ball.as_it_came:
-        features = zip(FEATURES, now, ball.as_it_came, strict=True)
-        raise changed_error("ball", ball.number, features)
-
-
-def changed_error(what: str, number: int, features: Iterable[Feature]) -> SettingError:
-    """Make the error of the first feature of a ball, wall or pocket that somebody has changed."""
-    key, now, was = next((key, now, was) for key, now, was in features if now != was)
-    message = (
-        f"it was {shown(was)} when the {what} came to the table; to change it, remove the {what} "
-        f"and add {'its circle' if what == 'ball' else 'it'} again"
-    )
-    return setting_error(f"{what} {number}: {key}", now, message)
+def check_numbers(name: str, thing: object, readers: Readers) -> None:
+    """Refuse numbers of a thing that its readers do not take; its ``name`` stands before keys."""
+    for key, read in readers.items():
+        value = attrgetter(key)(thing)
+        argument(name + key, tuple(value) if isinstance(value, tuple) else value, read)
 
 
 def is_too_fast(velocity: Vector, radius: float, t: float) -> bool:
@@ -158,31 +153,25 @@ def check_speed(key: str, velocity: Vector, radius: float, t: float) -> None:
         raise setting_error(key, list(velocity), message)
 
 
-def check_sound(ball: TableBall, motion: Motion, t: float) -> None:
+def check_sound(ball: TableBall, t: float) -> None:
     """Refuse numbers of a ball's body that are not finite, or too large; a step ends at ``t`` s."""
-    (x, y, vx, vy), body = motion, ball.body
-    fx, fy = body.force
-    for key, value in (("position", (x, y)), ("velocity", (vx, vy)), ("force", (fx, fy))):
-        argument(f"ball {ball.number}: {key}", value, point)
-    for key, number in (("angular_velocity", body.angular_velocity), ("torque", body.torque)):
-        argument(f"ball {ball.number}: {key}", number, finite)
-    check_speed(f"ball {ball.number}: velocity", (vx, vy), ball.radius, t)
+    name = f"ball {ball.number}: "
+    check_numbers(name, ball.body, OF_BALLS)
+    check_speed(name + "velocity", ball.body.velocity, ball.radius, t)
 
 
 def check_space(space: pymunk.Space) -> None:
     """Refuse gravity and damping of a space that are not finite, or too large."""
     (gx, gy), damping = space.gravity, space.damping
     if not abs(gx) + abs(gy) + abs(damping) <= LARGEST:
-        argument("gravity", (gx, gy), point)
-        argument("damping", damping, finite)
+        check_numbers("", space, OF_SPACES)
 
 
 def check_motion(wall: int, body: pymunk.Body) -> None:
     """Refuse a wall whose body has a number that is not finite, or too large."""
-    for key, value in (("position", body.position), ("velocity", body.velocity)):
-        argument(f"wall {wall}: {key}", (value.x, value.y), point)
-    for key, number in (("angle", body.angle), ("angular_velocity", body.angular_velocity)):
-        argument(f"wall {wall}: {key}", number, finite)
+    (x, y), (vx, vy), angle, turns = body.position, body.velocity, body.angle, body.angular_velocity
+    if not abs(x) + abs(y) + abs(vx) + abs(vy) + abs(angle) + abs(turns) <= LARGEST:
+        check_numbers(f"wall {wall}: ", body, OF_WALLS)
 
 
 def is_sound(ball: TableBall, motion: Motion, t: float) -> bool:
@@ -193,23 +182,23 @@ def is_sound(ball: TableBall, motion: Motion, t: float) -> bool:
 
 def check_wall(shape: Any, space: pymunk.Space) -> Drawn:
     """Return the shape of a wall; refuse what cannot be one of a space."""
+    message = ""
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
-        raise setting_error("shape", _kind(shape), message)
-    if shape.body is None:
+    elif shape.body is None:
         message = "its body is gone, because a shape does not keep its body: keep the body yourself"
-        raise setting_error("shape", _kind(shape), message)
-    if shape.body.body_type == pymunk.Body.DYNAMIC:
+    elif shape.body.body_type == pymunk.Body.DYNAMIC:
         message = "a wall's body must be static, or kinematic for a wall that moves"
-        raise setting_error("shape", _kind(shape), message)
-    if isinstance(shape, pymunk.Segment) and shape.a == shape.b:
-        raise setting_error("shape", _kind(shape), "a segment must have two ends")
-    if not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):
-        raise setting_error("shape", _kind(shape), "its place and size must be finite numbers")
-    _check_filter("shape", shape)
-    if shape.body.space not in (None, space):
-        raise setting_error("shape", _kind(shape), "its body is in another space")
-    return shape
+    elif isinstance(shape, pymunk.Segment) and shape.a == shape.b:
+        message = "a segment must have two ends"
+    elif not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):
+        message = "its place and size must be finite numbers"
+    else:
+        _check_filter("shape", shape)
+        if shape.body.space in (None, space):
+            return shape
+        message = "its body is in another space"
+    raise setting_error("shape", type(shape).__name__, message)
 
 
 def _check_filter(key: str, shape: pymunk.Shape) -> None:
@@ -232,7 +221,7 @@ def check_id(id_: Any, balls: Iterable[TableBall]) -> None:
     """Refuse an id of a new ball that is no text, or is that of a ball on the table."""
     if not isinstance(id_, str | None):
         raise setting_error("id", shown(id_), "must be a text")
-    if id_ in [ball.id for ball in balls if ball.id is not None]:
+    if id_ is not None and id_ in [ball.id for ball in balls]:
         raise setting_error("id", id_, "another ball on the table has this id")
 
 
@@ -252,7 +241,3 @@ def check_step(dt: float, longest: float) -> None:
         raise setting_error("dt", dt, "a step must be greater than 0")
     if dt > (1.0 + HAIR) * longest:
         raise setting_error("dt", dt, f"a step may be {longest!r} s long at most (max_dt)")
-
-
-def _kind(thing: object) -> str:
-    return type(thing).__name__

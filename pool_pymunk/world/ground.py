@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import pymunk
 
@@ -19,26 +19,12 @@ from pool_pymunk.world.ball import FROM_ZERO
 from pool_pymunk.world.checks import read_surface
 
 
-class LivePatch(NamedTuple):
-    """A patch of a table has corners, or a center and a radius (m), and decelerations (m/s^2).
+def read_patch(shape: Any, deceleration: Any, rolling: Any) -> Patch:
+    """Read the form of a static circle or polygon, and the decelerations (m/s^2) there.
 
-    Where ``rolling`` is None, it is that of the table.
+    They are the coefficients of a patch of a scene whose gravity is 1 m/s^2. Where ``rolling`` is
+    None, it is that of the table.
     """
-
-    corners: tuple[Vector, ...]
-    center: Vector | None
-    radius: float | None
-    deceleration: float
-    rolling: float | None
-
-    def as_part(self) -> Patch:
-        """Return the patch of a scene whose gravity is 1 m/s^2."""
-        own = self.deceleration, self.rolling
-        return Patch(self.corners, self.center, self.radius, *own)
-
-
-def read_patch(shape: Any, deceleration: Any, rolling: Any) -> LivePatch:
-    """Read the form of a static circle or polygon, and the decelerations (m/s^2) there."""
     if not isinstance(shape, pymunk.Circle | pymunk.Poly):
         message = "a patch must be a Poly or a Circle"
         raise setting_error("shape", type(shape).__name__, message)
@@ -59,18 +45,18 @@ def read_patch(shape: Any, deceleration: Any, rolling: Any) -> LivePatch:
             raise setting_error("shape", "Poly", message)
     pull = argument("deceleration", deceleration, FROM_ZERO)
     drag = None if rolling is None else argument("rolling", rolling, FROM_ZERO)
-    return LivePatch(corners, center, radius, pull, drag)
+    return Patch(corners, center, radius, pull, drag)
 
 
-def ground_of(table: Surface, patches: Sequence[LivePatch]) -> Patches:
+def ground_of(table: Surface, patches: Sequence[Patch]) -> Patches:
     """Return patches on a table with this surface, as the engine asks them; refuse unfit ones."""
     for each in patches:
         if each.rolling is not None and not table.rolls:
             message = "balls do not roll on a table without rolling"
             raise setting_error("rolling", each.rolling, message)
-    borders = [each for k, patch in enumerate(patches) for each in borders_of(k, patch.as_part())]
+    borders = [each for k, patch in enumerate(patches) for each in borders_of(k, patch)]
     found = list[Surface]()
     for each in patches:
         drag = table.drag if each.rolling is None else each.rolling
-        found.append(read_surface(each.deceleration, drag if table.rolls else None))
+        found.append(read_surface(each.surface, drag if table.rolls else None))
     return Patches(borders, found)

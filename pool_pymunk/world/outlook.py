@@ -193,8 +193,8 @@ def free_spot(
     edges: list[Locus] = [Round(place, size + other) for place, other in discs]
     for each in obstacles:
         # The centre of a disc may lie at the very rim of a pocket.
-        far = HAIR * each.sides[0].core if each.wall.is_pocket else size
-        found = [edge_of(side, far) for side in each.sides]
+        far = HAIR * each.wall.sides[0].core if each.wall.is_pocket else size
+        found = [edge_of(side, far) for side in each.wall.sides]
         edges += [edge for edge in found if edge is not None]
     away = [math.dist(near, edge.nearest(near)) for edge in edges]
     farthest, within = min(max(away, default=0.0), most), 0.0
@@ -229,7 +229,7 @@ def beside(
         if math.dist((x, y), (u, v)) < touching:
             nx, ny = unit(x - u, y - v)
             x, y = u + touching * nx, v + touching * ny
-    for side in [side for each in obstacles for side in each.sides]:
+    for side in [side for each in obstacles for side in each.wall.sides]:
         gap = side.gap(x, y, radius)
         if -radius <= gap < 0.0:
             nx, ny = side.normal(x, y)

@@ -7,11 +7,14 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from pool_pymunk.core.live import MOST_EVENTS
 from pool_pymunk.core.news import JAM, Event
 from pool_pymunk.core.record import POCKET, STOP
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.world.ball import ContactEvent, TableBall
+from pool_pymunk.world.bodies import rows_of
 from pool_pymunk.world.checks import check_space, check_step
 from pool_pymunk.world.table import LiveTable, Phase
 
@@ -76,7 +79,7 @@ class Steps:
         live, engine = self.live, self.live.engine
         live.follow()
         check_space(live.space)
-        live.refuse_changes(self.count % max(len(live.balls), 1))
+        live.refuse_changes(self.count)
         if live.walls.moving:
             live.walls.stand()
             live.make_room()
@@ -127,31 +130,35 @@ class Steps:
         place, with its true velocity. What it changes of a velocity is a push.
         """
         live = self.live
-        motions = live.motions()
-        moves = motions.tobytes()
-        if moves != self._resting:
+        moves = live.engine.motions()
+        motions = rows_of(moves)
+        is_resting = moves == self._resting
+        if not is_resting:
             if not live.bodies.are_known:  # Else nobody has touched one since the step began.
                 live.read()
             steered = motions.copy()
             steered[:, :2] -= dt * motions[:, 2:]
             live.bodies.write(steered, live.balls)
+        live.walls.steer(dt)
         live.phase = Phase.STEPPING
         try:
             self._step(dt)
         finally:
             live.phase = Phase.BETWEEN
-            live.written = motions.copy()
+            live.written = motions
         live.read()
         bodies = live.bodies
-        rows, now = bodies.of_balls, motions[bodies.numbers]
-        differs = bool((rows != now).any())
-        gains = rows[:, 2:] - now[:, 2:]
-        if gains.any():
+        if is_resting and bodies.are_as_seen:
+            return
+        gains = bodies.shown(motions) - motions
+        gains[:, :2] = 0.0  # Places differ, by rounding or by others; they come from the engine.
+        if np.count_nonzero(gains):
             live.push(gains, dt)
             live.show()
-        elif differs:  # Only places do, by rounding or by others; they come from the engine alone.
+            self._resting = b""
+        else:
             live.write(motions)
-        self._resting = b"" if differs else moves
+            self._resting = moves
 
     def _finish(self) -> None:
         """Let walls stand, do what handlers have asked for, and raise what went wrong."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
 
 import pymunk
 
-from pool_pymunk.core.live import LiveEngine
+from pool_pymunk.core.live import LiveEngine, still
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.walls.face import face_between
@@ -19,49 +19,50 @@ from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Pocket, Wall
 from pool_pymunk.model import places
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.world.ball import TYPES
-from pool_pymunk.world.checks import Drawn, changed_error, check_motion, set_apart
+from pool_pymunk.world.ball import AsItCame
+from pool_pymunk.world.checks import Drawn, check_motion, set_apart
 
 # Lines from a place within walls cross an odd number of them, except through gaps and obstacles.
 # OFF is a share of the lines. Of 4,576 places on and off tables with six gaps, 32 or 64 lines
 # misjudge none, and 16 lines misjudge five; half or twice OFF misjudges 163 or 8.
 LINES, OFF = 32, 0.25
 
-Features = tuple[object, ...]  # the values of these keys, and of those of a kind of shapes
-BODY = ("body_type", "body.position", "body.angle")
-SHAPE = ("radius", "sensor", "filter", "body")
-OUTLINES: dict[type[pymunk.Shape], tuple[str, ...]] = {
-    pymunk.Segment: ("a", "b"), pymunk.Circle: ("offset",), pymunk.Poly: ("corners",)
-}  # fmt: skip
-# So many walls are looked at in a step, in turn: one takes 2 us, a polygon 4 us.
-AT_ONCE = 1
+# What stays of each wall and pocket; how errors call it, and where an Obstacle has it.
+KIND = {"body_type": "body.body_type"}
+STANDS = KIND | {"body.position": "body.position", "body.angle": "body.angle"}
+SHAPE = {key: f"shape.{key}" for key in ("radius", "sensor", "filter", "body")}
+OUTLINES: dict[type[pymunk.Shape], dict[str, str]] = {
+    pymunk.Segment: {"a": "shape.a", "b": "shape.b"},
+    pymunk.Circle: {"offset": "shape.offset"},
+    pymunk.Poly: {"corners": "corners"},
+}
+Pose = tuple[Vector, float]  # the place (m) of a body's center of gravity, and its angle
 STILL = (0.0, 0.0)
 
 
-class Obstacle(NamedTuple):
+@dataclass(eq=False)
+class Obstacle:
     """An obstacle has a wall or pocket, and its shape: if it ``is_drawn``, both are the same."""
 
     shape: Drawn
     wall: Wall
     is_drawn: bool = False
 
-    @property
-    def body(self) -> pymunk.Body:
-        """The body of the shape."""
+    def __post_init__(self) -> None:
         assert self.shape.body is not None
-        return self.shape.body
+        self.body, self.own_filter = self.shape.body, self.shape.filter
 
     @property
-    def sides(self) -> list[Side]:
-        """The sides of the wall or pocket, where they are now."""
-        wall = self.wall
-        return wall.sides_at(wall.body.until) if isinstance(wall, MovingWall) else wall.sides
+    def corners(self) -> list[pymunk.Vec2d]:
+        """The corners (m) of a polygon in the frame of its body."""
+        assert isinstance(self.shape, pymunk.Poly)
+        return self.shape.get_vertices()
 
     def room(self, center: Vector, radius: float) -> float:
         """Return the gap (m) of a ball, or of its centre to a pocket's rim; negative inside."""
         if self.is_drawn:
             return self.shape.point_query(center).distance - radius
-        return places.room_beside(self.sides, *center, radius)
+        return places.room_beside(self.wall.sides, *center, radius)
 
     def holds(self, center: Vector, radius: float) -> bool:
         """Tell whether a ball lies in the obstacle."""
@@ -71,25 +72,14 @@ class Obstacle(NamedTuple):
         """Tell whether a wall lies between where a path begins and where it is after 1 s."""
         if self.wall.is_pocket or self.room((path.x, path.y), 0.0) <= 0.0:
             return False
-        return any(side.time_of_contact(path, 0.0, 0.0) <= 1.0 for side in self.sides)
+        return any(side.time_of_contact(path, 0.0, 0.0) <= 1.0 for side in self.wall.sides)
 
-    def features(self) -> Features:
-        """Return what nobody may change of the shape."""
-        shape = self.shape
-        outline: Features = ()
-        if isinstance(shape, pymunk.Segment):
-            outline = shape.a, shape.b
-        elif isinstance(shape, pymunk.Circle):
-            outline = (shape.offset,)
-        else:
-            outline = (shape.get_vertices(),)
-        return shape.radius, shape.sensor, shape.filter, shape.body, *outline
-
-    def refuse_changed(self, was: Features, keys: Sequence[str], now: Features) -> None:
-        """Refuse a wall or pocket of which somebody has changed what these keys name."""
-        if was != now:
-            what = "pocket" if self.wall.is_pocket else "wall"
-            raise changed_error(what, self.wall.number, zip(keys, now, was, strict=True))
+    def come(self) -> None:
+        """Keep what nobody may change of it any more, and let pymunk leave it out."""
+        set_apart(self.shape)
+        what = "pocket" if self.wall.is_pocket else "wall"
+        keys = (KIND if self.wall.moves else STANDS) | SHAPE | OUTLINES[type(self.shape)]
+        self.as_it_came = AsItCame(what, self.wall.number, self, keys)
 
 
 class Walls:
@@ -100,12 +90,7 @@ class Walls:
         self.count = self.holes = 0  # of walls and pockets that were ever put up
         self.obstacles: list[Obstacle] = []
         self.moving: list[tuple[Obstacle, MovingWall]] = []  # those whose bodies are kinematic
-        # the filters that shapes had, and their features, in the order of the obstacles
-        self._filters: list[pymunk.ShapeFilter] = []
-        self._shapes: list[Features] = []
-        self._bodies: dict[pymunk.Body, Features] = {}
-        self._turn = 0
-        self._left: dict[int, tuple[Vector, float]] = {}  # where steps have left walls that move
+        self._left: dict[int, Pose] = {}  # where steps have left walls that move
 
     @property
     def solid(self) -> list[Obstacle]:
@@ -113,24 +98,36 @@ class Walls:
         return [each for each in self.obstacles if not each.wall.is_pocket]
 
     @property
+    def pockets(self) -> dict[int, tuple[Vector, float]]:
+        """The centre and the radius (m) of each pocket, by its number."""
+        its = [each.wall for each in self.obstacles]
+        return {hole.number: (hole.center, hole.radius) for hole in its if isinstance(hole, Pocket)}
+
+    @property
     def are_moving(self) -> bool:
         """Tell whether any wall moves."""
         bodies = [each.body for each, _ in self.moving]
         return any(body.velocity != STILL or body.angular_velocity for body in bodies)
+
+    def now(self) -> list[Obstacle]:
+        """Return the walls and pockets where they are at this instant: none of them moves."""
+        for each, wall in self.moving:
+            (x, y, c, s), (u, v) = wall.body.frame(self._engine.now), each.body.center_of_gravity
+            at = pymunk.Transform(c, s, -s, c, x - c * u + s * v, y - s * u - c * v)
+            each.shape.update(at)  # The next step lets it follow its body again.
+        return [replace(each, wall=still(each.wall, self._engine.now)) if each.wall.moves else each
+                for each in self.obstacles]  # fmt: skip
 
     def put(self, obstacle: Obstacle) -> int:
         """Put up a wall or a pocket without a check, and return its number."""
         shape, wall, body = obstacle.shape, obstacle.wall, obstacle.body
         things = [shape] if body is self._space.static_body else [body, shape]
         self._space.add(*[thing for thing in things if thing.space is None])
-        self._bodies.setdefault(body, body_features(body))
         self.count += not wall.is_pocket
         self.holes += wall.is_pocket
-        self._filters.append(shape.filter)
         wall.categories, wall.mask = shape.filter.categories, shape.filter.mask
-        set_apart(shape)
+        obstacle.come()
         self.obstacles.append(obstacle)
-        self._shapes.append(obstacle.features())
         if isinstance(wall, MovingWall):
             self.moving.append((obstacle, wall))
             stand_still(obstacle, wall, self._engine.now)
@@ -154,14 +151,11 @@ class Walls:
                 self._take_down(each)
 
     def _take_down(self, each: Obstacle) -> None:
-        k = self.obstacles.index(each)
-        del self.obstacles[k], self._shapes[k]
+        self.obstacles.remove(each)
         self.moving = [two for two in self.moving if two[1] is not each.wall]
-        each.shape.filter = self._filters.pop(k)
+        each.shape.filter = each.own_filter
         if each.shape.space is self._space:
             self._space.remove(each.shape)
-        left = {each.body for each in self.obstacles}
-        self._bodies = {body: was for body, was in self._bodies.items() if body in left}
         self._engine.take_down(each.wall)
 
     # -- walls that move ---------------------------------------------------------------------------
@@ -173,79 +167,79 @@ class Walls:
 
     def leave(self) -> None:
         """Let walls that move stand where a step has left them."""
-        self.stand()
-        self._left = {wall.number: pose(each.body) for each, wall in self.moving}
+        now = self._engine.now
+        self._left = {wall.number: stand_still(each, wall, now) for each, wall in self.moving}
 
     def is_put(self, each: Obstacle) -> bool:
         """Tell whether somebody has put a wall elsewhere since the last step."""
         return pose(each.body) != self._left.get(each.wall.number)
 
     def plan(self, until: float) -> None:
-        """Let walls move with their bodies from now until a time (s)."""
+        """Let walls, which stand, move with their bodies from now until a time (s)."""
         now = self._engine.now
         for each, wall in self.moving:
-            (vx, vy), turns = each.body.velocity, each.body.angular_velocity
-            wall.body = Body(*pose(each.body), (vx, vy), turns, now, until)
+            (vx, vy), turns, stands = each.body.velocity, each.body.angular_velocity, wall.body
+            wall.body = Body((stands.x, stands.y), stands.angle, (vx, vy), turns, now, until)
+
+    def steer(self, dt: float) -> None:
+        """Let pymunk's step of ``dt`` (s) take bodies to where walls are, whatever has set them.
+
+        That is so if a callback has set a velocity, which counts from the next step, and if it has
+        put up a wall. What a callback has put elsewhere stays there.
+        """
+        for each, wall in self.moving:
+            plan, body = wall.body, each.body
+            (vx, vy), turns = body.velocity, body.angular_velocity
+            if (vx, vy, turns) == (plan.ux, plan.uy, plan.turns):
+                continue
+            if pose(body) == ((plan.x, plan.y), plan.angle):
+                x, y, _, _ = plan.frame(plan.until)
+                move_to(body, (x - dt * vx, y - dt * vy), plan.angle_at(plan.until) - dt * turns)
 
     def put_back(self) -> None:
         """Put bodies where walls are now, as their motion is cut short."""
         now = self._engine.now
         for each, wall in self.moving:
             x, y, _, _ = wall.body.frame(now)
-            each.body.angle = wall.body.angle_at(now)
-            (px, py), _ = pose(each.body)
-            bx, by = each.body.position
-            each.body.position = bx + x - px, by + y - py
+            move_to(each.body, (x, y), wall.body.angle_at(now))
         self.leave()
 
     # -- what is refused ---------------------------------------------------------------------------
 
     def refuse_off_table(self, old: Vector, new: Vector) -> None:
         """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
-        shapes = [each.shape for each in self.solid if each.is_drawn]
+        solid = [each for each in self.now() if not each.wall.is_pocket]
+        shapes = [each.shape for each in solid if each.is_drawn]
         # A wall with sides of its own is not its shape: such tables are not judged.
-        is_judged = len(shapes) == len(self.solid)
+        is_judged = len(shapes) == len(solid)
         if is_judged and enclosed(old, shapes) > 0.5 and enclosed(new, shapes) < OFF:
             raise setting_error("position", list(new), "the ball would lie off the table")
 
-    def refuse_changed(self, some: bool = False) -> None:
-        """Refuse walls and pockets that somebody has moved or changed; look only at ``some``."""
-        for body, was in self._bodies.items():
-            if (now := body_features(body)) != was:
-                its = next(each for each in self.obstacles if each.body is body)
-                its.refuse_changed(was, BODY[: len(was)], now)
-        for k in self._in_turn() if some else range(len(self.obstacles)):
-            each = self.obstacles[k]
-            keys = *SHAPE, *OUTLINES[type(each.shape)]
-            each.refuse_changed(self._shapes[k], keys, each.features())
-
-    def _in_turn(self) -> Sequence[int]:
-        """Return which walls and pockets are to be looked at next."""
-        its = range(len(self.obstacles))
-        if len(its) <= AT_ONCE:
-            return its
-        self._turn = (self._turn + AT_ONCE) % len(its)
-        return [k % len(its) for k in range(self._turn, self._turn + AT_ONCE)]
+    def refuse_changed(self) -> None:
+        """Refuse walls and pockets that somebody has moved or changed."""
+        for each in self.obstacles:
+            each.as_it_came.refuse_changed()
 
 
-def pose(body: pymunk.Body) -> tuple[Vector, float]:
-    """Return the place (m) of a body's center of gravity, and its angle."""
+def pose(body: pymunk.Body) -> Pose:
+    """Return where a body is."""
     x, y = body.local_to_world(body.center_of_gravity)
     return (x, y), body.angle
 
 
-def stand_still(obstacle: Obstacle, wall: MovingWall, now: float) -> None:
-    """Let a wall stand where its body is now (s)."""
+def move_to(body: pymunk.Body, place: Vector, angle: float) -> None:
+    """Put a body's center of gravity at a place (m), and turn it to an angle."""
+    body.angle = angle
+    (x, y), _ = pose(body)
+    body.position += place[0] - x, place[1] - y
+
+
+def stand_still(obstacle: Obstacle, wall: MovingWall, now: float) -> Pose:
+    """Let a wall stand where its body is now (s), and return where that is."""
     check_motion(wall.number, obstacle.body)
-    wall.body = Body(*pose(obstacle.body), STILL, 0.0, now, now)
-    obstacle.shape.cache_bb()
-
-
-def body_features(body: pymunk.Body) -> Features:
-    """Return what nobody may change of the body of a wall."""
-    if body.body_type == pymunk.Body.KINEMATIC:
-        return (TYPES[body.body_type],)
-    return TYPES[body.body_type], body.position, body.angle
+    place, angle = pose(obstacle.body)
+    wall.body = Body(place, angle, STILL, 0.0, now, now)
+    return place, angle
 
 
 def wall_of(shape: Drawn, restitution: float, friction: float, number: int, kick: float) -> Wall:
