@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from pool_pymunk.cli import lib, opt
-from pool_pymunk.cli.common import CORE, say
+from pool_pymunk.cli import options
+from pool_pymunk.cli.options import CORE
+from pool_pymunk.cli.terminal import say
+from pool_pymunk.model import scenario
+from pool_pymunk.report import listing
 from pool_pymunk.safety.files import bundled
 
 
-def check(scenario: opt.Scenario) -> int:
+def check(asked: options.Check) -> int:
     """Validate a scenario, and say what will be modelled, what will not, and its sizes."""
-    scene = lib.scenario.load(scenario)
-    say([f"{scenario}: sound"])
-    if scenario in bundled():
-        say([f"  file: {bundled()[scenario]}"])
-    say(f"  {line}" for line in (*lib.listing.modelled(scene), *lib.listing.magnitudes(scene)))
+    scene = scenario.load(asked.scenario)
+    say([f"{asked.scenario}: sound"])
+    if asked.scenario in bundled():
+        say([f"  file: {bundled()[asked.scenario]}"])
+    say(f"  {line}" for line in (*listing.modelled(scene), *listing.magnitudes(scene)))
     say([f"  {CORE}"])
-    say(f"Warning: {x}; is a unit or a digit wrong?" for x in lib.listing.implausible(scene))
+    say(f"Warning: {x}; is a unit or a digit wrong?" for x in listing.implausible(scene))
     return 0
