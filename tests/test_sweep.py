@@ -286,7 +286,8 @@ def test_a_full_disk_keeps_what_was_finished(
         write(handle)
 
     monkeypatch.setattr(os, "fsync", full)
-    line = f"sweep report --shot 1 --vary angle=-5:5 --samples 90 --chunk 20 --out {tmp_path}"
+    monkeypatch.setitem(sweep.__kwdefaults__, "chunk", 20)  # type: ignore[arg-type]
+    line = f"sweep report --shot 1 --vary angle=-5:5 --samples 90 --out {tmp_path}"
     assert exit_code(*line.split()) == 1
     said = capsys.readouterr().err
     assert said.startswith("error: ")
@@ -294,6 +295,7 @@ def test_a_full_disk_keeps_what_was_finished(
     assert len(said.splitlines()) == 1
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["_", "p", "p"]
     monkeypatch.undo()
+    monkeypatch.setitem(sweep.__kwdefaults__, "chunk", 20)  # type: ignore[arg-type]
     assert exit_code(*line.split()) == 0
     assert "50 played" in capsys.readouterr().out
 
@@ -312,9 +314,17 @@ def test_the_command_plays_units_and_grids(
 
 # -- killed and gone on with -----------------------------------------------------------------------
 
+IN_SMALL_PARTS = """
+import sys
+from pool_pymunk.cli import main
+from pool_pymunk.studies.sweep import sweep
+
+sweep.__kwdefaults__["chunk"] = 2000
+main(sys.argv[1:])
+"""
 COMMAND = [
-    sys.executable, "-m", "pool_pymunk", "sweep", "report", "--shot", "1", "--vary", "angle=-5:5",
-    "--vary", "speed=1:6", "--vary", "start=0.005in", "--samples", "60000", "--chunk", "2000",
+    sys.executable, "-c", IN_SMALL_PARTS, "sweep", "report", "--shot", "1", "--vary", "angle=-5:5",
+    "--vary", "speed=1:6", "--vary", "start=0.005in", "--samples", "60000",
 ]  # fmt: skip
 
 

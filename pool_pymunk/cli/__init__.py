@@ -19,7 +19,7 @@ from textwrap import fill
 from typing import Annotated, Any, cast
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperCommand
 
 from pool_pymunk import __version__
 from pool_pymunk.cli import options
@@ -47,8 +47,6 @@ COMMANDS = {
 
 PLAY_NOTHING = ("collide", "check")
 PLAIN = "Warning: the core is plain Python here, ten to twenty times slower than compiled."
-
-
 # what serves now, where somebody types an option that was there before
 GONE = {
     "--verbose": "--json FILE has steps and wall_time",
@@ -58,19 +56,7 @@ GONE = {
 }
 
 
-class _WithoutTypes:
-    """The help of such a class shows no type for options that are switched on or off."""
-
-    def get_params(self, ctx: Any) -> Any:
-        """Return the options."""
-        params = super().get_params(ctx)  # type: ignore[misc]
-        for param in params:
-            if getattr(param, "is_flag", False):
-                param.metavar = ""
-        return params
-
-
-class _Command(_WithoutTypes, TyperCommand):
+class _Command(TyperCommand):
     """A command reads its options, then imports its module and calls it.
 
     It checks its places for files first; errors of the library name options as typed.
@@ -101,10 +87,6 @@ class _Command(_WithoutTypes, TyperCommand):
         return options.get(key[0]) or options.get(f"{key[0]}s", key[0])
 
 
-class _Commands(_WithoutTypes, TyperGroup):
-    """The group of all commands."""
-
-
 # The bundled scenarios are listed here, and no command lists them again.
 TOP = (
     "Simulate billiards in two dimensions, and say how far to trust the result.\n\n"
@@ -115,7 +97,6 @@ TOP = (
 app = typer.Typer(
     name="pool-pymunk",
     help=TOP,
-    cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

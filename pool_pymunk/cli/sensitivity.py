@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +11,7 @@ from pool_pymunk.cli import options, read, runs
 from pool_pymunk.cli.options import InputError
 from pool_pymunk.cli.output import File, Output, Report, Results
 from pool_pymunk.cli.terminal import Bar, heading
-from pool_pymunk.model import Units, scenario
+from pool_pymunk.model import Scene, Shot, Units, scenario
 from pool_pymunk.model.quantities import quantity
 from pool_pymunk.render.clouds import cloud_picture
 from pool_pymunk.results.run import Run
@@ -27,7 +27,7 @@ HALF = "Each ± is half the width of a uniform distribution; what follows are st
 
 
 def sensitivity(asked: options.Sensitivity) -> int:
-    """Play the samples of each shot, and follow small changes."""
+    """Show what uncertain inputs do to the ends of each shot."""
     scene, samples = scenario.load(asked.scenario), asked.samples
     position, known_by = read.position_errors(asked, asked.scenario, scene)
     faster = quantity("--speed-error", asked.speed_error, "speed", scene.units, 0.0)
@@ -37,35 +37,51 @@ def sensitivity(asked: options.Sensitivity) -> int:
     folder = read.folder(asked.out, asked.scenario, "sensitivity")
     if samples == 0 and not asked.by_derivatives:
         raise InputError("--samples = 0: must be 2 or more, or stand beside --linear")
-    what = errors.described(scene)
-    played = f"{samples:,} samples a shot with {what}; seed {asked.seed}"
-    aimed = (AIMED_ANEW if asked.aims_anew else AIMED_ONCE) * any(one.aim for one in shots if one)
-    said = (played if samples else f"By derivatives, with {what}", HALF, aimed, known_by)
     parts = 1 + len(errors.causes(scene))  # all causes together, and each alone
-    count = len(shots) * samples * (parts if parts > 2 else 1)
-    how: Any = {"seed": asked.seed, "aims_anew": asked.aims_anew}
-    found, kinds = list[Spread](), ["pictures"] * asked.pictures + ["data"] * bool(samples)
+    count = len(shots) * (samples * (parts if parts > 2 else 1) or 1)
+    kinds = " and ".join(["pictures"] * asked.pictures + ["data"] * bool(samples)).capitalize()
+    found = list[Spread]()
     with (
         read.players(asked) as workers,
-        Output(
-            folder, " and ".join(kinds).capitalize(), asked.json, (asked.scenario, scene.title)
-        ) as put,
-        Bar("playing", count or len(shots)) as bar,
+        Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put,
+        Bar("playing", count) as bar,
     ):
         for shot in shots:
-            one = Spread()
-            if samples:
-                one.cloud = study.sensitivity(
-                    scene, shot, errors, samples, workers=workers, on_done=bar.step, **how
-                )
-                one.alone = study.by_causes(one.cloud, workers, on_done=bar.step)
-            if asked.by_derivatives:
-                one.line = study.linear(scene, shot, errors, **how)
-                bar.step(0 if samples else 1)
-            put(() if found else filter(None, said))
-            found.append(one)
+            found.append(_spread(asked, scene, shot, errors, workers, bar))
+            if len(found) == 1:
+                put(filter(None, (*_opening(asked, scene, shots, errors), known_by)))
             put(_report(found, known_by, asked.pictures))
     return 1 if any(each.cloud and each.cloud.unfinished for each in found) else 0
+
+
+def _opening(
+    asked: options.Sensitivity, scene: Scene, shots: Sequence[Shot | None], errors: Uncertainty
+) -> Iterator[str]:
+    """Say what is drawn, and how the shots are aimed."""
+    what = errors.described(scene)
+    drawn = f"{asked.samples:,} samples a shot with {what}; seed {asked.seed}"
+    yield drawn if asked.samples else f"By derivatives, with {what}"
+    yield HALF
+    if any(one.aim for one in shots if one):
+        yield AIMED_ANEW if asked.aims_anew else AIMED_ONCE
+
+
+def _spread(
+    asked: options.Sensitivity, scene: Scene, shot: Shot | None, errors: Uncertainty, workers: Any,
+    bar: Bar,
+) -> Spread:  # fmt: skip
+    """Play the samples of a shot, follow small changes, or both."""
+    one = Spread()
+    how: Any = {"seed": asked.seed, "aims_anew": asked.aims_anew}
+    if asked.samples:
+        one.cloud = study.sensitivity(
+            scene, shot, errors, asked.samples, workers=workers, on_done=bar.step, **how
+        )
+        one.alone = study.by_causes(one.cloud, workers, on_done=bar.step)
+    if asked.by_derivatives:
+        one.line = study.linear(scene, shot, errors, **how)
+        bar.step(0 if asked.samples else 1)
+    return one
 
 
 @dataclass
