@@ -203,7 +203,7 @@ def test_a_disk_that_fills_up_keeps_what_was_finished(
         run.write_csv(path)
 
     files = [(ending, full if ending == ".csv" else write) for ending, write in FILES]
-    monkeypatch.setattr("pool_pymunk.results.run.FILES", files)
+    monkeypatch.setattr("pool_pymunk.cli.run.FILES", files)
     folder, results = tmp_path / "out", tmp_path / "all.json"
     arguments = ("run", "report", "--no-pictures", "--out", str(folder), "--json", str(results))
     assert exit_code(*arguments) == 1

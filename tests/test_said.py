@@ -15,7 +15,7 @@ import pytest
 from commands import Capture, exit_code
 
 from pool_pymunk import load
-from pool_pymunk.cli import read, runs
+from pool_pymunk.cli import beside, read, runs
 from pool_pymunk.cli.options import Compare
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.safety.files import bundled
@@ -91,7 +91,7 @@ def test_published_ends_are_those_of_the_scenario_not_of_a_file(
 def test_runs_of_a_shot_that_warn_alike_are_one_line() -> None:
     settings = [grid.Column("event-driven"), grid.Column("pymunk", 1 / 240)]
     scene = load("report")
-    ((one, other),) = runs.simulate_beside(scene, scene.shots[3:], settings)
+    ((one, other),) = beside.simulate_beside(scene, scene.shots[3:], settings)
     (line,) = runs.warnings_of([one, other])
     assert line.startswith("Warning: Simulation 4 (event-driven; alike: pymunk): in the hit")
     assert line.endswith("s).")
@@ -229,7 +229,7 @@ def at_a_terminal(arguments: list[str]) -> str:
 def test_a_terminal_shows_how_far_a_command_is(tmp_path: Path) -> None:
     options = ["--shot", "3", "--no-pictures", "--out", str(tmp_path)]
     said = at_a_terminal(["run", "report", "--dt", "1e-3", *options])
-    assert re.search(r"simulating \(at \d\.\d{3} s\).* 0/1 ", said)
+    assert re.search(r"simulating \(at \d\.\d{3} s\).*0/1", said)
     assert "measuring pymunk 1/240 s" in at_a_terminal(["compare", "report", *options])
 
 

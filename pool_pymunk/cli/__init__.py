@@ -23,7 +23,7 @@ from typer.core import TyperCommand
 
 from pool_pymunk import __version__
 from pool_pymunk.cli import options
-from pool_pymunk.cli.options import CORE, InputError
+from pool_pymunk.cli.lines import CORE, InputError
 from pool_pymunk.core import compiled
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, bundled, check_place
 from pool_pymunk.safety.interrupts import patient_interrupts

@@ -8,7 +8,7 @@ from typing import Any
 import typer
 
 from pool_pymunk.cli import options, read
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Scene
 from pool_pymunk.render.atlas import atlas_picture

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from pool_pymunk.cli import options
-from pool_pymunk.cli.options import CORE
-from pool_pymunk.cli.terminal import say
+from pool_pymunk.cli.lines import CORE, say
 from pool_pymunk.model import scenario
 from pool_pymunk.report import listing
 from pool_pymunk.safety.files import bundled

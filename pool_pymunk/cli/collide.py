@@ -9,9 +9,9 @@ from typing import Any
 import typer
 
 from pool_pymunk.cli import options, read
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError, say
 from pool_pymunk.cli.output import write_json
-from pool_pymunk.cli.terminal import say, show
+from pool_pymunk.cli.terminal import show
 from pool_pymunk.laws.contact import split
 from pool_pymunk.model import Point, Units
 from pool_pymunk.model.problems import Problem, SceneError

@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 
 from pool_pymunk.cli import options, read
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.output import File, Output, Report, Results
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import inputs, scenario

@@ -15,11 +15,9 @@ from typing import Annotated, Any
 
 import typer
 
-from pool_pymunk.core import compiled
 from pool_pymunk.laws import LAWS
 from pool_pymunk.safety.files import bundled
 
-CORE = f"core: {'compiled' if compiled else 'plain Python'}"
 SOLVERS = ("pymunk", "pymunk-discrete", "pymunk-builtin", "event-driven", "time-slice")
 FRICTION = ("joint", "callback")
 FILMS = ("mp4", "gif")
@@ -29,10 +27,6 @@ UNITS = {"length": ("m", "cm", "mm", "in"), "mass": ("kg", "g"), "speed": ("m/s"
 KNOWN = ", ".join("|".join(units) for units in UNITS.values())
 SOLVER_NAMES = ", ".join(SOLVERS)
 COMPARED = "SOLVER[:DT][:LAW]|SCENARIO"
-
-
-class InputError(ValueError):
-    """This error is bad input; its text has one line a problem, and the exit code is 2."""
 
 
 def among(words: Iterable[str]) -> Callable[[str], list[str]]:

@@ -65,11 +65,11 @@ class Output:
                 show(part)
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        parts = list(self.waiting)
-        with Bar("writing", len(parts)) as bar:
-            for part in parts:
-                self([part])
-                bar.step()
+        if parts := list(self.waiting):
+            with Bar("writing", len(parts)) as bar:
+                for part in parts:
+                    self([part])
+                    bar.step()
         if self.results is not None:
             scenario, title = self.played
             write_json(self.json, {"scenario": scenario, "title": title}, self.results.make())

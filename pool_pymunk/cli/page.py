@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from pool_pymunk.cli import options, read, runs
+from pool_pymunk.cli import beside, options, read
 from pool_pymunk.page import write_page
 
 
@@ -12,11 +12,11 @@ def page(asked: options.Page) -> int:
     """Play the shots and write the page."""
     scene = read.scene(asked)
     chosen = read.shots(scene, asked.shot)
-    ghosts, others = runs.compared(asked, scene, asked.overlay or ())
+    ghosts, others = beside.compared(asked, scene, asked.overlay or ())
     settings = [read.column(asked, scene), *ghosts]
     path = asked.out or read.folder(None, asked.scenario) / "page.html"
     read.ending("--out", path, (".html", ".htm"), ".html")
-    rows = runs.play_beside(scene, chosen, settings, others)
+    rows = beside.play_beside(scene, chosen, settings, others)
     write_page(rows, path, asked.predict)
     typer.echo(path)
     return 0

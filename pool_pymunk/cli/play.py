@@ -10,7 +10,7 @@ from importlib.util import find_spec
 import typer
 
 from pool_pymunk.cli import options
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError
 from pool_pymunk.model import scenario
 
 NEEDED = ("starlette", "uvicorn")

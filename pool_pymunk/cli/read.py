@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pool_pymunk.cli import options
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError
 from pool_pymunk.laws import LAWS
 from pool_pymunk.many.workers import Workers, cores
 from pool_pymunk.model import Scene, Shot, Units, inputs, scenario

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pool_pymunk import render as draw
-from pool_pymunk.cli import options, read, runs
-from pool_pymunk.cli.options import InputError
-from pool_pymunk.cli.terminal import Bar, say
+from pool_pymunk.cli import beside, options, read
+from pool_pymunk.cli.lines import InputError, say
+from pool_pymunk.cli.runs import stem
+from pool_pymunk.cli.terminal import Bar
 
 NOTHING = "name a second scenario, or say with --overlay what to show on the second table"
 
@@ -26,14 +27,14 @@ def render(asked: options.Render) -> int:
     overlays = [] if asked.overlay is None else [asked.overlay]
     if asked.other is not None and overlays:
         raise InputError(f"--overlay = {asked.overlay}: {asked.other} is compared with already")
-    ghosts, others = runs.compared(asked, scene, overlays, asked.other)
+    ghosts, others = beside.compared(asked, scene, overlays, asked.other)
     if asked.side_by_side and not ghosts and not others:
         raise InputError(f"--side-by-side: {NOTHING}")
     folder = read.folder(asked.out, asked.scenario)
-    rows = runs.play_beside(scene, shots, [setting, *ghosts], others)
+    rows = beside.play_beside(scene, shots, [setting, *ghosts], others)
     shows = [draw.Show(each, asked.side_by_side) for each in rows]
-    beside = "-side-by-side" if asked.side_by_side else "-overlay"
-    suffix = "" if len(shows[0].runs) < 2 else beside
+    how = "-side-by-side" if asked.side_by_side else "-overlay"
+    suffix = "" if len(shows[0].runs) < 2 else how
     written = save_films(shows, folder, f"{suffix}.{asked.form}", settings) if asked.films else []
     if asked.pictures:
         written += save_pictures(shows, folder, f"{suffix}.{asked.picture_format}", asked.dpi)
@@ -59,7 +60,7 @@ def save_films(
         if 0.0 < start >= show.duration:
             ended = f"{show.runs[0].name} ends at {show.duration:.4g} s"
             raise InputError(f"--from = {start:g}: is beyond the end of the film: {ended}")
-    paths = [folder / f"{runs.stem(show.runs[0])}{ending}" for show in shows]
+    paths = [folder / f"{stem(show.runs[0])}{ending}" for show in shows]
     again = len(shows) > 1 and ending.endswith(".gif")  # a gif of all shots has other colours
     total = sum(draw.frame_count(show, settings) for show in shows) * (2 if again else 1)
     with Bar("filming", total) as bar:
@@ -78,7 +79,7 @@ def save_pictures(shows: Sequence[draw.Show], folder: Path, ending: str, dpi: fl
     with Bar("drawing", 2 * len(shows)) as bar:
         for show in shows:
             for when in ("start", "end"):
-                paths.append(folder / f"{runs.stem(show.runs[0])}-{when}{ending}")
+                paths.append(folder / f"{stem(show.runs[0])}-{when}{ending}")
                 draw.picture(show, paths[-1], when=when, dpi=dpi)
                 bar.step()
     return paths

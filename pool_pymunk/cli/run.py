@@ -10,10 +10,10 @@ from typing import Any, Literal
 import typer
 
 from pool_pymunk.cli import options, read
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError, say
 from pool_pymunk.cli.output import File, Output, Report, Results
 from pool_pymunk.cli.runs import published_by, stem
-from pool_pymunk.cli.terminal import Bar, say
+from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Scene, Shot, Units
 from pool_pymunk.model.quantities import read_units
 from pool_pymunk.report import listing

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pool_pymunk.cli import options, read, runs
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.output import File, Output, Report, Results
 from pool_pymunk.cli.terminal import Bar, heading
 from pool_pymunk.model import Scene, Shot, Units, scenario

@@ -7,7 +7,7 @@ from functools import partial
 from rich.table import Table as Printed
 
 from pool_pymunk.cli import options, read
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.terminal import Bar, draw
 from pool_pymunk.solvers import find_solver

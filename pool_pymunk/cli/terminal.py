@@ -30,12 +30,6 @@ PAPER = TerminalTheme(WHITE, BLACK, COLORS)
 PACE = 0.1  # s between two times that a bar shows of a shot
 
 
-def say(lines: Iterable[str]) -> None:
-    """Print lines, above a bar if there is one."""
-    for line in lines:
-        print(line)
-
-
 def heading(text: str) -> Text:
     """Return a heading for what is shown below."""
     return Text(f"\n{text}", style="bold")

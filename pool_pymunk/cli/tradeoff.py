@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from pool_pymunk.cli import options, read, runs
-from pool_pymunk.cli.options import InputError
+from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.output import File, Output, Report, Results
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Units
