@@ -16,7 +16,7 @@ from scenes import INCH, Answer, typed
 
 from pool_pymunk import SOLVERS, SettingError, Units, __version__, load
 from pool_pymunk.cli import main, read
-from pool_pymunk.cli.options import Compare
+from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.scenario import bundled
 
@@ -355,14 +355,14 @@ def test_check_says_each_coefficient_once(name: str, once: tuple[str, ...]) -> N
 def test_solvers_that_nobody_named_may_be_unable_to_roll() -> None:
     scene = load("follow-and-draw")
     rolling = [name for name, solver in SOLVERS.items() if solver.rolls]
-    playing, left_out = read.columns(Compare(scenario=""), scene, 1e-3, every=True)
+    playing, left_out = read.columns(CompareOptions(scenario=""), scene, 1e-3, every=True)
     assert {each.solver for each in playing} == {*rolling}
     assert list(left_out) == [name for name in SOLVERS if name not in rolling]
     assert all("friction.rolling" in why for why in left_out.values())
-    every, none = read.columns(Compare(scenario=""), load("report"), 1e-3, every=True)
+    every, none = read.columns(CompareOptions(scenario=""), load("report"), 1e-3, every=True)
     assert ({each.solver for each in every}, none) == ({*SOLVERS}, {})
     with pytest.raises(SettingError, match="pymunk-discrete: does not roll balls"):
-        read.columns(Compare(scenario="", solvers="pymunk-discrete"), scene)
+        read.columns(CompareOptions(scenario="", solvers="pymunk-discrete"), scene)
 
 
 def test_compare_explains_the_published_ends(tmp_path: Path) -> None:

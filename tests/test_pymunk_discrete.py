@@ -26,7 +26,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.cli import read
-from pool_pymunk.cli.options import Compare
+from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.solvers import options_for
 
 R = 0.05
@@ -211,5 +211,5 @@ def test_each_solver_of_a_study_gets_the_options_that_it_takes() -> None:
         assert found == takers
     scene = load("two-balls")
     assert discrete(scene, friction="callback").final == discrete(scene).final
-    columns, _ = read.columns(Compare(scenario="", friction="joint"), scene)
+    columns, _ = read.columns(CompareOptions(scenario="", friction="joint"), scene)
     assert [each.options for each in columns] == [{"friction": "joint"}, {}, {}]

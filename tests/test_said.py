@@ -16,7 +16,7 @@ from commands import Capture, exit_code
 
 from pool_pymunk import load
 from pool_pymunk.cli import beside, read, runs
-from pool_pymunk.cli.options import Compare
+from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.studies import grid
@@ -136,15 +136,15 @@ def test_slices_of_the_report_are_played_where_they_are_asked_for() -> None:
     """By default those of 1e-6 s are left out, because they take longest."""
     scene = load("two-balls")
     for every in (False, True):
-        columns, left_out = read.columns(Compare(scenario=""), scene, every=every)
+        columns, left_out = read.columns(CompareOptions(scenario=""), scene, every=every)
         assert left_out == {"time-slice 1e-06 s": "takes longest; --solvers all plays it, too"}
         longest = [grid.Column("time-slice", 1e-6)]
         for typed in (read.ALL, "time-slice"):
-            asked = Compare(scenario="", solvers=typed)
+            asked = CompareOptions(scenario="", solvers=typed)
             found, left_out = read.columns(asked, scene, every=every)
             assert [each for each in found if each not in columns] == longest
             assert left_out == {}
-    typed_step, left_out = read.columns(Compare(scenario=""), scene, 1e-3)
+    typed_step, left_out = read.columns(CompareOptions(scenario=""), scene, 1e-3)
     assert str(typed_step[-1]) == "time-slice 0.001 s"
     assert left_out == {}
 

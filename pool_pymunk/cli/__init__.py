@@ -102,7 +102,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 for command, example in COMMANDS.items():
-    asked = getattr(options, command.capitalize())
+    asked = getattr(options, f"{command.capitalize()}Options")
     said = [" ".join(part.split()) for part in cleandoc(asked.__doc__).split("\n\n")]
     app.command(
         command,

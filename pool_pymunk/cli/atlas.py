@@ -7,17 +7,18 @@ from typing import Any
 
 import typer
 
-from pool_pymunk.cli import options, read
+from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError
+from pool_pymunk.cli.options import SHOWS, AtlasOptions
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Scene
 from pool_pymunk.render.atlas import atlas_picture
 from pool_pymunk.studies import atlas as maps
 
 
-def atlas(asked: options.Atlas) -> int:
+def atlas(asked: AtlasOptions) -> int:
     """Play the pixels and draw them; after Ctrl-C those that were played."""
-    read.one_of("--show", asked.show, options.SHOWS)
+    read.one_of("--show", asked.show, SHOWS)
     scene = read.scene(asked)
     if asked.show == "pocket" and not scene.pockets:
         raise InputError("--show = pocket: the scenario has no pockets")

@@ -22,7 +22,7 @@ Rows = list[tuple[Run, ...]]  # a row a shot, with a column a setting
 
 
 def compared(
-    asked: options.Played, scene: Scene, texts: Sequence[str], other: str | None = None
+    asked: options.AnySolver, scene: Scene, texts: Sequence[str], other: str | None = None
 ) -> tuple[list[Column], list[Scene]]:
     """Return what is compared with: solvers at their settings, and scenes that look the same."""
     scenes = [text for text in texts if text.endswith(".toml") or text in bundled()]
@@ -31,7 +31,7 @@ def compared(
     return [read.setting(text) for text in texts if text not in scenes], others
 
 
-def _other(asked: options.Played, scene: Scene, text: str, key: str) -> Scene:
+def _other(asked: options.AnySolver, scene: Scene, text: str, key: str) -> Scene:
     """Return a scene to be shown beside another one."""
     if text not in bundled() and not Path(text).exists():
         raise InputError(f"{key} = {text}: there is no such file")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from pool_pymunk.cli import options
 from pool_pymunk.cli.lines import CORE, say
+from pool_pymunk.cli.options import CheckOptions
 from pool_pymunk.model import scenario
 from pool_pymunk.report import listing
 from pool_pymunk.safety.files import bundled
 
 
-def check(asked: options.Check) -> int:
+def check(asked: CheckOptions) -> int:
     """Validate a scenario, and say what will be modelled, what will not, and its sizes."""
     scene = scenario.load(asked.scenario)
     say([f"{asked.scenario}: sound"])

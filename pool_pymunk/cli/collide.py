@@ -8,8 +8,9 @@ from typing import Any
 
 import typer
 
-from pool_pymunk.cli import options, read
+from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError, say
+from pool_pymunk.cli.options import CollideOptions
 from pool_pymunk.cli.output import write_json
 from pool_pymunk.cli.terminal import show
 from pool_pymunk.laws.contact import split
@@ -21,7 +22,7 @@ from pool_pymunk.report.collide import collide as collide_off
 from pool_pymunk.results.table import ResultTable, TableColumn
 
 
-def collide(asked: options.Collide) -> int:
+def collide(asked: CollideOptions) -> int:
     """Let the balls collide, and print what changes."""
     radius = asked.radius
     typed = {

@@ -10,8 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from pool_pymunk.cli import options, read, runs
-from pool_pymunk.cli.output import File, Output, Report, Results
+from pool_pymunk.cli import read, runs
+from pool_pymunk.cli.options import CompareOptions
+from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import heading
 from pool_pymunk.cli.tradeoff import measure
 from pool_pymunk.render import Show, picture
@@ -26,7 +27,7 @@ from pool_pymunk.studies.grid import Tradeoff
 ENDS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
 
 
-def compare(asked: options.Compare) -> int:
+def compare(asked: CompareOptions) -> int:
     """Measure the solvers, each at one step."""
     scene = read.scene(asked)
     columns, left_out = read.columns(asked, scene, read.seconds("--dt", asked.dt))
@@ -56,7 +57,7 @@ def _report(measured: Tradeoff, left_out: Mapping[str, str], pictures: bool) -> 
         "comparisons": list(map(_record, found)),
         "left_out": dict(left_out),
     }
-    yield Results(lambda: results)
+    yield ForJson(lambda: results)
     for one in found if pictures else ():
         show = partial(picture, Show((one.reference, one.run)), when="end")
         yield File(f"{runs.stem(one.run)}-{one.run.solver}.png", show)

@@ -8,9 +8,10 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 
-from pool_pymunk.cli import options, read
+from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError
-from pool_pymunk.cli.output import File, Output, Report, Results
+from pool_pymunk.cli.options import FitOptions
+from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import inputs, scenario
 from pool_pymunk.render.residuals import residuals_picture
@@ -21,7 +22,7 @@ from pool_pymunk.studies import fit as fits
 FITTED = "fitted.toml"
 
 
-def fit(asked: options.Fit) -> int:
+def fit(asked: FitOptions) -> int:
     """Fit the numbers, and write the new scenario."""
     folder = _folder(asked)
     scene = scenario.load(asked.scenario)
@@ -43,7 +44,7 @@ def fit(asked: options.Fit) -> int:
     return 0
 
 
-def _folder(asked: options.Fit) -> Path:
+def _folder(asked: FitOptions) -> Path:
     """Return ``out``, or a numbered folder; one that has a fit is taken only by ``force``."""
     out, force = asked.out, asked.force
     if out is None:
@@ -66,7 +67,7 @@ def _report(found: fits.Fit, pictures: bool) -> Report:
     yield File("residuals.csv", fits.table(found).csv)
     if pictures:
         yield File("residuals.png", partial(residuals_picture, found))
-    yield Results(found.as_dict)
+    yield ForJson(found.as_dict)
 
 
 def _rows(found: fits.Fit) -> Iterator[tuple[str, ...]]:

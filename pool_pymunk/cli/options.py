@@ -50,7 +50,7 @@ def option(says: str, metavar: str | None = None, *names: str, words: Iterable[s
 
 @dataclass(kw_only=True)
 class OfScenario:
-    """What is played is in a scenario."""
+    """A scenario has what is played."""
 
     scenario: Annotated[
         str,
@@ -80,7 +80,7 @@ class Asked(OfShot):
 
 
 @dataclass(kw_only=True)
-class Played(Asked):
+class AnySolver(Asked):
     """Any solver may play, and this is how."""
 
     friction: Annotated[
@@ -100,7 +100,7 @@ class Played(Asked):
 
 
 @dataclass(kw_only=True)
-class Stepped(Played):
+class Stepped(AnySolver):
     """Solvers that have a step have this one."""
 
     dt: Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT")] = None
@@ -114,7 +114,7 @@ class BySolver(Stepped):
 
 
 @dataclass(kw_only=True)
-class BySolvers(Played):
+class BySolvers(AnySolver):
     """Several solvers play."""
 
     solvers: Annotated[
@@ -184,7 +184,7 @@ class WithJson:
 
 
 @dataclass(kw_only=True)
-class Run(InFolder, WithJson, BySolver):
+class RunOptions(InFolder, WithJson, BySolver):
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
     Files go to renders/<scenario>: for each shot its start and end as pictures, times, positions
@@ -212,7 +212,7 @@ class Run(InFolder, WithJson, BySolver):
 
 
 @dataclass(kw_only=True)
-class Collide(WithJson):
+class CollideOptions(WithJson):
     """Two balls meet at an offset: velocities, impulses, momentum and energy before and after.
 
     A's path is the straight line on which A comes, as seen from B. Numbers may have units: 200g,
@@ -241,14 +241,14 @@ class Collide(WithJson):
 
 
 @dataclass(kw_only=True)
-class Compare(InFolder, WithJson, Stepped, BySolvers):
+class CompareOptions(InFolder, WithJson, Stepped, BySolvers):
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
 
     pictures: Annotated[bool, option("Draw each run over the exact one.")] = True
 
 
 @dataclass(kw_only=True)
-class Tradeoff(InFolder, WithJson, Uncertain, BySolvers):
+class TradeoffOptions(InFolder, WithJson, Uncertain, BySolvers):
     """Work and precision: the error and the time of each solver and step on this scene.
 
     Writes tradeoff.csv, tradeoff.png and tradeoff.svg (contact-tolerance.csv and so on, if
@@ -269,7 +269,7 @@ class Tradeoff(InFolder, WithJson, Uncertain, BySolvers):
 
 
 @dataclass(kw_only=True)
-class Sensitivity(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
+class SensitivityOptions(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
     """Where may balls end if starts, and on request speed and angle, are uncertain?
 
     An error is typed as half the width of a uniform distribution; the ends are printed with their
@@ -294,7 +294,7 @@ class Sensitivity(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
 
 
 @dataclass(kw_only=True)
-class Fit(WithJson, Aimed, Seeded, OfScenario):
+class FitOptions(WithJson, Aimed, Seeded, OfScenario):
     """Fit numbers of a scenario to measured ends or tracks, with standard errors.
 
     Lengths of the file are in the scenario's unit. A row without t is an end. The command writes
@@ -320,7 +320,7 @@ class Fit(WithJson, Aimed, Seeded, OfScenario):
 
 
 @dataclass(kw_only=True)
-class Sweep(Aimed, Shared, Seeded, Asked):
+class SweepOptions(Aimed, Shared, Seeded, Asked):
     """Play many shots into a Parquet dataset; the same command resumes a sweep.
 
     Keys: speed, angle or turn (degrees, relative to the shot's), roll, mass (of the struck ball),
@@ -344,7 +344,7 @@ class Sweep(Aimed, Shared, Seeded, Asked):
 
 
 @dataclass(kw_only=True)
-class Atlas(Aimed, Shared, Asked):
+class AtlasOptions(Aimed, Shared, Asked):
     """Draw the results of a shot at every angle and speed: each pixel is an exact shot.
 
     Narrower ranges show where the result is fractal, and where it is safe. --across and --up take
@@ -366,7 +366,7 @@ class Atlas(Aimed, Shared, Asked):
 
 
 @dataclass(kw_only=True)
-class Stability(InFolder):
+class StabilityOptions(InFolder):
     """Play extreme scenes: which solver breaks, by how much, and from which case on.
 
     Writes stability.csv and stability.svg to renders/stability, after Ctrl-C with what was played.
@@ -380,7 +380,7 @@ class Stability(InFolder):
 
 
 @dataclass(kw_only=True)
-class Render(InFolder, BySolver):
+class RenderOptions(InFolder, BySolver):
     """Film every shot and draw its start and end.
 
     Files go to renders/<scenario>: for each shot a film and two pictures, and a film of all shots.
@@ -416,7 +416,7 @@ class Render(InFolder, BySolver):
 
 
 @dataclass(kw_only=True)
-class Page(BySolver):
+class PageOptions(BySolver):
     """Make a page that plays every shot: one HTML file that needs nothing else.
 
     The page has the exact paths between contacts. Stop it, go from contact to contact, slow it
@@ -438,7 +438,7 @@ class Page(BySolver):
 
 
 @dataclass(kw_only=True)
-class Play(OfScenario):
+class PlayOptions(OfScenario):
     """Play on a live table in the browser: aim, shoot, and see what the step costs.
 
     The table listens on this machine only, at the address that is printed. Ctrl-C ends it.
@@ -449,5 +449,5 @@ class Play(OfScenario):
 
 
 @dataclass(kw_only=True)
-class Check(OfScenario):
+class CheckOptions(OfScenario):
     """Validate a scenario, and say what will be modelled, what will not, and its sizes."""

@@ -20,13 +20,13 @@ class File(NamedTuple):
     write: Callable[[Path], object]
 
 
-class Results(NamedTuple):
+class ForJson(NamedTuple):
     """A report has these results for the file of ``--json``."""
 
     make: Callable[[], Mapping[str, object]]
 
 
-Report = Iterable[Part | File | Results]
+Report = Iterable[Part | File | ForJson]
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Output:
     json: Path | None = None
     played: tuple[str, str | None] = ("", None)  # the scenario and its title
     waiting: Report = ()
-    results: Results | None = None
+    results: ForJson | None = None
     writes: bool = False
 
     def __enter__(self) -> Self:
@@ -55,7 +55,7 @@ class Output:
     def __call__(self, report: Report) -> None:
         """Print and write this now."""
         for part in report:
-            if isinstance(part, Results):
+            if isinstance(part, ForJson):
                 self.results = part
             elif isinstance(part, File):
                 self.writes = True

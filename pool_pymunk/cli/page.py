@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import typer
 
-from pool_pymunk.cli import beside, options, read
+from pool_pymunk.cli import beside, read
+from pool_pymunk.cli.options import PageOptions
 from pool_pymunk.page import write_page
 
 
-def page(asked: options.Page) -> int:
+def page(asked: PageOptions) -> int:
     """Play the shots and write the page."""
     scene = read.scene(asked)
     chosen = read.shots(scene, asked.shot)

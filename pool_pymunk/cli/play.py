@@ -9,15 +9,15 @@ from importlib.util import find_spec
 
 import typer
 
-from pool_pymunk.cli import options
 from pool_pymunk.cli.lines import InputError
+from pool_pymunk.cli.options import PlayOptions
 from pool_pymunk.model import scenario
 
 NEEDED = ("starlette", "uvicorn")
 MOST_PORT = 65_535  # of TCP
 
 
-def play(asked: options.Play) -> int:
+def play(asked: PlayOptions) -> int:
     """Serve the table until Ctrl-C."""
     if any(find_spec(name) is None for name in NEEDED):
         raise InputError("play: needs a server: pip install 'pool-pymunk[play]'")

@@ -68,7 +68,7 @@ def folder(out: Path | None, scenario: str, inside: str = "") -> Path:
 # -- by whom it is played --------------------------------------------------------------------------
 
 
-def solver_options(asked: options.Played, solver: str, units: Units) -> dict[str, Any]:
+def solver_options(asked: options.AnySolver, solver: str, units: Units) -> dict[str, Any]:
     """Return the solver's options; a solver without a tolerance does not get one."""
     found: dict[str, Any] = {} if asked.friction is None else {"friction": asked.friction}
     if asked.contact_tolerance is not None:
@@ -120,7 +120,7 @@ def columns(
     return [each for each in its if each not in longest], left_out
 
 
-def reference(asked: options.Played, found: Scene) -> Column:
+def reference(asked: options.AnySolver, found: Scene) -> Column:
     """Return the exact solver, with which others are compared."""
     name = reference_solver().name
     more = solver_options(replace(asked, friction=None), name, found.units)

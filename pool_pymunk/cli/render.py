@@ -7,23 +7,24 @@ from pathlib import Path
 from typing import Any
 
 from pool_pymunk import render as draw
-from pool_pymunk.cli import beside, options, read
+from pool_pymunk.cli import beside, read
 from pool_pymunk.cli.lines import InputError, say
+from pool_pymunk.cli.options import FILMS, PICTURES, RenderOptions
 from pool_pymunk.cli.runs import stem
 from pool_pymunk.cli.terminal import Bar
 
 NOTHING = "name a second scenario, or say with --overlay what to show on the second table"
 
 
-def render(asked: options.Render) -> int:
+def render(asked: RenderOptions) -> int:
     """Play the shots, film and draw them."""
     scene = read.scene(asked)
     setting, shots = read.column(asked, scene), read.shots(scene, asked.shot)
-    read.one_of("--format", asked.form, options.FILMS)
+    read.one_of("--format", asked.form, FILMS)
     settings = _settings(asked)
     if not 10.0 <= asked.dpi <= 2400.0:
         raise InputError(f"--dpi = {asked.dpi:g}: must be between 10 and 2400")
-    read.one_of("--picture-format", asked.picture_format, options.PICTURES)
+    read.one_of("--picture-format", asked.picture_format, PICTURES)
     overlays = [] if asked.overlay is None else [asked.overlay]
     if asked.other is not None and overlays:
         raise InputError(f"--overlay = {asked.overlay}: {asked.other} is compared with already")
@@ -42,7 +43,7 @@ def render(asked: options.Render) -> int:
     return 0
 
 
-def _settings(asked: options.Render) -> draw.FilmSettings:
+def _settings(asked: RenderOptions) -> draw.FilmSettings:
     """Return the settings of films as typed."""
     typed = {key: getattr(asked, key) for key in ("fps", "slow", "start", "end")}
     given: dict[str, Any] = {key: value for key, value in typed.items() if value is not None}

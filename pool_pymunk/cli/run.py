@@ -9,9 +9,10 @@ from typing import Any, Literal
 
 import typer
 
-from pool_pymunk.cli import options, read
+from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError, say
-from pool_pymunk.cli.output import File, Output, Report, Results
+from pool_pymunk.cli.options import RunOptions
+from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.runs import published_by, stem
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Scene, Shot, Units
@@ -40,7 +41,7 @@ REASONS = {
 }
 
 
-def run(asked: options.Run) -> int:
+def run(asked: RunOptions) -> int:
     """Play the shots one after the other, and keep each as soon as it is finished."""
     scene = read.scene(asked)
     setting, shots = read.column(asked, scene), read.shots(scene, asked.shot)
@@ -59,7 +60,7 @@ def run(asked: options.Run) -> int:
         with Bar("simulating", len(shots)) as bar:
             for played in _played(scene, shots, setting, limit, bar):
                 done.append(played)
-                put([Results(partial(_results, done))])
+                put([ForJson(partial(_results, done))])
                 put(_report(played, others.get(played[0].shot), drawn, units, asked.contacts))
                 bar.step()
         say(_closing([one for one, _ in done]))
@@ -75,7 +76,7 @@ def _others(
     return dict(zip(shots, found, strict=True))
 
 
-def _limit(asked: options.Run, units: Units) -> float | None:
+def _limit(asked: RunOptions, units: Units) -> float | None:
     """Return the tolerance (m) as typed, which stands for a step."""
     tolerance = asked.tolerance
     if tolerance is None:

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pool_pymunk.cli import options, read, runs
+from pool_pymunk.cli import read, runs
 from pool_pymunk.cli.lines import InputError
-from pool_pymunk.cli.output import File, Output, Report, Results
+from pool_pymunk.cli.options import SensitivityOptions
+from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import Bar, heading
 from pool_pymunk.model import Scene, Shot, Units, scenario
 from pool_pymunk.model.quantities import quantity
@@ -26,7 +27,7 @@ AIMED_ANEW = "Shots that aim at a ball are aimed anew in each sample."
 HALF = "Each ± is half the width of a uniform distribution; what follows are standard deviations."
 
 
-def sensitivity(asked: options.Sensitivity) -> int:
+def sensitivity(asked: SensitivityOptions) -> int:
     """Show what uncertain inputs do to the ends of each shot."""
     scene, samples = scenario.load(asked.scenario), asked.samples
     position, known_by = read.position_errors(asked, asked.scenario, scene)
@@ -40,7 +41,7 @@ def sensitivity(asked: options.Sensitivity) -> int:
     parts = 1 + len(errors.causes(scene))  # all causes together, and each alone
     count = len(shots) * (samples * (parts if parts > 2 else 1) or 1)
     kinds = " and ".join(["pictures"] * asked.pictures + ["data"] * bool(samples)).capitalize()
-    found = list[Spread]()
+    found = list[Ends]()
     with (
         read.players(asked) as workers,
         Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put,
@@ -55,7 +56,7 @@ def sensitivity(asked: options.Sensitivity) -> int:
 
 
 def _opening(
-    asked: options.Sensitivity, scene: Scene, shots: Sequence[Shot | None], errors: Uncertainty
+    asked: SensitivityOptions, scene: Scene, shots: Sequence[Shot | None], errors: Uncertainty
 ) -> Iterator[str]:
     """Say what is drawn, and how the shots are aimed."""
     what = errors.described(scene)
@@ -67,11 +68,11 @@ def _opening(
 
 
 def _spread(
-    asked: options.Sensitivity, scene: Scene, shot: Shot | None, errors: Uncertainty, workers: Any,
+    asked: SensitivityOptions, scene: Scene, shot: Shot | None, errors: Uncertainty, workers: Any,
     bar: Bar,
-) -> Spread:  # fmt: skip
+) -> Ends:  # fmt: skip
     """Play the samples of a shot, follow small changes, or both."""
-    one = Spread()
+    one = Ends()
     how: Any = {"seed": asked.seed, "aims_anew": asked.aims_anew}
     if asked.samples:
         one.cloud = study.sensitivity(
@@ -85,7 +86,7 @@ def _spread(
 
 
 @dataclass
-class Spread:
+class Ends:
     """This is what samples, derivatives or both tell of a shot; ``alone`` has single causes."""
 
     cloud: Sensitivity | None = None
@@ -109,7 +110,7 @@ class Spread:
         return found | ({} if self.line is None else {"linear": self.line.as_dict()})
 
 
-def _report(found: list[Spread], known_by: str, pictures: bool) -> Report:
+def _report(found: list[Ends], known_by: str, pictures: bool) -> Report:
     """Yield the tables of the latest shot and what they say, its samples, and its picture."""
     last = found[-1]
     run, cloud, line, alone = last.run, last.cloud, last.line, last.alone
@@ -130,7 +131,7 @@ def _report(found: list[Spread], known_by: str, pictures: bool) -> Report:
     if pictures:
         drawn = f"{name}.png" if cloud else f"{name}-linear.png"
         yield File(drawn, lambda path: cloud_picture(cloud, path, line))
-    yield Results(lambda: {"known_by": known_by, "shots": [one.as_dict() for one in found]})
+    yield ForJson(lambda: {"known_by": known_by, "shots": [one.as_dict() for one in found]})
 
 
 def _ends(found: Sensitivity) -> ResultTable:

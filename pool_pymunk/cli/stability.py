@@ -6,15 +6,16 @@ from functools import partial
 
 from rich.table import Table as Printed
 
-from pool_pymunk.cli import options, read
+from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError
+from pool_pymunk.cli.options import StabilityOptions
 from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.terminal import Bar, draw
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.studies.stability import extremes, suite
 
 
-def stability(asked: options.Stability) -> int:
+def stability(asked: StabilityOptions) -> int:
     """Play extreme scenes, and show verdicts."""
     known, tried = [solver.name for solver in suite.columns()], extremes.EXTREMES
     chosen = known if asked.solvers is None else read.names("--solvers", asked.solvers)

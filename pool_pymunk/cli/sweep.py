@@ -6,8 +6,9 @@ from typing import Any
 
 import typer
 
-from pool_pymunk.cli import options, read
+from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError
+from pool_pymunk.cli.options import SweepOptions
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Units
 from pool_pymunk.model.problems import SettingError
@@ -15,7 +16,7 @@ from pool_pymunk.studies import sweep as sweeps
 from pool_pymunk.studies.sweep.job import Done
 
 
-def sweep(asked: options.Sweep) -> int:
+def sweep(asked: SweepOptions) -> int:
     """Play the shots that are not in the dataset yet."""
     scene, out = read.scene(asked), asked.out
     if asked.shot is None and len(scene.shots) > 1:

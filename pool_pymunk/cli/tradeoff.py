@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from pool_pymunk.cli import options, read, runs
+from pool_pymunk.cli import read, runs
 from pool_pymunk.cli.lines import InputError
-from pool_pymunk.cli.output import File, Output, Report, Results
+from pool_pymunk.cli.options import TradeoffOptions
+from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Units
 from pool_pymunk.render import diagram
@@ -19,7 +20,7 @@ from pool_pymunk.studies.uncertainty import Uncertainty
 KEY = "--contact-tolerance"
 
 
-def tradeoff(asked: options.Tradeoff) -> int:
+def tradeoff(asked: TradeoffOptions) -> int:
     """Measure every column of the grid, and the effect of rounded inputs."""
     read.at_least(0, budget=asked.budget, seed=asked.seed)
     read.at_least(2, samples=asked.samples)
@@ -60,7 +61,7 @@ def measure(
             bar.step()
 
 
-def _tolerances(asked: options.Tradeoff, units: Units) -> list[float]:
+def _tolerances(asked: TradeoffOptions, units: Units) -> list[float]:
     """Return the tolerances (m) as typed, from coarse to fine; they stand for solvers."""
     typed = asked.contact_tolerance
     if typed is None:
@@ -90,7 +91,7 @@ def _report(found: grid.Tradeoff, left_out: Mapping[str, str], seed: int) -> Rep
         "warnings": warnings,
         "machine": grid.machine(),
     }
-    yield Results(lambda: results)
+    yield ForJson(lambda: results)
 
 
 def _is_tolerant(found: grid.Tradeoff) -> bool:
