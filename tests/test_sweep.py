@@ -404,3 +404,22 @@ def test_memory_does_not_grow_with_the_sweep(tmp_path: Path) -> None:
         used.append(int(subprocess.run(command, capture_output=True, check=True).stdout))
     assert used[1] < 1_000_000  # kB
     assert used[1] < 1.5 * used[0]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
+def test_an_interrupt_ends_large_parts_at_once(tmp_path: Path) -> None:
+    """While workers play, hardly anything in the first process is the package's own code."""
+    small = COMMAND.index(IN_SMALL_PARTS)
+    command = [*COMMAND[: small - 1], "-m", "pool_pymunk", *COMMAND[small + 1 :]]
+    command[command.index("60000")] = "3000000"
+    process = subprocess.Popen(
+        [*command, "--out", str(tmp_path), "--workers", "2"],
+        stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL,
+    )  # fmt: skip
+    while not list(tmp_path.glob("_*")):
+        time.sleep(0.05)
+    time.sleep(5.0)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=20)
+    assert (process.returncode, without_remarks(said)) == (130, "error: interrupted\n")

@@ -15,7 +15,6 @@ from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import heading
 from pool_pymunk.cli.tradeoff import measure
-from pool_pymunk.render import Show, picture
 from pool_pymunk.report.listing import is_of_the_report
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.table import NO_BREAK, ResultTable, TableColumn
@@ -58,7 +57,11 @@ def _report(measured: Tradeoff, left_out: Mapping[str, str], pictures: bool) -> 
         "left_out": dict(left_out),
     }
     yield ForJson(lambda: results)
-    for one in found if pictures else ():
+    if not pictures:
+        return
+    from pool_pymunk.render import Show, picture  # Only who draws waits for it.
+
+    for one in found:
         show = partial(picture, Show((one.reference, one.run)), when="end")
         yield File(f"{runs.stem(one.run)}-{one.run.solver}.png", show)
 

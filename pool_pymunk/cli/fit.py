@@ -14,7 +14,6 @@ from pool_pymunk.cli.options import FitOptions
 from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import inputs, scenario
-from pool_pymunk.render.residuals import residuals_picture
 from pool_pymunk.results.table import ResultTable, TableColumn
 from pool_pymunk.results.words import counted
 from pool_pymunk.studies import fit as fits
@@ -66,6 +65,8 @@ def _report(found: fits.Fit, pictures: bool) -> Report:
     yield File(FITTED, found.scene.to_toml)
     yield File("residuals.csv", fits.table(found).csv)
     if pictures:
+        from pool_pymunk.render.residuals import residuals_picture  # Only who draws waits for it.
+
         yield File("residuals.png", partial(residuals_picture, found))
     yield ForJson(found.as_dict)
 

@@ -65,9 +65,11 @@ class Output:
                 show(part)
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if parts := list(self.waiting):
-            with Bar("writing", len(parts)) as bar:
-                for part in parts:
+        parts = list(self.waiting)
+        self(part for part in parts if not isinstance(part, File))
+        if files := [part for part in parts if isinstance(part, File)]:
+            with Bar("writing", len(files)) as bar:
+                for part in files:
                     self([part])
                     bar.step()
         if self.results is not None:

@@ -14,7 +14,6 @@ from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import Bar, heading
 from pool_pymunk.model import Scene, Shot, Units, scenario
 from pool_pymunk.model.quantities import quantity
-from pool_pymunk.render.clouds import cloud_picture
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.table import ResultTable, TableColumn, alike
 from pool_pymunk.results.words import counted
@@ -41,7 +40,7 @@ def sensitivity(asked: SensitivityOptions) -> int:
     parts = 1 + len(errors.causes(scene))  # all causes together, and each alone
     count = len(shots) * (samples * (parts if parts > 2 else 1) or 1)
     kinds = " and ".join(["pictures"] * asked.pictures + ["data"] * bool(samples)).capitalize()
-    found = list[Ends]()
+    found = list[Shown]()
     with (
         read.players(asked) as workers,
         Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put,
@@ -70,9 +69,9 @@ def _opening(
 def _spread(
     asked: SensitivityOptions, scene: Scene, shot: Shot | None, errors: Uncertainty, workers: Any,
     bar: Bar,
-) -> Ends:  # fmt: skip
+) -> Shown:  # fmt: skip
     """Play the samples of a shot, follow small changes, or both."""
-    one = Ends()
+    one = Shown()
     how: Any = {"seed": asked.seed, "aims_anew": asked.aims_anew}
     if asked.samples:
         one.cloud = study.sensitivity(
@@ -86,7 +85,7 @@ def _spread(
 
 
 @dataclass
-class Ends:
+class Shown:
     """This is what samples, derivatives or both tell of a shot; ``alone`` has single causes."""
 
     cloud: Sensitivity | None = None
@@ -110,7 +109,7 @@ class Ends:
         return found | ({} if self.line is None else {"linear": self.line.as_dict()})
 
 
-def _report(found: list[Ends], known_by: str, pictures: bool) -> Report:
+def _report(found: list[Shown], known_by: str, pictures: bool) -> Report:
     """Yield the tables of the latest shot and what they say, its samples, and its picture."""
     last = found[-1]
     run, cloud, line, alone = last.run, last.cloud, last.line, last.alone
@@ -129,6 +128,8 @@ def _report(found: list[Ends], known_by: str, pictures: bool) -> Report:
         yield File("spread.csv", study.table(clouds).csv)
         yield File(f"{name}.npz", cloud.write_npz)
     if pictures:
+        from pool_pymunk.render.clouds import cloud_picture  # Only who draws waits for it.
+
         drawn = f"{name}.png" if cloud else f"{name}-linear.png"
         yield File(drawn, lambda path: cloud_picture(cloud, path, line))
     yield ForJson(lambda: {"known_by": known_by, "shots": [one.as_dict() for one in found]})

@@ -11,7 +11,6 @@ from pool_pymunk.cli.options import TradeoffOptions
 from pool_pymunk.cli.output import File, ForJson, Output, Report
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Units
-from pool_pymunk.render import diagram
 from pool_pymunk.results.table import Columns, ResultTable, TableColumn
 from pool_pymunk.studies import grid
 from pool_pymunk.studies.sensitivity import sensitivity
@@ -73,6 +72,8 @@ def _tolerances(asked: TradeoffOptions, units: Units) -> list[float]:
 
 def _report(found: grid.Tradeoff, left_out: Mapping[str, str], seed: int) -> Report:
     """Yield the table and what it says, the settings, and the diagram."""
+    from pool_pymunk.render import diagram  # Only who draws waits for it.
+
     warnings = list(runs.warnings_of(found.warned))
     yield f"Errors at the end and time for {found.measured_shots}\n"
     yield _printed(found)
