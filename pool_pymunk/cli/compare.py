@@ -12,7 +12,7 @@ from typing import Any
 
 from pool_pymunk.cli import read, runs
 from pool_pymunk.cli.options import CompareOptions
-from pool_pymunk.cli.output import File, ForJson, Output, Report
+from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.terminal import heading
 from pool_pymunk.cli.tradeoff import measure
 from pool_pymunk.report.listing import is_of_the_report
@@ -51,12 +51,11 @@ def _report(measured: Tradeoff, left_out: Mapping[str, str], pictures: bool) -> 
         yield from _shown(row)
     yield from runs.left_out_sentences(left_out)
     yield File("ends.csv", ResultTable(ENDS, _ends(found)).csv)
-    results = {
+    yield {
         "reference": exact[0].solver,
         "comparisons": list(map(_record, found)),
         "left_out": dict(left_out),
     }
-    yield ForJson(lambda: results)
     if not pictures:
         return
     from pool_pymunk.render import Show, picture  # Only who draws waits for it.

@@ -11,7 +11,7 @@ from pathlib import Path
 from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.options import FitOptions
-from pool_pymunk.cli.output import File, ForJson, Output, Report
+from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import inputs, scenario
 from pool_pymunk.results.table import ResultTable, TableColumn
@@ -68,7 +68,7 @@ def _report(found: fits.Fit, pictures: bool) -> Report:
         from pool_pymunk.render.residuals import residuals_picture  # Only who draws waits for it.
 
         yield File("residuals.png", partial(residuals_picture, found))
-    yield ForJson(found.as_dict)
+    yield found.as_dict()
 
 
 def _rows(found: fits.Fit) -> Iterator[tuple[str, ...]]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, dataclass_transform
 
 import typer
 
@@ -45,11 +45,18 @@ def option(says: str, metavar: str | None = None, *names: str, words: Iterable[s
     return typer.Option(*names, metavar=metavar, help=says, autocompletion=complete)
 
 
+@dataclass_transform(kw_only_default=True)
+class Options:
+    """Classes that are derived from this one are dataclasses, whose fields are options."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(kw_only=True)(cls)
+
+
 # -- what several commands have --------------------------------------------------------------------
 
 
-@dataclass(kw_only=True)
-class OfScenario:
+class OfScenario(Options):
     """A scenario has what is played."""
 
     scenario: Annotated[
@@ -62,14 +69,12 @@ class OfScenario:
     ]
 
 
-@dataclass(kw_only=True)
 class OfShot(OfScenario):
     """One shot may be chosen."""
 
     shot: Annotated[str | None, option("One shot only: its number or its name.", "K")] = None
 
 
-@dataclass(kw_only=True)
 class Asked(OfShot):
     """The scenario's law and its latest time may be replaced."""
 
@@ -79,7 +84,6 @@ class Asked(OfShot):
     max_time: Annotated[str | None, option("End each shot at this time (s).", "S")] = None
 
 
-@dataclass(kw_only=True)
 class AnySolver(Asked):
     """Any solver may play, and this is how."""
 
@@ -99,21 +103,18 @@ class AnySolver(Asked):
     ] = None  # fmt: skip
 
 
-@dataclass(kw_only=True)
 class Stepped(AnySolver):
     """Solvers that have a step have this one."""
 
     dt: Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT")] = None
 
 
-@dataclass(kw_only=True)
 class BySolver(Stepped):
     """One solver plays."""
 
     solver: Annotated[str, option(f"One of {SOLVER_NAMES}.", "SOLVER", words=SOLVERS)] = "pymunk"
 
 
-@dataclass(kw_only=True)
 class BySolvers(AnySolver):
     """Several solvers play."""
 
@@ -126,8 +127,7 @@ class BySolvers(AnySolver):
     ] = None  # fmt: skip
 
 
-@dataclass(kw_only=True)
-class Aimed:
+class Aimed(Options):
     """Many shots are aimed once, or each by itself."""
 
     aims_anew: Annotated[
@@ -139,14 +139,12 @@ class Aimed:
     ] = False  # fmt: skip
 
 
-@dataclass(kw_only=True)
-class Seeded:
+class Seeded(Options):
     """Numbers are drawn at random."""
 
     seed: Annotated[int, option("Seed of the random numbers.", "N")] = 0
 
 
-@dataclass(kw_only=True)
 class Uncertain(Seeded):
     """Starts are uncertain."""
 
@@ -156,8 +154,7 @@ class Uncertain(Seeded):
     ] = None
 
 
-@dataclass(kw_only=True)
-class Shared:
+class Shared(Options):
     """Many shots are shared out among processes."""
 
     workers: Annotated[int | None, option("Processes; default: one per core.", "N")] = None
@@ -166,15 +163,13 @@ class Shared:
     ] = None  # fmt: skip
 
 
-@dataclass(kw_only=True)
-class InFolder:
+class InFolder(Options):
     """Files go to a folder."""
 
     out: Annotated[Path | None, option("The folder for the files.", "DIR")] = None
 
 
-@dataclass(kw_only=True)
-class WithJson:
+class WithJson(Options):
     """The results may also be a JSON file."""
 
     json: Annotated[Path | None, option("Write the results to this JSON file.", "FILE")] = None
@@ -183,7 +178,6 @@ class WithJson:
 # -- the commands ----------------------------------------------------------------------------------
 
 
-@dataclass(kw_only=True)
 class RunOptions(InFolder, WithJson, BySolver):
     """Simulate every shot: the log, agreement with published ends, pictures and data.
 
@@ -211,7 +205,6 @@ class RunOptions(InFolder, WithJson, BySolver):
     ] = "m,kg,m/s"
 
 
-@dataclass(kw_only=True)
 class CollideOptions(WithJson):
     """Two balls meet at an offset: velocities, impulses, momentum and energy before and after.
 
@@ -240,14 +233,12 @@ class CollideOptions(WithJson):
     picture: Annotated[Path | None, option("A png, svg or pdf file.", "FILE")] = None
 
 
-@dataclass(kw_only=True)
 class CompareOptions(InFolder, WithJson, Stepped, BySolvers):
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
 
     pictures: Annotated[bool, option("Draw each run over the exact one.")] = True
 
 
-@dataclass(kw_only=True)
 class TradeoffOptions(InFolder, WithJson, Uncertain, BySolvers):
     """Work and precision: the error and the time of each solver and step on this scene.
 
@@ -268,7 +259,6 @@ class TradeoffOptions(InFolder, WithJson, Uncertain, BySolvers):
     ] = 1000  # fmt: skip
 
 
-@dataclass(kw_only=True)
 class SensitivityOptions(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
     """Where may balls end if starts, and on request speed and angle, are uncertain?
 
@@ -293,7 +283,6 @@ class SensitivityOptions(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
     ] = False  # fmt: skip
 
 
-@dataclass(kw_only=True)
 class FitOptions(WithJson, Aimed, Seeded, OfScenario):
     """Fit numbers of a scenario to measured ends or tracks, with standard errors.
 
@@ -319,7 +308,6 @@ class FitOptions(WithJson, Aimed, Seeded, OfScenario):
     pictures: Annotated[bool, option("Draw the residuals.")] = True
 
 
-@dataclass(kw_only=True)
 class SweepOptions(Aimed, Shared, Seeded, Asked):
     """Play many shots into a Parquet dataset; the same command resumes a sweep.
 
@@ -343,7 +331,6 @@ class SweepOptions(Aimed, Shared, Seeded, Asked):
     restart: Annotated[bool, option("Replace what is there.", None, "--restart")] = False
 
 
-@dataclass(kw_only=True)
 class AtlasOptions(Aimed, Shared, Asked):
     """Draw the results of a shot at every angle and speed: each pixel is an exact shot.
 
@@ -365,7 +352,6 @@ class AtlasOptions(Aimed, Shared, Asked):
     out: Annotated[Path | None, option("A png, svg or pdf file.", "FILE")] = None
 
 
-@dataclass(kw_only=True)
 class StabilityOptions(InFolder):
     """Play extreme scenes: which solver breaks, by how much, and from which case on.
 
@@ -379,7 +365,6 @@ class StabilityOptions(InFolder):
     processes: Annotated[int, option("Number of processes.", "N")] = 2
 
 
-@dataclass(kw_only=True)
 class RenderOptions(InFolder, BySolver):
     """Film every shot and draw its start and end.
 
@@ -415,7 +400,6 @@ class RenderOptions(InFolder, BySolver):
     dpi: Annotated[float, option("Dots per inch of a png, which is 10 in wide.")] = 200.0
 
 
-@dataclass(kw_only=True)
 class PageOptions(BySolver):
     """Make a page that plays every shot: one HTML file that needs nothing else.
 
@@ -437,7 +421,6 @@ class PageOptions(BySolver):
     ] = None  # fmt: skip
 
 
-@dataclass(kw_only=True)
 class PlayOptions(OfScenario):
     """Play on a live table in the browser: aim, shoot, and see what the step costs.
 
@@ -448,6 +431,5 @@ class PlayOptions(OfScenario):
     browser: Annotated[bool, option("Open the page in a browser.")] = True
 
 
-@dataclass(kw_only=True)
 class CheckOptions(OfScenario):
     """Validate a scenario, and say what will be modelled, what will not, and its sizes."""

@@ -20,13 +20,7 @@ class File(NamedTuple):
     write: Callable[[Path], object]
 
 
-class ForJson(NamedTuple):
-    """A report has these results for the file of ``--json``."""
-
-    make: Callable[[], Mapping[str, object]]
-
-
-Report = Iterable[Part | File | ForJson]
+Report = Iterable[Part | File | dict[str, object]]  # Results for the file of --json are a dict.
 
 
 @dataclass
@@ -42,7 +36,7 @@ class Output:
     json: Path | None = None
     played: tuple[str, str | None] = ("", None)  # the scenario and its title
     waiting: Report = ()
-    results: ForJson | None = None
+    results: dict[str, object] | None = None
     writes: bool = False
 
     def __enter__(self) -> Self:
@@ -55,7 +49,7 @@ class Output:
     def __call__(self, report: Report) -> None:
         """Print and write this now."""
         for part in report:
-            if isinstance(part, ForJson):
+            if isinstance(part, dict):
                 self.results = part
             elif isinstance(part, File):
                 self.writes = True
@@ -74,7 +68,7 @@ class Output:
                     bar.step()
         if self.results is not None:
             scenario, title = self.played
-            write_json(self.json, {"scenario": scenario, "title": title}, self.results.make())
+            write_json(self.json, {"scenario": scenario, "title": title}, self.results)
         if self.writes and not isinstance(error, Exception):
             print(f"{self.kinds}: {self.folder}")
 

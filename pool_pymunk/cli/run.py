@@ -12,7 +12,7 @@ import typer
 from pool_pymunk.cli import read
 from pool_pymunk.cli.lines import InputError, say
 from pool_pymunk.cli.options import RunOptions
-from pool_pymunk.cli.output import File, ForJson, Output, Report
+from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.runs import published_by, stem
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Scene, Shot, Units
@@ -57,10 +57,10 @@ def run(asked: RunOptions) -> int:
     kinds = f"{'Pictures and data' if drawn else 'Data'} of {counted(len(shots), 'shot')}"
     done = list[PlayedShot]()
     with Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put:
+        put.at_end(_results(done))
         with Bar("simulating", len(shots)) as bar:
             for played in _played(scene, shots, setting, limit, bar):
                 done.append(played)
-                put([ForJson(partial(_results, done))])
                 put(_report(played, others.get(played[0].shot), drawn, units, asked.contacts))
                 bar.step()
         say(_closing([one for one, _ in done]))
@@ -136,14 +136,16 @@ def _closing(played: Sequence[Run]) -> Iterator[str]:
             yield f"{one.name}: {REASONS[one.name]}.{published_by(one)}"
 
 
-def _results(done: Sequence[PlayedShot]) -> dict[str, object]:
-    """Return the shots as they stand in the JSON."""
+def _results(done: Sequence[PlayedShot]) -> Report:
+    """Yield the shots as they stand in the JSON, if there are any."""
+    if not done:
+        return
     steps, (first, _) = {one.dt for one, _ in done}, done[0]
     solver: dict[str, object] = {"name": first.solver}
     solver["dt"] = steps.pop() if len(steps) == 1 else None
     if first.contact_tolerance is not None:
         solver["contact_tolerance"] = first.contact_tolerance
-    return {"solver": solver, "shots": [_record(*each) for each in done]}
+    yield {"solver": solver, "shots": [_record(*each) for each in done]}
 
 
 def _record(one: Run, choice: Choice | None) -> dict[str, object]:

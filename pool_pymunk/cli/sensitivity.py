@@ -10,7 +10,7 @@ from typing import Any
 from pool_pymunk.cli import read, runs
 from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.options import SensitivityOptions
-from pool_pymunk.cli.output import File, ForJson, Output, Report
+from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.terminal import Bar, heading
 from pool_pymunk.model import Scene, Shot, Units, scenario
 from pool_pymunk.model.quantities import quantity
@@ -40,17 +40,18 @@ def sensitivity(asked: SensitivityOptions) -> int:
     parts = 1 + len(errors.causes(scene))  # all causes together, and each alone
     count = len(shots) * (samples * (parts if parts > 2 else 1) or 1)
     kinds = " and ".join(["pictures"] * asked.pictures + ["data"] * bool(samples)).capitalize()
-    found = list[Shown]()
+    found = list[ShotSpread]()
     with (
         read.players(asked) as workers,
         Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put,
         Bar("playing", count) as bar,
     ):
+        put.at_end(_results(found, known_by))
         for shot in shots:
             found.append(_spread(asked, scene, shot, errors, workers, bar))
             if len(found) == 1:
                 put(filter(None, (*_opening(asked, scene, shots, errors), known_by)))
-            put(_report(found, known_by, asked.pictures))
+            put(_report(found, asked.pictures))
     return 1 if any(each.cloud and each.cloud.unfinished for each in found) else 0
 
 
@@ -69,9 +70,9 @@ def _opening(
 def _spread(
     asked: SensitivityOptions, scene: Scene, shot: Shot | None, errors: Uncertainty, workers: Any,
     bar: Bar,
-) -> Shown:  # fmt: skip
+) -> ShotSpread:  # fmt: skip
     """Play the samples of a shot, follow small changes, or both."""
-    one = Shown()
+    one = ShotSpread()
     how: Any = {"seed": asked.seed, "aims_anew": asked.aims_anew}
     if asked.samples:
         one.cloud = study.sensitivity(
@@ -85,7 +86,7 @@ def _spread(
 
 
 @dataclass
-class Shown:
+class ShotSpread:
     """This is what samples, derivatives or both tell of a shot; ``alone`` has single causes."""
 
     cloud: Sensitivity | None = None
@@ -109,7 +110,7 @@ class Shown:
         return found | ({} if self.line is None else {"linear": self.line.as_dict()})
 
 
-def _report(found: list[Shown], known_by: str, pictures: bool) -> Report:
+def _report(found: list[ShotSpread], pictures: bool) -> Report:
     """Yield the tables of the latest shot and what they say, its samples, and its picture."""
     last = found[-1]
     run, cloud, line, alone = last.run, last.cloud, last.line, last.alone
@@ -132,7 +133,12 @@ def _report(found: list[Shown], known_by: str, pictures: bool) -> Report:
 
         drawn = f"{name}.png" if cloud else f"{name}-linear.png"
         yield File(drawn, lambda path: cloud_picture(cloud, path, line))
-    yield ForJson(lambda: {"known_by": known_by, "shots": [one.as_dict() for one in found]})
+
+
+def _results(found: list[ShotSpread], known_by: str) -> Report:
+    """Yield what stands in the JSON, if a shot was played."""
+    if found:
+        yield {"known_by": known_by, "shots": [one.as_dict() for one in found]}
 
 
 def _ends(found: Sensitivity) -> ResultTable:

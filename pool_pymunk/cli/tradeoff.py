@@ -8,7 +8,7 @@ from dataclasses import replace
 from pool_pymunk.cli import read, runs
 from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.options import TradeoffOptions
-from pool_pymunk.cli.output import File, ForJson, Output, Report
+from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.model import Units
 from pool_pymunk.results.table import Columns, ResultTable, TableColumn
@@ -83,7 +83,7 @@ def _report(found: grid.Tradeoff, left_out: Mapping[str, str], seed: int) -> Rep
     yield File(f"{name}.csv", found.table(same).csv)
     for suffix in (".png", ".svg"):
         yield File(f"{name}{suffix}", lambda path: diagram.draw(found, [path]))
-    results = {  # What failed has null for its numbers.
+    yield {  # What failed has null for its numbers.
         "settings": found.table().json(),
         "spread": found.spread,
         "known_by": found.known_by,
@@ -92,7 +92,6 @@ def _report(found: grid.Tradeoff, left_out: Mapping[str, str], seed: int) -> Rep
         "warnings": warnings,
         "machine": grid.machine(),
     }
-    yield ForJson(lambda: results)
 
 
 def _is_tolerant(found: grid.Tradeoff) -> bool:
