@@ -18,12 +18,11 @@ def exit_code(*arguments: object) -> int:
     return int(ended.value.code or 0)
 
 
-# what a command says on stderr of its runs, and of how long it takes
-REMARK = re.compile(r"^(?:Warning: |[\w ,/.%]+: (?:about|no estimate)).*\n", re.MULTILINE)
+REMARK = re.compile(r"^Warning: .*\n", re.MULTILINE)  # what a command says on stderr of its runs
 
 
 def without_remarks(said: str) -> str:
-    """Return what stands on stderr besides warnings and estimates."""
+    """Return what stands on stderr besides warnings."""
     return REMARK.sub("", said)
 
 

@@ -23,7 +23,7 @@ import hatch_build
 import pool_pymunk
 from hatch_build import CORE, STAMP, CompiledCore, compiled_files, is_stale
 from pool_pymunk import cli, core
-from pool_pymunk.cli.common import CORE as SAID
+from pool_pymunk.cli.lines import CORE as SAID
 from pool_pymunk.render import RenderError
 from pool_pymunk.render.films import written
 

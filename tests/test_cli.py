@@ -15,8 +15,8 @@ import pytest
 from scenes import INCH, Answer, typed
 
 from pool_pymunk import SOLVERS, SettingError, Units, __version__, load
-from pool_pymunk.cli import main
-from pool_pymunk.cli.common import How
+from pool_pymunk.cli import main, read
+from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.scenario import bundled
 
@@ -293,10 +293,23 @@ def test_a_log_needs_a_run_of_the_same_balls_to_differ_from(scene: str, tmp_path
     assert result.stderr.endswith(f": {says}\n")
 
 
-def test_steps_are_counted_if_asked_for(tmp_path: Path) -> None:
-    options = ("two-balls", "--no-pictures", "--out", tmp_path)
-    assert "1 contact; 120 steps in " in typed("run", *options, "--verbose").stdout
-    assert "1 contact\n" in typed("run", *options).stdout
+@pytest.mark.parametrize(
+    ("arguments", "serves"),
+    [
+        (("run", "report", "--verbose"), "--json"),
+        (("sweep", "report", "--chunk", 100, "--out", "o"), "chunk="),
+        (("sensitivity", "report", "--threads=2"), "--workers"),
+        (("page", "--help-all"), "--help"),
+        (("--help-all",), "--help"),
+    ],
+)
+def test_who_types_a_former_option_learns_what_serves(
+    arguments: tuple[object, ...], serves: str
+) -> None:
+    gone = next(str(each) for each in arguments if str(each)[:3] in ("--v", "--c", "--t", "--h"))
+    line = one_line(typed(*arguments))
+    assert line.startswith(f"error: {gone.partition('=')[0]}: is no more: ")
+    assert serves in line.partition("is no more")[2]
 
 
 def test_balls_off_the_table_have_a_line_in_common(tmp_path: Path) -> None:
@@ -342,14 +355,14 @@ def test_check_says_each_coefficient_once(name: str, once: tuple[str, ...]) -> N
 def test_solvers_that_nobody_named_may_be_unable_to_roll() -> None:
     scene = load("follow-and-draw")
     rolling = [name for name, solver in SOLVERS.items() if solver.rolls]
-    playing, left_out = How().columns(scene, None, 1e-3, every=True)
+    playing, left_out = read.columns(CompareOptions(scenario=""), scene, 1e-3, every=True)
     assert {each.solver for each in playing} == {*rolling}
     assert list(left_out) == [name for name in SOLVERS if name not in rolling]
     assert all("friction.rolling" in why for why in left_out.values())
-    every, none = How().columns(load("report"), None, 1e-3, every=True)
+    every, none = read.columns(CompareOptions(scenario=""), load("report"), 1e-3, every=True)
     assert ({each.solver for each in every}, none) == ({*SOLVERS}, {})
     with pytest.raises(SettingError, match="pymunk-discrete: does not roll balls"):
-        How().columns(scene, "pymunk-discrete")
+        read.columns(CompareOptions(scenario="", solvers="pymunk-discrete"), scene)
 
 
 def test_compare_explains_the_published_ends(tmp_path: Path) -> None:

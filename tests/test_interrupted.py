@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import importlib
 import json
 import os
 import subprocess
@@ -115,18 +114,21 @@ def test_ctrl_c_keeps_the_settings_that_were_measured(
     ]
 
 
-def test_ctrl_c_keeps_the_shots_that_were_compared(
+def test_ctrl_c_keeps_the_solvers_that_were_compared(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    compared = importlib.import_module("pool_pymunk.cli.compare")
-    monkeypatch.setattr(compared, "_print", twice_then_ctrl_c(compared._print))
+    monkeypatch.setattr(Tradeoff, "measured", twice_then_ctrl_c(Tradeoff.measured))
     results = tmp_path / "all.json"
-    arguments = ("compare", "report", "--solvers", "pymunk", "--json", str(results))
+    arguments = ("compare", "report", "--no-pictures", "--json", str(results))
     assert exit_code(*arguments, "--out", str(tmp_path / "out")) == 130
     assert without_remarks(capsys.readouterr().err) == "error: interrupted\n"
     assert all_whole(tmp_path / "out") == {"ends.csv"}
-    shots = [one["shot"] for one in json.loads(results.read_text())["comparisons"]]
-    assert shots == ["Simulation 1", "Simulation 2"]
+    found = [
+        (one["solver"]["name"], one["shot"])
+        for one in json.loads(results.read_text())["comparisons"]
+    ]
+    names = [f"Simulation {k}" for k in range(1, 5)]
+    assert found == [(one, name) for name in names for one in ("pymunk", "pymunk-discrete")]
 
 
 def twice_then_ctrl_c(work: Callable[..., object]) -> Callable[..., object]:
@@ -201,7 +203,7 @@ def test_a_disk_that_fills_up_keeps_what_was_finished(
         run.write_csv(path)
 
     files = [(ending, full if ending == ".csv" else write) for ending, write in FILES]
-    monkeypatch.setattr("pool_pymunk.results.run.FILES", files)
+    monkeypatch.setattr("pool_pymunk.cli.run.FILES", files)
     folder, results = tmp_path / "out", tmp_path / "all.json"
     arguments = ("run", "report", "--no-pictures", "--out", str(folder), "--json", str(results))
     assert exit_code(*arguments) == 1

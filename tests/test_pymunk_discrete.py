@@ -25,7 +25,8 @@ from pool_pymunk import (
     load,
     simulate,
 )
-from pool_pymunk.cli.common import How
+from pool_pymunk.cli import read
+from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.solvers import options_for
 
 R = 0.05
@@ -210,5 +211,5 @@ def test_each_solver_of_a_study_gets_the_options_that_it_takes() -> None:
         assert found == takers
     scene = load("two-balls")
     assert discrete(scene, friction="callback").final == discrete(scene).final
-    columns, _ = How(friction="joint").columns(scene, None)
+    columns, _ = read.columns(CompareOptions(scenario="", friction="joint"), scene)
     assert [each.options for each in columns] == [{"friction": "joint"}, {}, {}]

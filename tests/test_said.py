@@ -7,21 +7,20 @@ import os
 import re
 import subprocess
 import sys
-import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from commands import Capture, exit_code
-from scenes import columns_of
 
 from pool_pymunk import load
-from pool_pymunk.cli import common, terminal
-from pool_pymunk.cli.terminal import Bar, Share, in_words
+from pool_pymunk.cli import beside, read, runs
+from pool_pymunk.cli.options import CompareOptions
+from pool_pymunk.cli.terminal import Bar
 from pool_pymunk.safety.files import bundled
 from pool_pymunk.studies import grid
 from pool_pymunk.studies.find import find
-from pool_pymunk.studies.grid import NO_ESTIMATE, Estimate, planned
 from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.uncertainty import digits_sentence
 
@@ -92,8 +91,8 @@ def test_published_ends_are_those_of_the_scenario_not_of_a_file(
 def test_runs_of_a_shot_that_warn_alike_are_one_line() -> None:
     settings = [grid.Column("event-driven"), grid.Column("pymunk", 1 / 240)]
     scene = load("report")
-    ((one, other),) = common.simulate_beside(scene, scene.shots[3:], settings)
-    (line,) = common.warnings_of([one, other])
+    ((one, other),) = beside.simulate_beside(scene, scene.shots[3:], settings)
+    (line,) = runs.warnings_of([one, other])
     assert line.startswith("Warning: Simulation 4 (event-driven; alike: pymunk): in the hit")
     assert line.endswith("s).")
 
@@ -137,14 +136,15 @@ def test_slices_of_the_report_are_played_where_they_are_asked_for() -> None:
     """By default those of 1e-6 s are left out, because they take longest."""
     scene = load("two-balls")
     for every in (False, True):
-        columns, left_out = common.How().columns(scene, None, every=every)
+        columns, left_out = read.columns(CompareOptions(scenario=""), scene, every=every)
         assert left_out == {"time-slice 1e-06 s": "takes longest; --solvers all plays it, too"}
         longest = [grid.Column("time-slice", 1e-6)]
-        for typed in (common.ALL, "time-slice"):
-            found, left_out = common.How().columns(scene, typed, every=every)
+        for typed in (read.ALL, "time-slice"):
+            asked = CompareOptions(scenario="", solvers=typed)
+            found, left_out = read.columns(asked, scene, every=every)
             assert [each for each in found if each not in columns] == longest
             assert left_out == {}
-    typed_step, left_out = common.How().columns(scene, None, 1e-3)
+    typed_step, left_out = read.columns(CompareOptions(scenario=""), scene, 1e-3)
     assert str(typed_step[-1]) == "time-slice 0.001 s"
     assert left_out == {}
 
@@ -208,82 +208,37 @@ def test_sensitivity_says_from_which_digits_it_reads(tmp_path: Path, capsys: Cap
 # -- how long it takes -------------------------------------------------------------------------
 
 
-def test_a_bar_estimates_from_what_is_done_and_from_a_guess(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    now = 0.0
-    monkeypatch.setattr(time, "monotonic", lambda: now)
-    bar = Bar("playing", 100)
-    now = 3.0
-    assert bar.left() is None
-    assert bar.outlook() == "no estimate yet, 3 s so far"
-    bar.step(0)  # What came before is no measure.
-    now = 5.0
-    bar.step(10)
-    assert bar.left() == pytest.approx(18.0)
-    assert bar.outlook() == "about 18 s left"
-    bar = Bar("measuring", 1.0)
-    bar.plan(100.0)
-    assert bar.left() == 100.0
-    now += 20.0  # It takes twice the time that was guessed.
-    bar.come_to(10.0)
-    assert bar.left() == pytest.approx(90.0 * 30.0 / 20.0)
-    now += 180.0
-    bar.come_to(100.0)
-    assert bar.left() == 0.0
+def at_a_terminal(arguments: list[str]) -> str:
+    """Return what a command writes to a terminal on stderr, while its results go into a pipe."""
+    import pty  # Windows has none.
+
+    main, other = pty.openpty()
+    subprocess.run(
+        [sys.executable, "-m", "pool_pymunk", *arguments],
+        stdout=subprocess.PIPE, stderr=other, check=True,
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "100"},
+    )  # fmt: skip
+    os.close(other)
+    said = b""
+    with os.fdopen(main, "rb", buffering=0) as screen, suppress(OSError):  # It ends with an error.
+        while part := screen.read(4096):
+            said += part
+    return said.decode()
 
 
-@pytest.mark.parametrize(
-    ("parts", "says"), [(1, r"playing: about \d+ s left"), (None, "playing: no estimate yet, .*")]
-)
-def test_a_pipe_is_soon_told_how_long_a_job_takes(
-    parts: int | None, says: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    monkeypatch.setattr(terminal, "FIRST", 0.05)
-    monkeypatch.setattr(terminal, "SECOND", 0.1)
-    monkeypatch.setattr(terminal, "PACE", 0.01)
-    with Bar("playing", 1_000) as bar:
-        if parts is not None:
-            bar.step(parts)
-        time.sleep(0.2)
-    assert re.fullmatch(f"{says}\n", capsys.readouterr().err)
-    time.sleep(0.5)
-    assert capsys.readouterr().err == "", "a finished job says nothing more"
+def test_a_terminal_shows_how_far_a_command_is(tmp_path: Path) -> None:
+    options = ["--shot", "3", "--no-pictures", "--out", str(tmp_path)]
+    said = at_a_terminal(["run", "report", "--dt", "1e-3", *options])
+    assert re.search(r"simulating \(at \d\.\d{3} s\).*0/1", said)
+    assert "measuring pymunk 1/240 s" in at_a_terminal(["compare", "report", *options])
 
 
-def test_a_pipe_is_not_told_of_short_jobs(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    monkeypatch.setattr(terminal, "FIRST", 0.01)
-    monkeypatch.setattr(terminal, "PACE", 0.01)
-    with Bar("playing", 100) as bar:
-        for _ in range(100):
-            bar.step()
-            time.sleep(1e-3)
-    assert capsys.readouterr().err == ""
-
-
-def test_runs_count_by_their_cost() -> None:
-    with Bar("simulating", 2) as bar:
-        share = Share(bar, [NO_ESTIMATE, Estimate(99.999, 2.0, 1e9)])
-        assert bar.guess == pytest.approx(100.0, abs=0.01)
-        share.finish()
-        assert bar.tasks[0].completed < 1e-4
-        share.finish()
-        assert bar.tasks[0].completed == pytest.approx(2.0)
-
-
-def test_a_measurement_is_planned_by_its_budget_and_its_costs(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Slices of 0.1 s take 1 s; those of 1 s are a tenth, and are played up to seven times."""
-    dear = Estimate(1.0, 2.0, 20.0)
-    guesses = {"time-slice": [dear, dear], "event-driven": [NO_ESTIMATE] * 2}
-    monkeypatch.setattr(grid, "estimate", lambda scene, shots, column: guesses[column.solver])
-    columns = columns_of(time_slice=(1.0, 0.1), event_driven=(None,))
-    scene, least = load("report"), grid.LEAST_COST
-    once = planned(scene, columns, scene.shots[:2], 0.0)
-    assert once == pytest.approx([0.2, 2.0, 2 * least])
-    often = planned(scene, columns, scene.shots[:2], 6 * 0.5)
-    assert often == pytest.approx([2 * 0.5, 2.0, 2 * 7 * least])
+def test_a_pipe_is_not_told_how_far_a_command_is(capsys: Capture) -> None:
+    with Bar("playing", 10) as bar:
+        bar.step()
+        bar.at(1.0)
+        assert bar.tasks[0].completed == 1
+    assert capsys.readouterr() == ("", "")
 
 
 def test_a_search_says_how_far_it_has_come() -> None:
@@ -307,10 +262,6 @@ def test_a_long_part_of_a_sweep_counts_its_shots(
     job.sweep(load("two-balls"), 1, vary=vary, samples=30, chunk=30, out=tmp_path,
               on_shots=shots.append)  # fmt: skip
     assert sum(shots) == 30
-    counter = terminal.Counter()
-    for done in (job.Done(10, 0, 40), None, job.Done(30, 30, 40)):
-        counter.take_shots(5) if done is None else counter.take(done)
-    assert counter.tasks[0].completed == counter.tasks[0].total == 30
 
 
 def test_what_is_printed_under_a_bar_goes_where_it_was_sent(tmp_path: Path) -> None:
@@ -328,8 +279,3 @@ def test_what_is_printed_under_a_bar_goes_where_it_was_sent(tmp_path: Path) -> N
         assert says in done.stdout
     os.close(other)
     os.close(main)
-
-
-def test_times_are_in_words() -> None:
-    assert in_words(59.6) == "60 s"
-    assert in_words(3000.0) == "50 min"

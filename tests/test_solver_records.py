@@ -28,7 +28,8 @@ from pool_pymunk import (
     sensitivity,
     simulate,
 )
-from pool_pymunk.cli.common import How
+from pool_pymunk.cli import read
+from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.laws import Law
 from pool_pymunk.laws.contact import NT
 from pool_pymunk.render.diagram import draw, figure_of
@@ -131,7 +132,9 @@ def test_it_simulates_at_its_own_step(added: Solver) -> None:
 
 
 def test_its_work_and_precision_are_measured_and_drawn(added: Solver, tmp_path: Path) -> None:
-    every, _ = How().columns(load("two-balls"), "all", every=True)
+    every, _ = read.columns(
+        CompareOptions(scenario="", solvers="all"), load("two-balls"), every=True
+    )
     assert [*dict.fromkeys(each.solver for each in every)][-2:] == [
         added.name, reference_solver().name,
     ]  # fmt: skip
@@ -260,7 +263,7 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
     registry["truth"] = replace(registry.pop("event-driven"), name="truth")
     assert reference_solver() is registry["truth"]
     scene, data = load("two-balls"), tmp_path / "data.json"
-    every, _ = How().columns(scene, None, every=True)
+    every, _ = read.columns(CompareOptions(scenario=""), scene, every=True)
     assert every[-1].solver == columns()[0].name == "truth"
     result = tradeoff(scene, [Column("pymunk", 1 / 60), Column("truth")])
     assert any(line.startswith("Without a step: truth in ") for line in sentences(result))
@@ -277,7 +280,7 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
 
 PACKAGE = Path(__file__).parent.parent / "pool_pymunk"
 OTHERWISE = {  # a text that has a solver's name in it, and why it may
-    *(("cli/opt.py", name) for name in SOLVERS),  # for --help, which imports no solver
+    *(("cli/options.py", name) for name in SOLVERS),  # for --help, which imports no solver
     # contacts="discrete" is refused, and this says what serves.
     ("world/checks.py", 'is a solver of its own now; ask for solver="pymunk-discrete"'),
     ("page/live/answers.py", "pymunk"),  # a shot's default, as that of simulate

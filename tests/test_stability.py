@@ -472,7 +472,7 @@ def test_the_csv_has_every_measure(cells: list[Cell], tmp_path: Path) -> None:
 def test_the_picture_is_the_table_that_is_printed(cells: list[Cell], tmp_path: Path) -> None:
     """It has all words in the colours of a terminal, and asks no host for a font."""
     table, path = suite.verdicts(cells), tmp_path / "stability.svg"
-    draw(path, "a title", table, *suite.notes(cells), "at [red]")
+    draw("a title", [table, *suite.notes(cells), "at [red]"], path)
     picture = ElementTree.parse(path)
     hosts = [text for text in picture.getroot().itertext() if "url(" in text and "http" in text]
     drawn = " ".join(" ".join(picture.getroot().itertext()).split())

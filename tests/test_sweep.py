@@ -286,7 +286,8 @@ def test_a_full_disk_keeps_what_was_finished(
         write(handle)
 
     monkeypatch.setattr(os, "fsync", full)
-    line = f"sweep report --shot 1 --vary angle=-5:5 --samples 90 --chunk 20 --out {tmp_path}"
+    monkeypatch.setitem(sweep.__kwdefaults__, "chunk", 20)  # type: ignore[arg-type]
+    line = f"sweep report --shot 1 --vary angle=-5:5 --samples 90 --out {tmp_path}"
     assert exit_code(*line.split()) == 1
     said = capsys.readouterr().err
     assert said.startswith("error: ")
@@ -294,6 +295,7 @@ def test_a_full_disk_keeps_what_was_finished(
     assert len(said.splitlines()) == 1
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["_", "p", "p"]
     monkeypatch.undo()
+    monkeypatch.setitem(sweep.__kwdefaults__, "chunk", 20)  # type: ignore[arg-type]
     assert exit_code(*line.split()) == 0
     assert "50 played" in capsys.readouterr().out
 
@@ -312,9 +314,17 @@ def test_the_command_plays_units_and_grids(
 
 # -- killed and gone on with -----------------------------------------------------------------------
 
+IN_SMALL_PARTS = """
+import sys
+from pool_pymunk.cli import main
+from pool_pymunk.studies.sweep import sweep
+
+sweep.__kwdefaults__["chunk"] = 2000
+main(sys.argv[1:])
+"""
 COMMAND = [
-    sys.executable, "-m", "pool_pymunk", "sweep", "report", "--shot", "1", "--vary", "angle=-5:5",
-    "--vary", "speed=1:6", "--vary", "start=0.005in", "--samples", "60000", "--chunk", "2000",
+    sys.executable, "-c", IN_SMALL_PARTS, "sweep", "report", "--shot", "1", "--vary", "angle=-5:5",
+    "--vary", "speed=1:6", "--vary", "start=0.005in", "--samples", "60000",
 ]  # fmt: skip
 
 
@@ -394,3 +404,22 @@ def test_memory_does_not_grow_with_the_sweep(tmp_path: Path) -> None:
         used.append(int(subprocess.run(command, capture_output=True, check=True).stdout))
     assert used[1] < 1_000_000  # kB
     assert used[1] < 1.5 * used[0]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
+def test_an_interrupt_ends_large_parts_at_once(tmp_path: Path) -> None:
+    """While workers play, hardly anything in the first process is the package's own code."""
+    small = COMMAND.index(IN_SMALL_PARTS)
+    command = [*COMMAND[: small - 1], "-m", "pool_pymunk", *COMMAND[small + 1 :]]
+    command[command.index("60000")] = "3000000"
+    process = subprocess.Popen(
+        [*command, "--out", str(tmp_path), "--workers", "2"],
+        stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL,
+    )  # fmt: skip
+    while not list(tmp_path.glob("_*")):
+        time.sleep(0.05)
+    time.sleep(5.0)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=20)
+    assert (process.returncode, without_remarks(said)) == (130, "error: interrupted\n")

@@ -19,7 +19,8 @@ from pool_pymunk import (
     load,
     simulate,
 )
-from pool_pymunk.cli.common import How
+from pool_pymunk.cli import read
+from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.render.diagram import figure_of
 from pool_pymunk.studies.compare import Comparison
 from pool_pymunk.studies.grid import (
@@ -149,7 +150,9 @@ def test_failures_are_failures() -> None:
 
 
 def test_every_solver_is_measured_those_with_steps_first() -> None:
-    columns, _ = How().columns(load("report"), "all", every=True)
+    columns, _ = read.columns(
+        CompareOptions(scenario="", solvers="all"), load("report"), every=True
+    )
     solvers = list(dict.fromkeys(each.solver for each in columns))
     assert solvers == ["pymunk", "pymunk-discrete", "pymunk-builtin", "time-slice", "event-driven"]
     assert columns[-1] == Column("event-driven", None)

@@ -16,8 +16,9 @@ from html import escape
 from pathlib import Path
 
 from pool_pymunk import Run, Scene, load, simulate
-from pool_pymunk.cli.common import simulate_beside, stem
+from pool_pymunk.cli.beside import simulate_beside
 from pool_pymunk.cli.render import save_films, save_pictures
+from pool_pymunk.cli.runs import stem
 from pool_pymunk.render import FilmSettings, Show
 from pool_pymunk.results.words import counted
 from pool_pymunk.studies.grid import Column

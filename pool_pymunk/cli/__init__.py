@@ -1,4 +1,4 @@
-"""This is the command line: each command has a file of its own.
+"""This is the command line: each command has a file of its own, imported when it is called.
 
 An error is printed with one line for each problem. The exit code is 0 for done, 1 for a run that
 could not be finished (what was computed is kept), 2 for bad input, and 130 for interrupted.
@@ -15,16 +15,15 @@ from contextlib import contextmanager
 from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
-from textwrap import fill, indent
+from textwrap import fill
 from typing import Annotated, Any, cast
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperCommand
 
 from pool_pymunk import __version__
-from pool_pymunk.cli import lib, opt
-from pool_pymunk.cli.common import CORE
-from pool_pymunk.cli.read import InputError
+from pool_pymunk.cli import options
+from pool_pymunk.cli.lines import CORE, InputError
 from pool_pymunk.core import compiled
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, bundled, check_place
 from pool_pymunk.safety.interrupts import patient_interrupts
@@ -48,40 +47,20 @@ COMMANDS = {
 
 PLAY_NOTHING = ("collide", "check")
 PLAIN = "Warning: the core is plain Python here, ten to twenty times slower than compiled."
+# what serves now, where somebody types an option that was there before
+GONE = {
+    "--verbose": "--json FILE has steps and wall_time",
+    "--help-all": "--help explains all options",
+    "--threads": "--workers says how many processes play",
+    "--chunk": "files have 50,000 shots each; in Python, sweep(chunk=) takes another number",
+}
 
 
-class _WithoutTypes:
-    """The help of such a class shows no type for options that are switched on or off."""
+class _Command(TyperCommand):
+    """A command reads its options, then imports its module and calls it.
 
-    def get_params(self, ctx: Any) -> Any:
-        """Return the options."""
-        params = super().get_params(ctx)  # type: ignore[misc]
-        for param in params:
-            if getattr(param, "is_flag", False):
-                param.metavar = ""
-        return params
-
-
-class _Command(_WithoutTypes, TyperCommand):
-    """A command checks its places for files first; errors of the library name options as typed."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read what was typed, and note whether it asks for all options."""
-        ctx.meta[opt.EXPERTS] = "--help-all" in args
-        return super().parse_args(ctx, ["--help" if a == "--help-all" else a for a in args])
-
-    def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write the options; those for experts are shown by --help-all alone."""
-        rest: list[Any] = [
-            one for one in self.params if getattr(one, "rich_help_panel", None) == opt.EXPERTS
-        ]
-        for one in rest:
-            one.hidden = not ctx.meta[opt.EXPERTS]
-        super().format_options(ctx, formatter)
-        if rest and not ctx.meta[opt.EXPERTS]:
-            names = f"--help-all explains {', '.join(one.opts[0] for one in rest)}."
-            lines = fill(names, formatter.width - 2, break_on_hyphens=False)
-            formatter.write(f"\n{indent(lines, '  ')}\n")
+    It checks its places for files first; errors of the library name options as typed.
+    """
 
     def get_help(self, ctx: Any) -> str:
         """Return the help, without the braces and types that some versions of typer add."""
@@ -96,19 +75,16 @@ class _Command(_WithoutTypes, TyperCommand):
         is_asked_for = os.environ.get("POOL_PYMUNK_PURE") == "1"
         if self.name not in PLAY_NOTHING and not compiled and not is_asked_for:
             print(PLAIN, file=sys.stderr)
+        module = import_module(f"pool_pymunk.cli.{self.name}")
         try:
-            return super().invoke(ctx)
-        except (lib.problems.SceneError, lib.problems.SettingError, RenderError) as error:
+            return getattr(module, str(self.name))(super().invoke(ctx))
+        except _refusals() as error:
             raise InputError(re.sub(r"^\w+(?= = )", self._typed, str(error), flags=re.M)) from None
 
     def _typed(self, key: re.Match[str]) -> str:
         """Return the option for an argument of the library; that of a list has the plural."""
         options = {option.name: option.opts[0] for option in self.params}
         return options.get(key[0]) or options.get(f"{key[0]}s", key[0])
-
-
-class _Commands(_WithoutTypes, TyperGroup):
-    """The group of all commands."""
 
 
 # The bundled scenarios are listed here, and no command lists them again.
@@ -121,20 +97,20 @@ TOP = (
 app = typer.Typer(
     name="pool-pymunk",
     help=TOP,
-    cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 for command, example in COMMANDS.items():
-    play = getattr(import_module(f"pool_pymunk.cli.{command}"), command)
-    said = [" ".join(part.split()) for part in cleandoc(play.__doc__).split("\n\n")]
+    asked = getattr(options, f"{command.capitalize()}Options")
+    said = [" ".join(part.split()) for part in cleandoc(asked.__doc__).split("\n\n")]
     app.command(
+        command,
         cls=_Command,
         help="\n\n".join(said),
         short_help=said[0],
         epilog=f"Example: pool-pymunk {command} {example}",
-    )(play)
+    )(asked)
 
 INTERRUPTED = 130
 # what the value of an option must be, by the type of pydantic's error
@@ -150,16 +126,9 @@ def _top(
     version: Annotated[
         bool, typer.Option("--version", help="Print the version, and whether the core is compiled.")
     ] = False,
-    help_all: Annotated[
-        bool, typer.Option("--help-all", help="Explain all commands with all their options.")
-    ] = False,
 ) -> None:
     if version:
         typer.echo(f"{__version__}\n{CORE}")
-    elif help_all:
-        for name in COMMANDS:
-            app([name, "--help-all"], prog_name="pool-pymunk", standalone_mode=False)
-            typer.echo()
     elif context.invoked_subcommand is None:
         typer.echo(context.get_help())
 
@@ -194,8 +163,7 @@ def _exit_code(arguments: list[str] | None) -> int:
     except KeyboardInterrupt:
         code = INTERRUPTED
     except (ValueError, UsageError, RenderError) as error:
-        refused = InputError | lib.problems.SceneError | lib.problems.SettingError
-        if isinstance(error, ValueError) and not isinstance(error, refused):
+        if isinstance(error, ValueError) and not isinstance(error, _refusals()):
             raise
         _complain(_named(error))
         return 2
@@ -210,8 +178,17 @@ def _exit_code(arguments: list[str] | None) -> int:
     return code
 
 
+def _refusals() -> tuple[type[Exception], ...]:
+    """Return the errors for bad input; an answer to --help does not wait for the library's."""
+    from pool_pymunk.model.problems import SceneError, SettingError
+
+    return InputError, RenderError, SceneError, SettingError
+
+
 def _named(error: Exception) -> str:
     """Return the message of an error; if it is about an option, name it and the typed value."""
+    if (gone := getattr(error, "option_name", None)) in GONE:
+        return f"{gone}: is no more: {GONE[gone]}"
     option: Any = getattr(error, "param", None)
     if option is None:
         return str(error)

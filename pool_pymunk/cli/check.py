@@ -2,38 +2,20 @@
 
 from __future__ import annotations
 
-import json
-from typing import Annotated
-
-import typer
-
-from pool_pymunk.cli import lib, opt
-from pool_pymunk.cli.common import CORE, say
+from pool_pymunk.cli.lines import CORE, say
+from pool_pymunk.cli.options import CheckOptions
+from pool_pymunk.model import scenario
+from pool_pymunk.report import listing
 from pool_pymunk.safety.files import bundled
 
 
-def _print_schema(is_asked: bool) -> None:
-    if is_asked:
-        say([json.dumps(lib.schema.scenario_schema(), indent=2, ensure_ascii=False)])
-        raise typer.Exit
-
-
-def check(
-    scenario: opt.Scenario,
-    schema: Annotated[
-        bool,
-        opt.option(
-            "Print the JSON schema of scenario files, for editors, and no more.",
-            None, "--schema", is_eager=True, callback=_print_schema,
-        ),
-    ] = False,
-) -> int:  # fmt: skip
+def check(asked: CheckOptions) -> int:
     """Validate a scenario, and say what will be modelled, what will not, and its sizes."""
-    scene = lib.scenario.load(scenario)
-    say([f"{scenario}: sound"])
-    if scenario in bundled():
-        say([f"  file: {bundled()[scenario]}"])
-    say(f"  {line}" for line in (*lib.listing.modelled(scene), *lib.listing.magnitudes(scene)))
+    scene = scenario.load(asked.scenario)
+    say([f"{asked.scenario}: sound"])
+    if asked.scenario in bundled():
+        say([f"  file: {bundled()[asked.scenario]}"])
+    say(f"  {line}" for line in (*listing.modelled(scene), *listing.magnitudes(scene)))
     say([f"  {CORE}"])
-    say(f"Warning: {x}; is a unit or a digit wrong?" for x in lib.listing.implausible(scene))
+    say(f"Warning: {x}; is a unit or a digit wrong?" for x in listing.implausible(scene))
     return 0

@@ -1,89 +1,88 @@
-"""This command compares solvers with each other and with the published ends."""
+"""This command compares solvers with each other and with the published ends.
+
+It measures the grid of ``tradeoff`` with one step for each solver, and shows it shot by shot.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from contextlib import closing
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from pool_pymunk.cli import common, lib, opt, read
-from pool_pymunk.safety.files import whole
+from pool_pymunk.cli import read, runs
+from pool_pymunk.cli.options import CompareOptions
+from pool_pymunk.cli.output import File, Output, Report
+from pool_pymunk.cli.terminal import heading
+from pool_pymunk.cli.tradeoff import measure
+from pool_pymunk.report.listing import is_of_the_report
+from pool_pymunk.results.run import Run
+from pool_pymunk.results.table import NO_BREAK, ResultTable, TableColumn
+from pool_pymunk.results.trace import ZERO_SLIP
+from pool_pymunk.results.words import step_text
+from pool_pymunk.studies.compare import Comparison
+from pool_pymunk.studies.grid import Tradeoff
 
 ENDS = ("shot", "solver", "dt", "ball", "x", "y", "distance")
 
 
-def compare(
-    scenario: opt.Scenario,
-    solvers: opt.Columns = None,
-    dt: opt.Step = None,
-    shot: opt.ShotName = None,
-    law: opt.LawName = None,
-    friction: opt.FrictionBy = None,
-    max_time: opt.MaxTime = None,
-    contact_tolerance: opt.ContactTolerance = None,
-    json: opt.JsonFile = None,
-    out: opt.OutDir = None,
-    pictures: Annotated[bool, opt.option("Draw each run over the exact one.")] = True,
-) -> int:
-    """Play every shot with several solvers; show the ends, and where runs first diverge."""
-    how = common.How(law, friction, max_time, contact_tolerance)
-    scene = how.scene(scenario)
-    columns, left_out = how.columns(scene, solvers, read.seconds("--dt", dt))
-    columns.insert(0, how.reference(scene))
-    folder = common.place(out, scenario, "compare")
-    found: list[lib.compare.Comparison] = []
-    try:
-        with closing(common.simulate_beside(scene, read.shots(scene, shot), columns)) as rows:
-            for reference, *runs in rows:
-                comparisons = [lib.compare.Comparison(reference, run) for run in runs]
-                _print(reference, comparisons)
-                found += comparisons
-        common.say(common.left_out_sentences(left_out))
-    finally:
-        if found:
-            with whole(folder / "ends.csv") as part:
-                lib.table.ResultTable(ENDS, _ends(found)).csv(part)
-            results = {
-                "reference": found[0].reference.solver,
-                "comparisons": [_record(one) for one in found],
-                "left_out": left_out,
-            }
-            common.write_json(json, results, scenario, scene.title)
-    if pictures:
-        with lib.terminal.Bar("drawing", len(found)) as bar:
-            for each in found:
-                show, run = lib.render.Show((each.reference, each.run)), each.run
-                lib.render.picture(
-                    show, folder / f"{common.stem(run)}-{run.solver}.png", when="end"
-                )
-                bar.step()
-    typer.echo(f"{'Pictures and data' if pictures else 'Data'}: {folder}")
+def compare(asked: CompareOptions) -> int:
+    """Measure the solvers, each at one step."""
+    scene = read.scene(asked)
+    columns, left_out = read.columns(asked, scene, read.seconds("--dt", asked.dt))
+    folder = read.folder(asked.out, asked.scenario, "compare")
+    exact = read.reference(asked, scene).runs(scene, read.shots(scene, asked.shot))
+    found = Tradeoff(scene, tuple(exact), all_count=True)
+    kinds = "Pictures and data" if asked.pictures else "Data"
+    with Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put:
+        for each in measure(found, columns):
+            put.at_end(_report(each, left_out, asked.pictures))
     return 0
 
 
-def _print(reference: lib.Run, found: list[lib.compare.Comparison]) -> None:
-    runs = (reference, *(one.run for one in found))
-    column = lib.table.TableColumn
-    solver, status = (column(each, left=True) for each in ("solver", "status"))
-    costs = (column("wall time", unit="ms"), column("energy left", unit="%"))
-    columns = (solver, "contacts", "steps", *costs, status)
-    said = [*sentences(reference, found), *common.warnings_of(runs)]
+def _report(measured: Tradeoff, left_out: Mapping[str, str], pictures: bool) -> Report:
+    """Yield what is to be said of each shot, all ends, and a picture of each run."""
+    exact, played = measured.references, measured.runs
+    rows = [
+        [Comparison(one, run) for run in played[k :: len(exact)]] for k, one in enumerate(exact)
+    ]
+    found = [one for row in rows for one in row]
+    for row in rows:
+        yield from _shown(row)
+    yield from runs.left_out_sentences(left_out)
+    yield File("ends.csv", ResultTable(ENDS, _ends(found)).csv)
+    yield {
+        "reference": exact[0].solver,
+        "comparisons": list(map(_record, found)),
+        "left_out": dict(left_out),
+    }
+    if not pictures:
+        return
+    from pool_pymunk.render import Show, picture  # Only who draws waits for it.
+
+    for one in found:
+        show = partial(picture, Show((one.reference, one.run)), when="end")
+        yield File(f"{runs.stem(one.run)}-{one.run.solver}.png", show)
+
+
+def _shown(found: list[Comparison]) -> Report:
+    """Yield the ends and the cost of the runs of a shot, and how they differ."""
+    reference = found[0].reference
+    played = (reference, *(one.run for one in found))
+    solver, status = (TableColumn(each, left=True) for each in ("solver", "status"))
+    costs = (TableColumn("wall time", unit="ms"), TableColumn("energy left", unit="%"))
+    yield heading(reference.name)
     unit = reference.scene.units.length
-    lib.terminal.show(
-        f"\n[bold]{reference.name}[/bold]",
-        f"Exact ends, and distances of the other ends from them ({unit})\n",
-        _distances(reference, found),
-        lib.table.ResultTable(columns, map(_cost, runs)),
-        *said,
-    )
+    yield f"Exact ends, and distances of the other ends from them ({unit})\n"
+    yield _distances(found)
+    yield ResultTable((solver, "contacts", "steps", *costs, status), map(_cost, played))
+    yield from sentences(found)
+    yield from runs.warnings_of(played)
 
 
-def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.table.ResultTable:
+def _distances(found: list[Comparison]) -> ResultTable:
     """Return each ball's exact end, and its distance from the end in each other run."""
+    reference = found[0].reference
     published = reference.shot.published if reference.shot else {}
     ends, from_si = reference.final, partial(reference.scene.units.from_si, kind="length")
     columns: dict[str, Iterable[Any]] = {
@@ -91,25 +90,26 @@ def _distances(reference: lib.Run, found: list[lib.compare.Comparison]) -> lib.t
         "exact": ["{:.4f}, {:.4f}".format(*map(from_si, end)) for end in ends.values()],
     }
     for one in found:
-        name = _name(one.run).replace(" s", f"{lib.table.NO_BREAK}s")
+        name = _name(one.run).replace(" s", f"{NO_BREAK}s")
         columns[name] = map(from_si, one.distances.values())
     if published:
         columns["published"] = [
             f"{from_si(math.dist(end, published[id_])):.3f}" if id_ in published else ""
             for id_, end in ends.items()
         ]
-    return lib.table.ResultTable.of(columns)
+    return ResultTable.of(columns)
 
 
-def _cost(run: lib.Run) -> tuple[object, ...]:
+def _cost(run: Run) -> tuple[object, ...]:
     share = run.energy["final"] / run.energy["initial"] if run.energy["initial"] else 0.0
     contacts = sum(event.is_contact for event in run.events)
     spent = f"{run.wall_time * 1e3:.1f}", f"{share:.1%}".rstrip("%")
     return _name(run), contacts, run.steps, *spent, run.status
 
 
-def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterator[str]:
+def sentences(found: list[Comparison]) -> Iterator[str]:
     """Say in words how the runs of one shot differ from the reference."""
+    reference = found[0].reference
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
     for one in found:
         parted, off = one.divergence, unit.from_si(one.largest, "length")
@@ -128,22 +128,22 @@ def sentences(reference: lib.Run, found: list[lib.compare.Comparison]) -> Iterat
             f"The published ends are up to {unit.from_si(off, 'length'):.3f} {unit.length} off the "
             f"exact ones, along x or y (ball {ball})"
         )
-        if lib.trace.ZERO_SLIP in reference.policies and lib.listing.is_of_the_report(reference):
+        if ZERO_SLIP in reference.policies and is_of_the_report(reference):
             text += "; a slip of exactly zero got its sign from rounding there, see the warning"
-        yield f"{text}.{common.published_by(reference)}"
+        yield f"{text}.{runs.published_by(reference)}"
 
 
-def _name(run: lib.Run) -> str:
-    return run.solver if run.dt is None else f"{run.solver} {lib.words.step_text(run.dt)}"
+def _name(run: Run) -> str:
+    return run.solver if run.dt is None else f"{run.solver} {step_text(run.dt)}"
 
 
-def _ends(found: list[lib.compare.Comparison]) -> Iterator[tuple[object, ...]]:
+def _ends(found: list[Comparison]) -> Iterator[tuple[object, ...]]:
     for one in found:
         for id_, end in one.run.final.items():
             yield one.run.name, one.run.solver, one.run.dt, id_, *end, one.distances[id_]
 
 
-def _record(one: lib.compare.Comparison) -> dict[str, object]:
+def _record(one: Comparison) -> dict[str, object]:
     run, parted = one.run.as_dict(), one.divergence
     kept = ("status", "final", "energy", "steps", "wall_time", "warnings")
     return {

@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Any, Literal
 
 import typer
 
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import How, place, published_by, say, stem, write_json
-from pool_pymunk.safety.files import whole
+from pool_pymunk.cli import read
+from pool_pymunk.cli.lines import InputError, say
+from pool_pymunk.cli.options import RunOptions
+from pool_pymunk.cli.output import File, Output, Report
+from pool_pymunk.cli.runs import published_by, stem
+from pool_pymunk.cli.terminal import Bar
+from pool_pymunk.model import Scene, Shot, Units
+from pool_pymunk.model.quantities import read_units
+from pool_pymunk.report import listing
+from pool_pymunk.results.contacts import printed_tables
+from pool_pymunk.results.run import FILES, STATUSES, Run
+from pool_pymunk.results.words import counted, step_text
+from pool_pymunk.solvers import find_solver
+from pool_pymunk.studies.grid import Column
+from pool_pymunk.studies.tolerance import Choice, finest_step, simulate_within
 
-LONG = 60.0  # s; a run that takes longer is announced
 What = Literal["start", "end", "energy"]  # pictures
 # a finished shot, and the choice of its step if a tolerance made it
-PlayedShot = tuple["lib.Run", "lib.tolerance.Choice | None"]
-Contacts = Annotated[
-    bool,
-    opt.option("Also print each contact: place, impulses, velocities, energy.", None, "--contacts"),
-]
-Against = Annotated[
-    str | None, opt.option("List only ends that differ from those of a run there.", "FOLDER")
-]
-Verbose = Annotated[bool, opt.option("Also print steps and computing time.", None, "--verbose")]
+PlayedShot = tuple[Run, Choice | None]
 # Why the exact ends of the report's shots are not the published ones (docs/report.md, 4 and 5).
 REASONS = {
     "Simulation 1": (
@@ -38,192 +41,128 @@ REASONS = {
 }
 
 
-def run(
-    scenario: opt.Scenario,
-    solver: opt.SolverName = "pymunk",
-    dt: opt.Step = None,
-    tolerance: Annotated[
-        str | None, opt.option("Choose a step whose ends are within this error: 0.01in.", "LENGTH")
-    ] = None,
-    shot: opt.ShotName = None,
-    law: opt.LawName = None,
-    friction: opt.FrictionBy = None,
-    max_time: opt.MaxTime = None,
-    contact_tolerance: opt.ContactTolerance = None,
-    json: opt.JsonFile = None,
-    out: opt.OutDir = None,
-    pictures: opt.StartAndEnd = True,
-    contacts: Contacts = False,
-    against: Against = None,
-    verbose: Verbose = False,
-    show: Annotated[
-        str | None, opt.option("Draw energy and momentum over time, too.", "energy")
-    ] = None,
-    units: Annotated[
-        str,
-        opt.option(
-            f'The units of the CSV: "scene", or some of {opt.KNOWN}.', "U,...", for_experts=True
-        ),
-    ] = "m,kg,m/s",
-) -> int:
-    """Simulate every shot: the log, agreement with published ends, pictures and data.
-
-    Files go to renders/<scenario>: for each shot its start and end as pictures, times, positions
-    and velocities as npz and CSV, and the events as CSV, with --contacts also the contacts. If the
-    command ends early, it keeps the files of the shots that were finished.
-    """
-    how = How(law, friction, max_time, contact_tolerance)
-    scene = how.scene(scenario)
-    setting = how.setting(scene, solver, dt)
-    shots = read.shots(scene, shot)
-    limit, written = _limit(tolerance, dt, solver, scene.units), _units(units, scene.units)
-    if show not in (None, "energy"):
-        raise read.InputError(f"--show = {show}: must be energy")
-    drawn: list[What] = ["start", "end"] if pictures else []
-    drawn += ["energy"] if show else []
-    folder = place(out, scenario)
-    others = {} if against is None else _others(against, scene, shots)
-    say(lib.listing.opening(scene))
-    done: list[PlayedShot] = []
-    try:
-        with lib.terminal.Bar("simulating", len(shots)) as bar:
+def run(asked: RunOptions) -> int:
+    """Play the shots one after the other, and keep each as soon as it is finished."""
+    scene = read.scene(asked)
+    setting, shots = read.column(asked, scene), read.shots(scene, asked.shot)
+    limit = _limit(asked, scene.units)
+    units = _units(asked.units, scene.units)
+    if asked.show not in (None, "energy"):
+        raise InputError(f"--show = {asked.show}: must be energy")
+    drawn: list[What] = ["start", "end"] if asked.pictures else []
+    drawn += ["energy"] if asked.show else []
+    folder = read.folder(asked.out, asked.scenario)
+    others = {} if asked.against is None else _others(Path(asked.against), scene, shots)
+    say(listing.opening(scene))
+    kinds = f"{'Pictures and data' if drawn else 'Data'} of {counted(len(shots), 'shot')}"
+    done = list[PlayedShot]()
+    with Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put:
+        put.at_end(_results(done))
+        with Bar("simulating", len(shots)) as bar:
             for played in _played(scene, shots, setting, limit, bar):
                 done.append(played)
-                say(lib.listing.shot_lines(played[0], others.get(played[0].shot), verbose))
-                _report(played, folder, drawn, written, contacts)
-    finally:
-        if done:
-            write_json(json, _results(done), scenario, scene.title)
-    _close([one for one, _ in done], folder, bool(drawn))
+                put(_report(played, others.get(played[0].shot), drawn, units, asked.contacts))
+                bar.step()
+        say(_closing([one for one, _ in done]))
     return _verdict(done)
 
 
 def _others(
-    folder: str, scene: lib.Scene, shots: Sequence[lib.Shot | None]
-) -> dict[lib.Shot | None, lib.listing.Others]:
+    folder: Path, scene: Scene, shots: Sequence[Shot | None]
+) -> dict[Shot | None, listing.Others]:
     """Read the ends of the same shots from a folder."""
     numbers = (scene.shots.index(one) + 1 if one else 1 for one in shots)
-    found = [lib.listing.ends_in(Path(folder), f"shot-{k}.npz", scene) for k in numbers]
+    found = [listing.ends_in(folder, f"shot-{k}.npz", scene) for k in numbers]
     return dict(zip(shots, found, strict=True))
 
 
-def _limit(tolerance: str | None, dt: str | None, solver: str, units: lib.Units) -> float | None:
+def _limit(asked: RunOptions, units: Units) -> float | None:
     """Return the tolerance (m) as typed, which stands for a step."""
+    tolerance = asked.tolerance
     if tolerance is None:
         return None
-    if dt is not None:
-        raise read.InputError(f"--tolerance = {tolerance}: give either --tolerance or --dt")
-    lib.tolerance.finest_step(solver)  # There must be a step to choose.
+    if asked.dt is not None:
+        raise InputError(f"--tolerance = {tolerance}: give either --tolerance or --dt")
+    finest_step(asked.solver)  # There must be a step to choose.
     return read.length("--tolerance", tolerance, units)
 
 
-def _units(typed: str, own: lib.Units) -> lib.Units:
+def _units(typed: str, own: Units) -> Units:
     """Return the units of the CSV: the scene's own, or as typed."""
     if "scene" in (named := read.names("--units", typed)) and len(named) > 1:
-        raise read.InputError(f"--units = {typed}: scene must stand alone")
-    return own if typed == "scene" else lib.quantities.read_units("--units", typed)
+        raise InputError(f"--units = {typed}: scene must stand alone")
+    return own if typed == "scene" else read_units("--units", typed)
 
 
 def _played(
-    scene: lib.Scene,
-    shots: Sequence[lib.Shot | None],
-    setting: lib.grid.Column,
-    limit: float | None,
-    bar: lib.terminal.Bar,
+    scene: Scene, shots: Sequence[Shot | None], setting: Column, limit: float | None, bar: Bar
 ) -> Iterator[PlayedShot]:
     """Yield each shot as soon as it is finished; a ``limit`` (m) of errors chooses its step."""
-    solver, options = setting.solver, setting.options
-    if limit is not None:
+    if limit is None:
+        return ((each, None) for each in setting.runs(scene, shots, bar.at))
 
-        def tries(step: float) -> None:
-            bar.name(f"simulating in steps of {lib.words.step_text(step)}")
+    def tries(step: float) -> None:
+        bar.name(f"in steps of {step_text(step)}")
 
-        chosen = lib.tolerance.simulate_within(scene, shots, limit, solver, None, tries, **options)
-        for run, choice in chosen:
-            yield run, choice
-            bar.step()
-        return
-    estimates = lib.grid.estimate(scene, shots, setting)
-    if (announced := announcement(estimates, solver)) is not None:
-        print(announced, file=sys.stderr, flush=True)
-    share = lib.terminal.Share(bar, estimates)
-    for run in setting.runs(scene, shots, share.move):
-        yield run, None
-        share.finish()
-
-
-def announcement(estimates: Sequence[lib.grid.Estimate], solver: str) -> str | None:
-    """Return the line that says how long the shots will take, if it is more than a minute.
-
-    >>> from pool_pymunk.studies.grid import Estimate
-    >>> announcement([Estimate(2400.0, 1.5, 1.5e9), Estimate(600.0, 0.5, 5e8)], "time-slice")
-    'This will take about 50 minutes (time-slice, 2e+09 steps); Ctrl-C keeps finished shots.'
-    """
-    cost, steps = sum(one.cost for one in estimates), sum(one.steps for one in estimates)
-    if cost <= LONG:
-        return None
-    size = f"{cost / 3600.0:,.0f} hours" if cost > 2 * 3600.0 else f"{cost / 60.0:.0f} minutes"
-    size = "a minute" if size == "1 minutes" else size
-    return (
-        f"This will take about {size} ({solver}, {steps:.2g} steps); Ctrl-C keeps finished shots."
-    )
+    return simulate_within(scene, shots, limit, setting.solver, None, tries, **setting.options)
 
 
 def _report(
-    shot: PlayedShot, folder: Path, drawn: Sequence[What], units: lib.Units, contacts: bool
-) -> None:
-    """Print how the step of a shot was chosen, if it was, and write data, pictures and contacts."""
-    run, choice = shot
+    shot: PlayedShot, others: listing.Others | None, drawn: Sequence[What], units: Units,
+    contacts: bool,
+) -> Report:  # fmt: skip
+    """Yield the log of a shot, how its step was chosen, and its data, pictures and contacts."""
+    one, choice = shot
+    yield from listing.shot_lines(one, others)
     if choice is not None:
-        say([*(f"    {line}" for line in choice.lines(run.scene.units)), ""])
-    for ending, write in lib.run.FILES:
-        with whole(folder / f"{stem(run)}{ending}") as part:
-            write(run, part, **({"units": units} if ending == ".csv" else {}))
+        yield from (*(f"    {line}" for line in choice.lines(one.scene.units)), "")
+    for heading, table in printed_tables(one) if contacts else ():
+        yield from (f"    {heading}\n", table)
+    for ending, write in FILES:
+        in_units: dict[str, Any] = {"units": units} if ending == ".csv" else {}
+        yield File(f"{stem(one)}{ending}", partial(write, one, **in_units))
     for what in drawn:
-        run.plot(what, folder / f"{stem(run)}-{what}.png")
+        yield File(f"{stem(one)}-{what}.png", partial(one.plot, what))
     if contacts:
-        for heading, table in lib.contacts.printed_tables(run):
-            lib.terminal.show(f"    {heading}\n", table)
-        with whole(folder / f"{stem(run)}-contacts.csv") as part:
-            run.write_contacts_csv(part, units)
+        yield File(f"{stem(one)}-contacts.csv", partial(one.write_contacts_csv, units=units))
 
 
-def _close(runs: Sequence[lib.Run], folder: Path, pictures: bool) -> None:
-    """Print the last lines: agreement over all shots, and where the files are."""
-    say(lib.listing.closing(runs))
-    for run in filter(lib.listing.is_of_the_report, runs):
-        agreement, exact = lib.listing.Agreement.of(run), lib.solvers.find_solver(run.solver).exact
-        if exact and len(agreement.agreeing) < agreement.count:
-            typer.echo(f"{run.name}: {REASONS[run.name]}.{published_by(run)}")
-    what = "Pictures and data" if pictures else "Data"
-    typer.echo(f"{what} of {lib.words.counted(len(runs), 'shot')}: {folder}")
+def _closing(played: Sequence[Run]) -> Iterator[str]:
+    """Yield the agreement over all shots."""
+    yield from listing.closing(played)
+    for one in filter(listing.is_of_the_report, played):
+        agreement = listing.Agreement.of(one)
+        if find_solver(one.solver).exact and len(agreement.agreeing) < agreement.count:
+            yield f"{one.name}: {REASONS[one.name]}.{published_by(one)}"
 
 
-def _results(done: Sequence[PlayedShot]) -> dict[str, object]:
-    """Return the shots as they stand in the JSON."""
-    records = [run.as_dict() for run, _ in done]
-    for record, (run, choice) in zip(records, done, strict=True):
-        if run.shot and run.shot.published:
-            record["published"] = lib.listing.Agreement.of(run).as_dict()
-        if choice is not None:
-            record["tolerance"] = choice.as_dict()
-    steps = {run.dt for run, _ in done}
-    first = done[0][0]
+def _results(done: Sequence[PlayedShot]) -> Report:
+    """Yield the shots as they stand in the JSON, if there are any."""
+    if not done:
+        return
+    steps, (first, _) = {one.dt for one, _ in done}, done[0]
     solver: dict[str, object] = {"name": first.solver}
     solver["dt"] = steps.pop() if len(steps) == 1 else None
     if first.contact_tolerance is not None:
         solver["contact_tolerance"] = first.contact_tolerance
-    return {"solver": solver, "shots": records}
+    yield {"solver": solver, "shots": [_record(*each) for each in done]}
+
+
+def _record(one: Run, choice: Choice | None) -> dict[str, object]:
+    record = one.as_dict()
+    if one.shot and one.shot.published:
+        record["published"] = listing.Agreement.of(one).as_dict()
+    return record | ({} if choice is None else {"tolerance": choice.as_dict()})
 
 
 def _verdict(done: Sequence[PlayedShot]) -> int:
     """Name the shots that failed or missed the tolerance; return the exit code."""
     code = 0
-    for run, choice in done:
-        failed = [] if run.success else [lib.run.STATUSES[run.status]]
+    for one, choice in done:
+        failed = [] if one.success else [STATUSES[one.status]]
         if choice is not None and not choice.reached:
             failed.append("the tolerance is not reached")
         for why in failed:
-            typer.echo(f"error: {run.name}: {why}", err=True)
+            typer.echo(f"error: {one.name}: {why}", err=True)
             code = 1
     return code

@@ -3,166 +3,172 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
-import typer
-
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import Widths, place, position_errors, say, stem, write_json
-from pool_pymunk.cli.workers import players
-from pool_pymunk.safety.files import whole
-
-if TYPE_CHECKING:
-    Alone = Mapping[str, lib.Sensitivity]  # by the cause that acts alone
+from pool_pymunk.cli import read, runs
+from pool_pymunk.cli.lines import InputError
+from pool_pymunk.cli.options import SensitivityOptions
+from pool_pymunk.cli.output import File, Output, Report
+from pool_pymunk.cli.terminal import Bar, heading
+from pool_pymunk.model import Scene, Shot, Units, scenario
+from pool_pymunk.model.quantities import quantity
+from pool_pymunk.results.run import Run
+from pool_pymunk.results.table import ResultTable, TableColumn, alike
+from pool_pymunk.results.words import counted
+from pool_pymunk.studies import sensitivity as study
+from pool_pymunk.studies.sensitivity import Linear, Sensitivity
+from pool_pymunk.studies.uncertainty import Uncertainty
 
 AIMED_ONCE = "Shots that aim at a ball are aimed once, in the scenario as it is (see --aim-anew)."
 AIMED_ANEW = "Shots that aim at a ball are aimed anew in each sample."
-NONE_ALONE: Alone = {}
 HALF = "Each ± is half the width of a uniform distribution; what follows are standard deviations."
 
 
-def sensitivity(
-    scenario: opt.Scenario,
-    position_error: opt.PositionError = None,
-    speed_error: Annotated[str, opt.option("Half-width of the shot's speed.", "SPEED")] = "0",
-    angle_error: Annotated[str, opt.option("Half-width of the shot's angle.", "DEGREES")] = "0",
-    samples: Annotated[int, opt.option("Runs of each shot.", "N")] = 1000,
-    seed: Annotated[int, opt.option("Seed of random numbers.", "N", for_experts=True)] = 0,
-    workers: Annotated[
-        int | None,
-        opt.option(
-            "Processes; default: one per core.", "N", "--workers", "--threads", "--processes",
-            for_experts=True,
-        ),
-    ] = None,
-    cluster: opt.Cluster = None,
-    shot: opt.ShotName = None,
-    aims_anew: opt.AimAnew = False,
-    json: opt.JsonFile = None,
-    out: opt.OutDir = None,
-    pictures: Annotated[bool, opt.option("Draw the cloud of ends of every ball.")] = True,
-    by_derivatives: Annotated[
-        bool,
-        opt.option(
-            "Also use derivatives, and say how far they hold; --samples 0: only these.",
-            None, "--linear",
-        ),
-    ] = False,
-) -> int:  # fmt: skip
-    """Where may balls end if starts, and on request speed and angle, are uncertain?
-
-    An error is typed as half the width of a uniform distribution; the ends are printed with their
-    standard deviations. A length or speed may have a unit (0.1mm); without one it is in that of the
-    scenario. Where several inputs are uncertain, each is also varied alone.
-    """
-    scene = lib.scenario.load(scenario)
-    position, known_by = position_errors(scenario, scene, position_error)
-    uncertainty = _uncertainty(scene, position, speed_error, angle_error)
-    shots = read.shots(scene, shot)
-    folder = place(out, scenario, "sensitivity")
-    if samples == 0 and not by_derivatives:
-        raise read.InputError("--samples = 0: must be 2 or more, or stand beside --linear")
-    found: list[lib.Sensitivity] = []
-    records: list[dict[str, object]] = []
-    parts = 1 + len(uncertainty.causes(scene))  # all causes together, and each alone
-    runs = len(shots) * samples * (parts if parts > 2 else 1)
-    how: Any = {"seed": seed, "aims_anew": aims_anew}
-    aimed = (AIMED_ANEW if aims_anew else AIMED_ONCE) * any(one.aim for one in shots if one)
-    most = runs or len(shots)
-    with players(workers, cluster) as (asked, _), lib.terminal.Bar("playing", most) as bar:
-        for one in shots:
-            cloud, line, alone = None, None, NONE_ALONE
-            if samples:
-                cloud = lib.sensitivity.sensitivity(
-                    scene, one, uncertainty, samples, workers=asked, on_done=bar.step, **how
-                )
-                alone = lib.sensitivity.by_causes(cloud, asked, on_done=bar.step)
-                found.append(cloud)
-            if by_derivatives:
-                line = lib.sensitivity.linear(scene, one, uncertainty, **how)
-                bar.step(0 if samples else 1)
-            if not records:
-                what = uncertainty.described(scene)
-                played = f"{samples:,} samples a shot with {what}; seed {seed}"
-                first = played if samples else f"By derivatives, with {what}"
-                say(filter(None, (first, HALF, aimed, known_by)))
-            records.append(_print(cloud, line, alone))
-            _save(found, line, folder, pictures)
-            write_json(json, {"known_by": known_by, "shots": records}, scenario, scene.title)
-    what = " and ".join(["pictures"] * pictures + ["data"] * bool(samples))
-    if what:
-        typer.echo(f"{what.capitalize()}: {folder}")
-    return 1 if any(one.unfinished for one in found) else 0
+def sensitivity(asked: SensitivityOptions) -> int:
+    """Show what uncertain inputs do to the ends of each shot."""
+    scene, samples = scenario.load(asked.scenario), asked.samples
+    position, known_by = read.position_errors(asked, asked.scenario, scene)
+    faster = quantity("--speed-error", asked.speed_error, "speed", scene.units, 0.0)
+    turned = quantity("--angle-error", asked.angle_error, "angle", scene.units, 0.0)
+    errors = Uncertainty(position, faster, math.radians(turned))
+    shots = read.shots(scene, asked.shot)
+    folder = read.folder(asked.out, asked.scenario, "sensitivity")
+    if samples == 0 and not asked.by_derivatives:
+        raise InputError("--samples = 0: must be 2 or more, or stand beside --linear")
+    parts = 1 + len(errors.causes(scene))  # all causes together, and each alone
+    count = len(shots) * (samples * (parts if parts > 2 else 1) or 1)
+    kinds = " and ".join(["pictures"] * asked.pictures + ["data"] * bool(samples)).capitalize()
+    found = list[ShotSpread]()
+    with (
+        read.players(asked) as workers,
+        Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put,
+        Bar("playing", count) as bar,
+    ):
+        put.at_end(_results(found, known_by))
+        for shot in shots:
+            found.append(_spread(asked, scene, shot, errors, workers, bar))
+            if len(found) == 1:
+                put(filter(None, (*_opening(asked, scene, shots, errors), known_by)))
+            put(_report(found, asked.pictures))
+    return 1 if any(each.cloud and each.cloud.unfinished for each in found) else 0
 
 
-def _uncertainty(
-    scene: lib.Scene, position: Widths, speed: str, angle: str
-) -> lib.uncertainty.Uncertainty:
-    """Return the errors of positions (m), and those of speed and angle as typed."""
-    quantity, units = lib.quantities.quantity, scene.units
-    faster = quantity("--speed-error", speed, "speed", units, 0.0)
-    turned = math.radians(quantity("--angle-error", angle, "angle", units, 0.0))
-    return lib.uncertainty.Uncertainty(position, faster, turned)
+def _opening(
+    asked: SensitivityOptions, scene: Scene, shots: Sequence[Shot | None], errors: Uncertainty
+) -> Iterator[str]:
+    """Say what is drawn, and how the shots are aimed."""
+    what = errors.described(scene)
+    drawn = f"{asked.samples:,} samples a shot with {what}; seed {asked.seed}"
+    yield drawn if asked.samples else f"By derivatives, with {what}"
+    yield HALF
+    if any(one.aim for one in shots if one):
+        yield AIMED_ANEW if asked.aims_anew else AIMED_ONCE
 
 
-def _print(
-    found: lib.Sensitivity | None, line: lib.Linear | None, alone: Alone
-) -> dict[str, object]:
-    """Say what samples, derivatives or both tell of a shot; return its record for the JSON."""
-    record: dict[str, object] = {}
-    said: list[str] = []
-    if found is not None:
-        run, said = found.reference, sentences(found, alone)
-        record = {**found.as_dict(), "causes": {
-            cause: {ball.ball: {"std": ball.std, "amplification": ball.amplification}
-                    for ball in each.balls}
-            for cause, each in alone.items()
-        }}  # fmt: skip
-    if line is not None:
-        run = line.reference
-        record = {"name": run.name, **record, "linear": line.as_dict()}
-        said += linear_sentences(line)
-    tables = [] if found is None else [_ends(found)]
-    if found is not None and line is not None and len(alone) > 1:  # They need two tables.
-        tables.append(_spreads(run, found, None, alone))
-        found = None
-    tables.append(_spreads(run, found, line, alone))
-    lib.terminal.show(f"\n[bold]{run.name}[/bold]\n", *tables, *said)
-    return record
+def _spread(
+    asked: SensitivityOptions, scene: Scene, shot: Shot | None, errors: Uncertainty, workers: Any,
+    bar: Bar,
+) -> ShotSpread:  # fmt: skip
+    """Play the samples of a shot, follow small changes, or both."""
+    one = ShotSpread()
+    how: Any = {"seed": asked.seed, "aims_anew": asked.aims_anew}
+    if asked.samples:
+        one.cloud = study.sensitivity(
+            scene, shot, errors, asked.samples, workers=workers, on_done=bar.step, **how
+        )
+        one.alone = study.by_causes(one.cloud, workers, on_done=bar.step)
+    if asked.by_derivatives:
+        one.line = study.linear(scene, shot, errors, **how)
+        bar.step(0 if asked.samples else 1)
+    return one
 
 
-def _ends(found: lib.Sensitivity) -> lib.table.ResultTable:
+@dataclass
+class ShotSpread:
+    """This is what samples, derivatives or both tell of a shot; ``alone`` has single causes."""
+
+    cloud: Sensitivity | None = None
+    line: Linear | None = None
+    alone: Mapping[str, Sensitivity] = field(default_factory=dict)
+
+    @property
+    def run(self) -> Run:
+        """Return the run of the shot as it is."""
+        return (self.cloud or self.line).reference  # type: ignore[union-attr]  # One is there.
+
+    def as_dict(self) -> dict[str, object]:
+        """Return what stands in the JSON."""
+        found: dict[str, object] = {"name": self.run.name}
+        if self.cloud is not None:
+            found |= {**self.cloud.as_dict(), "causes": {
+                cause: {ball.ball: {"std": ball.std, "amplification": ball.amplification}
+                        for ball in each.balls}
+                for cause, each in self.alone.items()
+            }}  # fmt: skip
+        return found | ({} if self.line is None else {"linear": self.line.as_dict()})
+
+
+def _report(found: list[ShotSpread], pictures: bool) -> Report:
+    """Yield the tables of the latest shot and what they say, its samples, and its picture."""
+    last = found[-1]
+    run, cloud, line, alone = last.run, last.cloud, last.line, last.alone
+    yield heading(f"{run.name}\n")
+    if cloud is not None:
+        yield _ends(cloud)
+    if cloud is not None and line is not None and len(alone) > 1:  # They need two tables.
+        yield _spreads(run, cloud, None, alone)
+        yield _spreads(run, None, line, alone)
+    else:
+        yield _spreads(run, cloud, line, alone)
+    yield from sentences(cloud, alone) if cloud else ()
+    yield from linear_sentences(line) if line else ()
+    clouds, name = [one.cloud for one in found if one.cloud], runs.stem(run)
+    if cloud is not None:
+        yield File("spread.csv", study.table(clouds).csv)
+        yield File(f"{name}.npz", cloud.write_npz)
+    if pictures:
+        from pool_pymunk.render.clouds import cloud_picture  # Only who draws waits for it.
+
+        drawn = f"{name}.png" if cloud else f"{name}-linear.png"
+        yield File(drawn, lambda path: cloud_picture(cloud, path, line))
+
+
+def _results(found: list[ShotSpread], known_by: str) -> Report:
+    """Yield what stands in the JSON, if a shot was played."""
+    if found:
+        yield {"known_by": known_by, "shots": [one.as_dict() for one in found]}
+
+
+def _ends(found: Sensitivity) -> ResultTable:
     """Return a table of the ends: which digits hold, and where the samples end."""
     scene, units = found.reference.scene, found.reference.scene.units
-    columns: dict[lib.TableColumn | str, list[str]] = {
+    columns: dict[TableColumn | str, list[str]] = {
         "ball": [ball.ball for ball in found.balls],
-        lib.table.TableColumn("end", unit=units.length): _pairs(
-            units, found.reference.final.values(), ".2f"
-        ),
+        TableColumn("end", unit=units.length): _pairs(units, found.reference.final.values(), ".2f"),
         "holds": [", ".join(ball.digits(scene)) for ball in found.balls],
     }
     for k, axis in enumerate("xy"):
         sides = [(b.low[k] - b.end[k], b.high[k] - b.end[k]) for b in found.balls]
         columns[f"95 % off {axis}"] = _pairs(units, sides, sign="+")
     if scene.pockets:
-        columns[lib.table.TableColumn("pocketed", left=True)] = [
+        columns[TableColumn("pocketed", left=True)] = [
             ", ".join(f"{id_} {share:.1%}" for id_, share in
                       sorted(ball.pocketed.items(), key=lambda item: -item[1])) or "never"
             for ball in found.balls
         ]  # fmt: skip
-    return lib.table.ResultTable.of(columns)
+    return ResultTable.of(columns)
 
 
 def _spreads(
-    run: lib.Run, found: lib.Sensitivity | None, line: lib.Linear | None, alone: Alone
-) -> lib.table.ResultTable:
+    run: Run, found: Sensitivity | None, line: Linear | None, alone: Mapping[str, Sensitivity]
+) -> ResultTable:
     """Return a table of the ends' standard deviations, in all and by each cause alone."""
     units = run.scene.units
-    columns: dict[lib.TableColumn | str, list[str]] = {}
+    columns: dict[TableColumn | str, list[str]] = {}
     if found is None:
-        end = lib.table.TableColumn("end", unit=units.length)
+        end = TableColumn("end", unit=units.length)
         columns[end] = _pairs(units, run.final.values(), ".4f")
     else:
         columns["std of x, y"] = _pairs(units, [ball.std for ball in found.balls])
@@ -180,24 +186,24 @@ def _spreads(
         spreads |= {f"by {cause}": std.max(axis=1, keepdims=True) for cause, std in causes.items()}
         for heading, stds in spreads.items():
             columns[heading] = _pairs(units, stds)
-    return lib.table.ResultTable.of({"ball": run.final, **columns})
+    return ResultTable.of({"ball": run.final, **columns})
 
 
 def _pairs(
-    units: lib.Units, points: Iterable[Iterable[float]], form: str = "", sign: str = ""
+    units: Units, points: Iterable[Iterable[float]], form: str = "", sign: str = ""
 ) -> list[str]:
     """Return lengths along x and y in the scene's unit: in this form, or all in one notation."""
     rows = [[units.from_si(float(v), "length") for v in point] for point in points]
     values = [v for row in rows for v in row]
-    texts = iter([f"{v:{form}}" for v in values] if form else lib.table.alike(values, sign=sign))
+    texts = iter([f"{v:{form}}" for v in values] if form else alike(values, sign=sign))
     return [", ".join(next(texts) or "not known" for _ in row) for row in rows]
 
 
-def _length(units: lib.Units, value: float) -> str:
+def _length(units: Units, value: float) -> str:
     return f"{units.from_si(value, 'length'):.2g} {units.length}"
 
 
-def linear_sentences(line: lib.Linear) -> list[str]:
+def linear_sentences(line: Linear) -> list[str]:
     """Say in words for which errors the derivatives hold."""
     warnings = [f"Warning: {warning}." for warning in line.warnings]
     if not math.isfinite(line.holds):
@@ -208,7 +214,7 @@ def linear_sentences(line: lib.Linear) -> list[str]:
     return [f"The derivatives hold to a tenth {holds}.", *warnings]
 
 
-def sentences(found: lib.Sensitivity, alone: Alone) -> list[str]:
+def sentences(found: Sensitivity, alone: Mapping[str, Sensitivity]) -> list[str]:
     """Say in words how far the ends of one shot spread, in all and by each cause alone."""
     units = found.reference.scene.units
     kept, printed = found.kept_digits
@@ -231,12 +237,12 @@ def sentences(found: lib.Sensitivity, alone: Alone) -> list[str]:
         moved = f"{found.rejected:,} balls overlapped something as drawn"
         lines.append(f"{moved}, and were moved apart.")
     if found.unfinished:
-        runs = lib.words.counted(found.unfinished, "run")
+        runs = counted(found.unfinished, "run")
         lines.append(f"{runs} could not be finished and are left out.")
     return lines + [f"Warning: {warning}." for warning in found.reference.warnings]
 
 
-def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
+def _worst_sentences(found: Sensitivity, alone: Mapping[str, Sensitivity]) -> Iterator[str]:
     """Say which ball spreads most, how far by each cause alone, and what ``amplified`` means."""
     worst, units = found.worst, found.reference.scene.units
     x0, y0, x1, y1 = (units.from_si(v, "length") for v in (*worst.low, *worst.high))
@@ -257,19 +263,3 @@ def _worst_sentences(found: lib.Sensitivity, alone: Alone) -> Iterator[str]:
     if "starts" in alone:
         starts = _length(units, found.deviation_of_starts)
         yield f"Amplified: deviation by the starts alone, divided by that of the starts ({starts})."
-
-
-def _save(
-    found: list[lib.Sensitivity], line: lib.Linear | None, folder: Path, pictures: bool
-) -> None:
-    """Write one row a shot and ball, and the last shot's samples and picture."""
-    if not found and line is not None and pictures:
-        lib.clouds.cloud_picture(None, folder / f"{stem(line.reference)}-linear.png", line)
-    if found:
-        name = stem(found[-1].reference)
-        with whole(folder / "spread.csv") as part:
-            lib.sensitivity.table(found).csv(part)
-        with whole(folder / f"{name}.npz") as part:
-            found[-1].write_npz(part)
-        if pictures:
-            lib.clouds.cloud_picture(found[-1], folder / f"{name}.png", line)

@@ -2,51 +2,43 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
+from functools import partial
 
-import typer
+from rich.table import Table as Printed
 
-from pool_pymunk.cli import lib, opt, read
-from pool_pymunk.cli.common import place, say
-from pool_pymunk.safety.files import whole
+from pool_pymunk.cli import read
+from pool_pymunk.cli.lines import InputError
+from pool_pymunk.cli.options import StabilityOptions
+from pool_pymunk.cli.output import File, Output, Report
+from pool_pymunk.cli.terminal import Bar, draw
+from pool_pymunk.solvers import find_solver
+from pool_pymunk.studies.stability import extremes, suite
 
 
-def stability(
-    quick: Annotated[bool, opt.option("Fewer cases and steps.", None, "--quick")] = False,
-    solvers: opt.SolverList = None,
-    processes: Annotated[int, opt.option("Number of processes.", "N")] = 2,
-    out: opt.OutDir = None,
-) -> int:
-    """Play extreme scenes: which solver breaks, by how much, and from which case on.
-
-    Writes stability.csv and stability.svg to renders/stability, after Ctrl-C with what was played.
-    """
-    known, extremes = [solver.name for solver in lib.suite.columns()], lib.extremes.EXTREMES
-    chosen = known if solvers is None else read.names("--solvers", solvers)
+def stability(asked: StabilityOptions) -> int:
+    """Play extreme scenes, and show verdicts."""
+    known, tried = [solver.name for solver in suite.columns()], extremes.EXTREMES
+    chosen = known if asked.solvers is None else read.names("--solvers", asked.solvers)
     for name in chosen:
-        lib.solvers.find_solver(name)
-    if processes < 1:
-        raise read.InputError(f"--processes = {processes}: must be 1 or more")
-    folder, cells = place(out, "stability"), list[lib.suite.Cell]()
-    try:
-        with lib.terminal.Bar("measuring", len(extremes) * len(chosen)) as bar:
-            for cell in lib.suite.check_all(extremes, chosen, quick, processes):
+        find_solver(name)
+    if asked.processes < 1:
+        raise InputError(f"--processes = {asked.processes}: must be 1 or more")
+    folder, cells = read.folder(asked.out, "stability"), list[suite.Cell]()
+    with Output(folder, "Data and picture") as put:
+        put.at_end(_report(cells, asked.quick))
+        with Bar("measuring", len(tried) * len(chosen)) as bar:
+            for cell in suite.check_all(tried, chosen, asked.quick, asked.processes):
                 cells.append(cell)
                 bar.step()
-    finally:
-        if cells:
-            _report(lib.suite.in_order(cells), folder, quick)
     return 0
 
 
-def _report(cells: list[lib.suite.Cell], folder: Path, quick: bool) -> None:
-    """Print the table and write the files."""
-    verdicts, notes = lib.suite.verdicts(cells), lib.suite.notes(cells)
-    lib.terminal.show("Stability at the extremes\n", verdicts)
-    say(notes)
-    with whole(folder / "stability.csv") as part:
-        lib.suite.table(cells).csv(part)
-    command = f"pool-pymunk stability{' --quick' * quick}"
-    lib.terminal.draw(folder / "stability.svg", command, verdicts, *notes)
-    typer.echo(f"Data and picture: {folder}")
+def _report(played: list[suite.Cell], quick: bool) -> Report:
+    """Yield the verdicts with what they mean, the measures, and the table as a picture."""
+    if cells := suite.in_order(played):
+        said: list[str | Printed] = [suite.verdicts(cells), *suite.notes(cells)]
+        yield "Stability at the extremes\n"
+        yield from said
+        yield File("stability.csv", suite.table(cells).csv)
+        command = f"pool-pymunk stability{' --quick' * quick}"
+        yield File("stability.svg", partial(draw, command, said))

@@ -2,123 +2,111 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Annotated
 
-import typer
+from pool_pymunk.cli import read, runs
+from pool_pymunk.cli.lines import InputError
+from pool_pymunk.cli.options import TradeoffOptions
+from pool_pymunk.cli.output import File, Output, Report
+from pool_pymunk.cli.terminal import Bar
+from pool_pymunk.model import Units
+from pool_pymunk.results.table import Columns, ResultTable, TableColumn
+from pool_pymunk.studies import grid
+from pool_pymunk.studies.sensitivity import sensitivity
+from pool_pymunk.studies.uncertainty import Uncertainty
 
-from pool_pymunk.cli import common, lib, opt, read
-from pool_pymunk.safety.files import whole
-
-NAME = "contact-tolerance"  # of the files, where tolerances are measured
-
-Tolerances = Annotated[
-    str | None,
-    opt.option(
-        "Measure the exact solver at these tolerances of contacts that persist, in place of "
-        "solvers and steps. Without a unit they are in the scenario's.",
-        "LENGTH,...", "--contact-tolerance", for_experts=True,
-    ),
-]  # fmt: skip
+KEY = "--contact-tolerance"
 
 
-def tradeoff(
-    scenario: opt.Scenario,
-    shot: opt.ShotName = None,
-    solvers: opt.Columns = None,
-    law: opt.LawName = None,
-    friction: opt.FrictionBy = None,
-    max_time: opt.MaxTime = None,
-    contact_tolerance: Tolerances = None,
-    budget: Annotated[float, opt.option("About this time (s) for all repeated runs.", "S")] = 10.0,
-    samples: Annotated[
-        int,
-        opt.option("Perturbed starts, for the effect of rounded inputs.", "N", for_experts=True),
-    ] = 1000,
-    seed: Annotated[int, opt.option("Seed of the perturbed starts.", for_experts=True)] = 0,
-    position_error: opt.PositionError = None,
-    json: opt.JsonFile = None,
-    out: opt.OutDir = None,
-) -> int:
-    """Work and precision: the error and the time of each solver and step on this scene.
-
-    Writes tradeoff.csv, tradeoff.png and tradeoff.svg (contact-tolerance.csv and so on, if
-    tolerances are measured) to renders/<scenario>, after Ctrl-C with what was measured.
-    """
-    for key, value, least in (("budget", budget, 0), ("samples", samples, 2), ("seed", seed, 0)):
-        if not value >= least:
-            raise read.InputError(f"--{key} = {value}: must be {least} or more")
-    how = common.How(law, friction, max_time)
-    scene = how.scene(scenario)
-    tolerances = _tolerances(contact_tolerance, solvers, scene.units)
-    columns, left_out = how.columns(scene, solvers, every=True)
+def tradeoff(asked: TradeoffOptions) -> int:
+    """Measure every column of the grid, and the effect of rounded inputs."""
+    read.at_least(0, budget=asked.budget, seed=asked.seed)
+    read.at_least(2, samples=asked.samples)
+    scene = read.scene(asked)
+    tolerances = _tolerances(asked, scene.units)
     if tolerances:
-        columns, left_out = lib.grid.at_tolerances(tolerances), {}
-    shots, folder = read.shots(scene, shot), common.place(out, scenario)
-    widths, known_by = common.position_errors(scenario, scene, position_error)
-    errors, began = lib.uncertainty.Uncertainty(widths), time.perf_counter()
-    found = lib.grid.begin(scene, shots, tolerances)
-    share = (time.perf_counter() - began) / len(shots)  # s; about what a sample takes
-    try:
-        with lib.terminal.Bar("measuring", 1.0) as bar:
-            sound = [run.shot for run in found.sound]
-            plan = lib.grid.planned(scene, columns, sound, budget)
-            bar.plan(share * samples * len(sound) + sum(plan))
-            clouds = [
-                lib.sensitivity.sensitivity(
-                    scene, one, errors, samples, seed, on_done=lambda count: bar.step(count * share)
-                )
-                for one in sound
-                if not tolerances
-            ]
-            if clouds:
-                spread = max(cloud.worst.deviation for cloud in clouds)
-                found = replace(found, spread=spread, known_by=known_by)
-            for column, seconds in zip(columns, plan, strict=True):
-                found = found.measured(column, budget / len(columns))
-                bar.step(seconds)
-    finally:
-        if found.settings:
-            _report(found, left_out, seed, folder / (NAME if tolerances else "tradeoff"))
-            common.write_json(json, _results(found, left_out, seed), scenario, scene.title)
+        columns, left_out = grid.at_tolerances(tolerances), dict[str, str]()
+    else:
+        columns, left_out = read.columns(asked, scene, every=True)
+    shots, folder = read.shots(scene, asked.shot), read.folder(asked.out, asked.scenario)
+    widths, known_by = read.position_errors(asked, asked.scenario, scene)
+    found = grid.begin(scene, shots, tolerances)
+    with Output(folder, "Diagram and data", asked.json, (asked.scenario, scene.title)) as put:
+        if not tolerances:
+            with Bar("playing", asked.samples * len(found.sound)) as bar:
+                spread = max(
+                    sensitivity(
+                        scene, run.shot, Uncertainty(widths), asked.samples, asked.seed,
+                        on_done=bar.step,
+                    ).worst.deviation
+                    for run in found.sound
+                )  # fmt: skip
+            found = replace(found, spread=spread, known_by=known_by)
+        for each in measure(found, columns, asked.budget):
+            put.at_end(_report(each, left_out, asked.seed))
     return 0
 
 
-def _tolerances(typed: str | None, solvers: str | None, units: lib.Units) -> list[float]:
+def measure(
+    found: grid.Tradeoff, columns: Sequence[grid.Column], budget: float = 0.0
+) -> Iterator[grid.Tradeoff]:
+    """Measure one column after the other; yield all that was measured so far."""
+    with Bar("measuring", len(columns)) as bar:
+        for column in columns:
+            bar.name(str(column))
+            found = found.measured(column, budget / len(columns))
+            yield found
+            bar.step()
+
+
+def _tolerances(asked: TradeoffOptions, units: Units) -> list[float]:
     """Return the tolerances (m) as typed, from coarse to fine; they stand for solvers."""
+    typed = asked.contact_tolerance
     if typed is None:
         return []
-    if solvers is not None:
-        message = "give either --contact-tolerance or --solvers"
-        raise read.InputError(f"--contact-tolerance = {typed}: {message}")
-    key = "--contact-tolerance"
-    return sorted({read.length(key, each, units) for each in read.names(key, typed)}, reverse=True)
+    if asked.solvers is not None:
+        raise InputError(f"{KEY} = {typed}: give either {KEY} or --solvers")
+    return sorted({read.length(KEY, each, units) for each in read.names(KEY, typed)}, reverse=True)
 
 
-def _report(result: lib.grid.Tradeoff, left_out: Mapping[str, str], seed: int, path: Path) -> None:
-    """Print the table and what it says, and write the files."""
-    lib.terminal.show(f"Errors at the end and time for {result.measured_shots}\n", _printed(result))
-    common.say(lib.grid.sentences(result))
-    common.say([*common.left_out_sentences(left_out), *common.warnings_of(result.warned)])
-    same = {"spread": result.spread, "seed": seed, **lib.grid.machine()}
-    with whole(path.with_suffix(".csv")) as part:
-        result.table(same).csv(part)
-    lib.diagram.draw(result, [path.with_suffix(suffix) for suffix in (".png", ".svg")])
-    typer.echo(f"Diagram and data: {path.parent}")
+def _report(found: grid.Tradeoff, left_out: Mapping[str, str], seed: int) -> Report:
+    """Yield the table and what it says, the settings, and the diagram."""
+    from pool_pymunk.render import diagram  # Only who draws waits for it.
+
+    warnings = list(runs.warnings_of(found.warned))
+    yield f"Errors at the end and time for {found.measured_shots}\n"
+    yield _printed(found)
+    yield from (*grid.sentences(found), *runs.left_out_sentences(left_out), *warnings)
+    name = "contact-tolerance" if _is_tolerant(found) else "tradeoff"
+    same = {"spread": found.spread, "seed": seed, **grid.machine()}
+    yield File(f"{name}.csv", found.table(same).csv)
+    for suffix in (".png", ".svg"):
+        yield File(f"{name}{suffix}", lambda path: diagram.draw(found, [path]))
+    yield {  # What failed has null for its numbers.
+        "settings": found.table().json(),
+        "spread": found.spread,
+        "known_by": found.known_by,
+        "seed": seed,
+        "left_out": {"shots": list(found.left_out), "solvers": dict(left_out)},
+        "warnings": warnings,
+        "machine": grid.machine(),
+    }
 
 
-def _printed(result: lib.grid.Tradeoff) -> lib.table.ResultTable:
+def _is_tolerant(found: grid.Tradeoff) -> bool:
+    """Tell whether tolerances of contacts were measured."""
+    return any(s.contact_tolerance for s in found.settings)
+
+
+def _printed(found: grid.Tradeoff) -> ResultTable:
     """Return the settings as a terminal shows them; what failed says so in place of its error."""
-    unit = result.scene.units
-    column = lib.table.TableColumn
-    largest, rms = (column(f"{each} error", unit=unit.length) for each in ("largest", "rms"))
-    tolerant = any(s.contact_tolerance for s in result.settings)
-    fine = column("tolerance", unit=unit.length) if tolerant else column("dt", unit="ms")
-    about: lib.table.Columns = (column("solver", left=True), fine)
-    columns = (*about, largest, rms, "contacts shared", "events", column("time", unit="ms"))
+    unit = found.scene.units
+    kinds = ("largest error", "rms error", "tolerance")
+    largest, rms, tolerance = (TableColumn(kind, unit=unit.length) for kind in kinds)
+    fine = tolerance if _is_tolerant(found) else TableColumn("dt", unit="ms")
+    first: Columns = (TableColumn("solver", left=True), fine, largest, rms)
+    columns = (*first, "contacts shared", "events", TableColumn("time", unit="ms"))
     rows = [
         (
             s.solver,
@@ -129,28 +117,13 @@ def _printed(result: lib.grid.Tradeoff) -> lib.table.ResultTable:
             "" if s.failure else s.events,
             "" if s.failure else f"{s.time * 1e3:.1f}",
         )
-        for s in result.settings
+        for s in found.settings
     ]
-    return lib.table.ResultTable(columns, rows)
+    return ResultTable(columns, rows)
 
 
-def _fineness(one: lib.grid.Setting, units: lib.Units) -> float | None:
+def _fineness(one: grid.Setting, units: Units) -> float | None:
     """Return the step (ms), or the tolerance in the scenario's unit."""
     if one.contact_tolerance is not None:
         return units.from_si(one.contact_tolerance, "length")
     return one.dt and one.dt * 1e3
-
-
-def _results(
-    result: lib.grid.Tradeoff, left_out: Mapping[str, str], seed: int
-) -> dict[str, object]:
-    """Return the measurement as it stands in the JSON; what failed has null for its numbers."""
-    return {
-        "settings": result.table().json(),
-        "spread": result.spread,
-        "known_by": result.known_by,
-        "seed": seed,
-        "left_out": {"shots": list(result.left_out), "solvers": dict(left_out)},
-        "warnings": list(common.warnings_of(result.warned)),
-        "machine": lib.grid.machine(),
-    }

@@ -45,21 +45,19 @@ class Others(NamedTuple):
     ends: Mapping[str, Point]
 
 
-def shot_lines(run: Run, others: Others | None = None, verbose: bool = False) -> Iterator[str]:
+def shot_lines(run: Run, others: Others | None = None) -> Iterator[str]:
     """Yield a shot's velocity, where each ball ended, and how far that is from published ends.
 
-    Where ``others`` are given, only ends that differ from them are listed. If the lines are to be
-    ``verbose``, they also say how many steps the run took, and how long.
+    Where ``others`` are given, only ends that differ from them are listed.
     """
     yield _heading(run)
     yield from _ends(run) if others is None else _differences(run, others)
     if run.shot and run.shot.published:
         yield f"    {Agreement.of(run).sentence(run)}"
     contacts = sum(event.is_contact for event in run.events)
-    cost = f"; {counted(run.steps, 'step')} in {run.wall_time:.3g} s" * verbose
     yield (
         f"    {STATUSES[run.status].capitalize()} at {run.duration:.4f} s; "
-        f"{counted(contacts, 'contact')}{cost}"
+        f"{counted(contacts, 'contact')}"
     )
     for warning in run.warnings:
         yield f"    Warning: {warning}"

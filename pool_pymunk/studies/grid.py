@@ -16,7 +16,7 @@ import platform
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -29,20 +29,15 @@ from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import step_text
 from pool_pymunk.solvers import SOLVERS, find_solver, reference_solver, simulate_all
 from pool_pymunk.solvers.record import OnTime
-from pool_pymunk.solvers.request import request
 from pool_pymunk.studies import known
 from pool_pymunk.studies.compare import Comparison, contacts
 from pool_pymunk.studies.tolerance import slope
 
 Shots = Sequence[Shot | None]
 
-TRIAL = 1 / 20  # of a run's steps are made to estimate it, which costs that share of its time,
-MOST_STEPS, FEWEST_STEPS = 20_000, 1_000  # but at most MOST_STEPS; shorter trials are not made.
 LONGEST = 45  # letters; if the names of shots are longer together, the shots are counted
 MOST_REPEATS = 7  # More runs hardly lower the least of seven times.
-LONG_TRIAL = 0.1  # s; after a shorter trial of the fewest steps there is one of more
 FINER = 0.1  # of the finest tolerance that is measured is that of the runs to compare with
-LEAST_COST = 2e-3  # s; about what a run of few steps takes
 
 
 class Column(NamedTuple):
@@ -122,6 +117,7 @@ class Tradeoff:
     ``spread`` (m) is how far the uncertainty of the start positions alone moves an end (standard
     deviation of the worst ball); it is None where it is not known. ``known_by`` says whence that
     uncertainty is known. ``runs`` are those that were measured, one of each setting and shot.
+    If ``all_count``, shots without an exact end are measured, too.
 
     >>> from pool_pymunk import load
     >>> [one] = begin(load("report")).measured(Column("pymunk-discrete", 1e-3)).settings
@@ -135,11 +131,13 @@ class Tradeoff:
     spread: float | None = None
     known_by: str = ""
     runs: tuple[Run, ...] = ()
+    all_count: bool = False
 
     @cached_property
     def sound(self) -> tuple[Run, ...]:
         """Return the exact runs whose ends do not depend on rounding (or all, if none is so)."""
-        return tuple(run for run in self.references if not run.policies) or self.references
+        sound = tuple(run for run in self.references if self.all_count or not run.policies)
+        return sound or self.references
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -238,71 +236,6 @@ def at_tolerances(tolerances: Sequence[float]) -> list[Column]:
     """Return columns of the exact solver that play contacts that persist to tolerances (m)."""
     name = reference_solver().name
     return [Column(name, options={"contact_tolerance": each}) for each in tolerances]
-
-
-# -- how long a run takes --------------------------------------------------------------------------
-
-
-class Estimate(NamedTuple):
-    """An estimate has the computing time (s; 0: few steps), the shot's duration (s), its steps."""
-
-    cost: float
-    duration: float
-    steps: float
-
-
-NO_ESTIMATE = Estimate(0.0, math.inf, 0.0)
-
-
-@lru_cache(1)
-def durations(scene: Scene, shots: tuple[Shot | None, ...]) -> list[float]:
-    """Return how long (s) the shots last by the exact solver."""
-    asked = request(scene, reference_solver().name)
-    asked = asked._replace(settings=asked.settings._replace(measures_policies=False))
-    return [asked.play(shot).duration for shot in shots]
-
-
-def estimate(scene: Scene, shots: Shots, column: Column) -> list[Estimate]:
-    """Estimate each shot's duration by the exact solver, its cost by a trial with longer steps.
-
-    Runs of few steps cost next to nothing: 0. A solver without a step has no estimate: it would
-    cost 0, for ever.
-
-    >>> from pool_pymunk import load
-    >>> scene = load("report")
-    >>> [one] = estimate(scene, scene.shots[:1], Column("time-slice", 1e-9))
-    >>> one.cost > 60.0, 1.4 < one.duration < 1.6, 1e9 < one.steps < 2e9
-    (True, True, True)
-    """
-    step, found = column.dt or find_solver(column.solver).dt, list[Estimate]()
-    if step is None:
-        return [NO_ESTIMATE] * len(shots)
-    for shot, duration in zip(shots, durations(column.scene(scene), tuple(shots)), strict=True):
-        one = Estimate(0.0, duration, duration / step)
-        if one.steps >= FEWEST_STEPS / TRIAL:
-            for most in (FEWEST_STEPS, MOST_STEPS):
-                coarse = duration / min(most, TRIAL * one.steps)
-                [trial] = column._replace(dt=coarse).runs(scene, [shot])
-                if trial.wall_time > LONG_TRIAL:
-                    break
-            times = coarse / step  # The run itself has this many times the trial's steps.
-            one = Estimate(trial.wall_time * times, trial.duration, trial.steps * times)
-        found.append(one)
-    return found
-
-
-def planned(scene: Scene, columns: Sequence[Column], shots: Shots, budget: float) -> list[float]:
-    """Return about how long (s) each column will be measured."""
-    share = budget / (len(columns) * len(shots))
-    finest = {column.solver: column for column in columns}
-    guesses = {solver: estimate(scene, shots, column) for solver, column in finest.items()}
-
-    def seconds(column: Column) -> float:
-        fewer = (finest[column.solver].dt or 1.0) / (column.dt or 1.0)
-        costs = (max(one.cost * fewer, LEAST_COST) for one in guesses[column.solver])
-        return sum(max(cost, min(MOST_REPEATS * cost, share)) for cost in costs)
-
-    return [seconds(column) for column in columns]
 
 
 # -- what is measured, in words --------------------------------------------------------------------

@@ -41,15 +41,11 @@ TRIED, TRIED_SLOWLY = 1_000, 20  # shots that tell how long the others take
 
 
 class Done(NamedTuple):
-    """This counts the shots that are done now, those of them played in Python, and all shots.
-
-    The first of a sweep with an executor has the time (s) that one process may take for the rest.
-    """
+    """This counts the shots that are done now, those of them played in Python, and all shots."""
 
     shots: int
     by_reference: int
     total: int
-    seconds: float = 0.0
 
 
 class Sweep(NamedTuple):
@@ -96,10 +92,9 @@ def sweep(
     ``dask.distributed.Client(...).get_executor()``; its workers must see the folder and be able to
     import a law of your own, which is known by its name. By default this process plays.
     With ``resume=False`` a sweep in the folder is begun anew. ``on_done(done)`` is called
-    after each part, and first with what was there already; where whole parts are not sent to
-    workers, ``on_shots(n)`` is called whenever ``n`` more shots of a part are played. An interrupt
-    leaves the parts that are done. Raises SettingError for what makes no
-    sense, and for a folder that has another sweep. It needs ``pip install
+    after each part, and first with what was there already; ``on_shots(n)`` is called whenever ``n``
+    more shots are played. An interrupt leaves the parts that are done. Raises SettingError for what
+    makes no sense, and for a folder that has another sweep. It needs ``pip install
     'pool-pymunk[sweep]'``.
 
     >>> import tempfile
@@ -120,9 +115,9 @@ def sweep(
     workers = renamed(workers, executor=executor)
     with workers_of(workers) as several:
         is_far = bool(todo) and (several.executor is not None or several.count > 1)
-        each = _trial(plan, todo[0]) if is_far else 0.0
-        tell(Done(plan.samples - missing, 0, plan.samples, missing * each))
-        sends = len(todo) >= PARTS * (several.count or 1) and several.are_worth(missing * each)
+        one_alone = missing * _trial(plan, todo[0]) if is_far else 0.0  # s
+        tell(Done(plan.samples - missing, 0, plan.samples))
+        sends = len(todo) >= PARTS * (several.count or 1) and several.are_worth(one_alone)
         if sends:
             finished = several.share(_play_part, (plan, folder.resolve()), todo)
         else:
@@ -131,6 +126,8 @@ def sweep(
         for done in finished:
             played, by_reference = played + done.shots, by_reference + done.by_reference
             tell(done)
+            if sends and on_shots is not None:
+                on_shots(done.shots)
     return Sweep(folder, plan.samples, played, by_reference, time.perf_counter() - began)
 
 
