@@ -26,7 +26,7 @@ from pool_pymunk.core.walls.moving import MovingWall
 from pool_pymunk.core.walls.wall import Pocket, Wall
 
 MOST_EVENTS: Final = 1_000_000  # in one step; more than that never end
-SAME: Final[Vector] = (INF, INF)  # This stands for a place, velocity or roll that stays.
+SAME: Vector = (INF, INF)  # This stands for a place, velocity or roll that stays.
 
 
 @final

@@ -19,7 +19,7 @@ FIRST: Final = 1_000  # draws are left out, because those of near seeds are alik
 KICK: Final = 1e-12
 CONVERGED: Final = 64.0 * EPSILON  # of the speeds; a collapse is over at closing speeds below it
 NEARLY_CLOSED: Final = 16.0  # A gap up to so many times as wide as a closed one closes in a moment.
-NO_SLIP: Final[Vector] = (0.0, 0.0)  # This slip stands for an answer without friction.
+NO_SLIP: Vector = (0.0, 0.0)  # This slip stands for an answer without friction.
 
 
 @final

@@ -33,7 +33,7 @@ Look = tuple[float, float, float, float]
 # These bound the motion of a ball in the frame of a wall: its speed (m/s), its acceleration (m/s^2)
 # and the change of this (m/s^3). A gap (m) is closed that rounding may have opened.
 Bounds = tuple[float, float, float, float]
-REST: Final[Vector] = (0.0, 0.0)
+REST: Vector = (0.0, 0.0)
 
 
 @final

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Final, final
+from typing import final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
 from pool_pymunk.core.walls.side import Side, is_tangent, room_in_sector
 
-AROUND: Final[Vector] = (0.0, 0.0)  # stands for the first and the last direction of a whole circle
+AROUND: Vector = (0.0, 0.0)  # stands for the first and the last direction of a whole circle
 
 
 class Curved(Side):
