@@ -20,7 +20,6 @@ from pool_pymunk.core.contact import rounds
 from pool_pymunk.core.contact.collapse import go_on
 from pool_pymunk.core.contact.contact import HIT, MISSED, Contact, Disc
 from pool_pymunk.core.motion.path import NOISE
-from pool_pymunk.core.motion.surface import NO_ROLL
 from pool_pymunk.core.motion.times import EPSILON, INF
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_new
@@ -143,10 +142,10 @@ class Instant:
     def _send_off(self, present: Present, one: Contact, noise: float) -> None:
         """Give the balls of a lone hit their new paths; ``noise`` (m/s) may be rounding."""
         a, b, rolls = one.a, one.b, present.table.surface.rolls
-        roll = rounds.roll_after(present, [one], a) if rolls else NO_ROLL
+        roll = rounds.roll_after(present, [one], a) if rolls else (0.0, 0.0)
         present.begin(a.ball, (a.x, a.y), (a.vx, a.vy), roll, noise)
         if b is not None:
-            roll = present.roll_of(b.ball) if rolls else NO_ROLL
+            roll = present.roll_of(b.ball) if rolls else (0.0, 0.0)
             present.begin(b.ball, (b.x, b.y), (b.vx, b.vy), roll, noise)
 
     # -- rounds ------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from pool_pymunk.core.motion.path import Path, sliding, standing
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector
 
 GYRATION: Final = 2.0 / 5.0  # I / (m r^2) of a solid sphere
-NO_ROLL: Vector = (0.0, 0.0)
+NO_ROLL: Vector = (0.0, 0.0)  # Compiled code cannot read a Final tuple of floats.
 # of a cushion that a ball has hit: its normal, and mu |v_n' - v_n| (m/s)
 Push = tuple[float, float, float]
 # A slip of this share of the speeds is none: rounding leaves as much.

@@ -20,7 +20,7 @@ LESS: Final = 0.125  # The next step is this share of the last one.
 SMALLEST: Final = 2.0**-20
 SURE: Final = 1e-7  # Slopes of two steps agree to this share, or a smaller step is tried.
 COUNT: Final = 8  # numbers that a law may be asked with
-UNKNOWN: Final = (math.nan, math.nan, math.nan, math.nan)  # the slope where there is none
+UNKNOWN: Four = (math.nan, math.nan, math.nan, math.nan)  # the slope where there is none
 
 
 @final
