@@ -380,7 +380,10 @@ class Shots:
         if tally.is_in_doubt:
             ends.doubts.append(k)
         events, first = min(engine.events, engine.most_events), k * len(self.balls)
-        ends.counts += [events, tally.hits, tally.cushions, tally.first_hit]
+        ends.counts.append(events)
+        ends.counts.append(tally.hits)
+        ends.counts.append(tally.cushions)
+        ends.counts.append(tally.first_hit)
         ends.durations.append(end)
         if self.beside is not None:
             self.beside.end(end)
@@ -402,4 +405,5 @@ class Shots:
         if ball.path.end > end and ball.group is not None:
             (x, y, _vx, _vy), _roll = self.engine.motion_of(ball)
         ends.moved.append(number)
-        ends.places += [x, y]
+        ends.places.append(x)
+        ends.places.append(y)

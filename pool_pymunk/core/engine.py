@@ -160,7 +160,7 @@ class Engine(Present):
             self.now = due.t
         if due.kind == LOOK:
             self._look_ahead(due.a)
-            self._meet_others(due.a, [], 0)
+            self._meet_others(due.a, None)
             return
         self.answered += 1
         if self.answered & OFTEN == 0:
@@ -199,7 +199,7 @@ class Engine(Present):
         wall, ball, instant = first.wall, first.a, self.instant
         if wall is not None and wall.moves and self.squeezes.meet(ball, wall):
             self.jam(ball, wall)
-            self._predict([ball])  # It may meet others behind the wall.
+            self._predict_few(ball, None)  # It may meet others behind the wall.
             return
         persistence, dues = self.persistence, self._due_now(first)
         is_lone = dues is None or len(dues) == 1
@@ -208,8 +208,10 @@ class Engine(Present):
             instant.answer(self, persistence, [first] if dues is None else dues)
         if len(persistence.loose) > 0:
             self._predict(persistence.take_loose())
+        elif is_lone:
+            self._predict_few(ball, first.b)
         else:
-            self._predict(first.balls if is_lone else instant.changed)
+            self._predict(instant.changed)
         if is_lone:
             return
         for one in instant.missed:  # They touch, but do not hit now.
@@ -257,7 +259,7 @@ class Engine(Present):
             self.lead(ball, then)
         else:
             self.put_to_rest(ball, path.end)
-        self._predict([ball])
+        self._predict_few(ball, None)
 
     # -- patches -----------------------------------------------------------------------------------
 
@@ -295,13 +297,26 @@ class Engine(Present):
         for ball in balls:
             self._predict_end(ball)
             self._look_ahead(ball)
-        for k in range(len(balls)):
-            self._meet_others(balls[k], balls, k)
+        for k, ball in enumerate(balls):
+            for other in self.near.around(ball):
+                if k == 0 or not is_among(other, balls, k):
+                    self._meet(ball, other)
 
-    def _meet_others(self, ball: Ball, balls: list[Ball], known: int) -> None:
-        """Predict which others a ball meets up to its horizon; the first of some balls it knows."""
+    def _predict_few(self, a: Ball, b: Ball | None) -> None:
+        """Predict so for one ball, or for two that have hit each other, without a list of them."""
+        self._predict_end(a)
+        self._look_ahead(a)
+        if b is not None:
+            self._predict_end(b)
+            self._look_ahead(b)
+        self._meet_others(a, None)
+        if b is not None:
+            self._meet_others(b, a)
+
+    def _meet_others(self, ball: Ball, known: Ball | None) -> None:
+        """Predict which others a ball meets, up to its horizon; one is known already."""
         for other in self.near.candidates(ball):
-            if overlap(ball, other) and other is not ball and not is_among(other, balls, known):
+            if overlap(ball, other) and other is not ball and other is not known:
                 self._meet(ball, other)
 
     def _predict_end(self, ball: Ball) -> None:

@@ -65,8 +65,10 @@ class Follower:
         for track in tangent.tracks:
             if track.is_changed:
                 self.changed.append(first + track.number)
-                self.rows += [change.x for change in track.changes]
-                self.rows += [change.y for change in track.changes]
+                for change in track.changes:
+                    self.rows.append(change.x)
+                for change in track.changes:
+                    self.rows.append(change.y)
 
     def skip(self) -> None:
         """Leave out a shot that cannot start."""

@@ -14,7 +14,7 @@ from mypy_extensions import mypyc_attr
 
 from pool_pymunk.core.motion.pairs import HAIR
 from pool_pymunk.core.motion.path import Path, standing
-from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.change import BLUR, GRAZE
 from pool_pymunk.core.tangent.course import ANYTHING, NOTHING, Step
@@ -76,8 +76,10 @@ class Obstacle:
             return touch_of_face(path, face, until, r, free)
         if side is None:
             return NO_TOUCH
-        circle = side.reach(r), side.facing
-        along, turns = touch_of_discs(path, self.stands, until, circle, free)
+        apart, facing = side.reach(r), side.facing
+        if facing > 0.0 and are_far(path, self.stands, until, apart):
+            return NO_TOUCH
+        along, turns = touch_of_discs(path, self.stands, until, (apart, facing), free)
         along = along and side.is_beside(path.x, path.y)
         if turns != NEVER:
             x, y = path.place(turns)
@@ -132,8 +134,7 @@ def touch_of_discs(
     ``circle`` is the distance and the facing: if it is negative, one disc is within the other.
     """
     since = max(a.t, b.t)
-    apart, facing = circle
-    if since >= until or (facing > 0.0 and are_far(a, b, until, apart)):
+    if since >= until:
         return NO_TOUCH
     return Approach(a, b, since, until, circle).touch(free)
 
@@ -147,31 +148,34 @@ class Approach:
     """
 
     def __init__(self, a: Path, b: Path, since: float, until: float, circle: Vector) -> None:
-        self.apart, facing = circle
+        apart, facing = circle
         own_x, own_y, own_u, own_v = a.at(since)
         its_x, its_y, its_u, its_v = b.at(since)
-        self.since, self.until, self.time = since, until, until - since
+        self.since, self.until = since, until
+        self.apart = apart
         self.sign = -1.0 if facing < 0.0 else 1.0
-        self.path = Path(
-            0.0, its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v, b.ax - a.ax,
-            b.ay - a.ay, INF, False, 0.0, 0.0,
+        self.time = until - since
+        self.dx, self.dy, self.vx, self.vy = (
+            its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v
         )  # fmt: skip
+        self.ax, self.ay = b.ax - a.ax, b.ay - a.ay
         self.fastest = max(max(abs(own_u), abs(own_v)), max(abs(its_u), abs(its_v)))
         size = abs(own_x) + abs(own_y) + abs(its_x) + abs(its_y) + 4.0 * self.time * self.fastest
-        self.blur = BLUR * (size + self.apart)
+        self.blur = BLUR * (size + apart)
         self.bow = self.time * self.time / 8.0
-        self.x, self.y = self.path.place(self.time)
+        self.x = self.dx + self.time * (self.vx + self.time * self.ax / 2.0)
+        self.y = self.dy + self.time * (self.vy + self.time * self.ay / 2.0)
 
     def touch(self, free: tuple[bool, bool]) -> Touch:
         """Tell whether the discs go along each other at first, and when (s) they touch later."""
         begins, ends = free
         if self.sign > 0.0 and self._stay_apart():
             return NO_TOUCH
-        path, x, y, sign, blur = self.path, self.x, self.y, self.sign, self.blur
-        dx, dy = path.x, path.y
+        dx, dy, x, y, sign, blur = self.dx, self.dy, self.x, self.y, self.sign, self.blur
         first, last = math.sqrt(dx * dx + dy * dy), math.sqrt(x * x + y * y)
-        ux, uy = path.velocity((1.0 - LAST) * self.time)
-        rate, at_last = dx * path.vx + dy * path.vy, x * ux + y * uy
+        late = (1.0 - LAST) * self.time
+        rate = dx * self.vx + dy * self.vy
+        at_last = x * (self.vx + late * self.ax) + y * (self.vy + late * self.ay)
         is_still = abs(rate) <= GRAZE * self.fastest * first
         along = is_still and begins and abs(first - self.apart) <= blur
         # Discs that have just met may seem to approach, by rounding.
@@ -187,35 +191,37 @@ class Approach:
 
     def _stay_apart(self) -> bool:
         """Tell by a box around the relative path whether it stays away."""
-        far, path = self.apart + self.blur, self.path
-        x, y = far + self.bow * abs(path.ax), far + self.bow * abs(path.ay)
-        if min(path.x, self.x) > x or max(path.x, self.x) < -x:
+        far = self.apart + self.blur
+        x, y = far + self.bow * abs(self.ax), far + self.bow * abs(self.ay)
+        if min(self.dx, self.x) > x or max(self.dx, self.x) < -x:
             return True
-        return min(path.y, self.y) > y or max(path.y, self.y) < -y
+        return min(self.dy, self.y) > y or max(self.dy, self.y) < -y
 
     def _bend(self) -> float:
         """Return how far the path lies off its chord, times the chord's length."""
-        path = self.path
-        return self.bow * abs(path.ax * (self.y - path.y) - path.ay * (self.x - path.x))
+        cx, cy = self.x - self.dx, self.y - self.dy
+        return self.bow * abs(self.ax * cy - self.ay * cx)
 
     def _may_come_near(self) -> bool:
         """Tell whether the chord comes so near that the path may touch."""
-        dx, dy = self.path.x, self.path.y
-        cx, cy = self.x - dx, self.y - dy
+        cx, cy = self.x - self.dx, self.y - self.dy
         near = (self.apart + self.blur) * math.sqrt(cx * cx + cy * cy) + self._bend()
-        return abs(dx * cy - dy * cx) <= near
+        return abs(self.dx * cy - self.dy * cx) <= near
 
     def _turning(self) -> Vector:
         """Return when (s) discs cease to approach, or within another to part, and how far apart."""
         near, part = 0.0, self.time
-        for _half in range(HALVINGS):
+        for _ in range(HALVINGS):
             middle = 0.5 * (near + part)
-            x, y, ux, uy = self.path.at(middle)
+            ux, uy = self.vx + middle * self.ax, self.vy + middle * self.ay
+            x = self.dx + middle * (self.vx + middle * self.ax / 2.0)
+            y = self.dy + middle * (self.vy + middle * self.ay / 2.0)
             if self.sign * (x * ux + y * uy) > 0.0:
                 part = middle
             else:
                 near = middle
-        x, y = self.path.place(part)
+        x = self.dx + part * (self.vx + part * self.ax / 2.0)
+        y = self.dy + part * (self.vy + part * self.ay / 2.0)
         return part, math.sqrt(x * x + y * y)
 
 
@@ -283,9 +289,12 @@ class Lookout:
             j, its = other.number, other.path
             if j in (i, done) or other.is_gone or (is_still and not its.moves):
                 continue
+            apart = track.radius + other.radius
+            if max(path.t, its.t) >= t or are_far(path, its, t, apart):
+                continue
             begins = not (track.met == j and other.met == i) or path.t != its.t
             free = begins, met not in (j, ANYTHING)
-            along, turns = touch_of_discs(path, its, t, (track.radius + other.radius, 1.0), free)
+            along, turns = touch_of_discs(path, its, t, (apart, 1.0), free)
             if along:
                 self._touch(track, other, max(path.t, its.t), None)
             if turns != NEVER:
