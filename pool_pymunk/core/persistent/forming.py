@@ -124,7 +124,7 @@ class Forming(Crowds):
             one = Touch(a, b or self._member(present, ball), None, None, pair)
             if not self._may_persist(present, one, a.ball, ball, None):
                 continue
-            if b is None:
+            if b is None:  # Its group gives it its exact state.
                 self.take_apart(present, ball)
                 b = self._member(present, ball)
                 members.append(b)

@@ -172,8 +172,14 @@ class Groups(Forming):
         cluster = self._form(present, seeds)
         if not all(cluster.holds(due) for due in dues):
             return False
+        if len(cluster.groups) == 0 and not self._come_often(present, dues):
+            return False
         self._begin_in(present, cluster)
         return True
+
+    def _come_often(self, present: Present, dues: list[Due]) -> bool:
+        """Tell whether all these hits are some of many, of late."""
+        return all(self._wear(present, due.a, due.b) > 1.0 for due in dues)
 
     def _goes_on(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit follows from another one of this instant, and is not very slow."""

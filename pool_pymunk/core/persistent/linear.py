@@ -50,7 +50,7 @@ class Row:
         return 0.0 if first is None or first.column != column else first.value
 
     def subtract(self, times: float, row: Row) -> None:
-        """Subtract another row so many times, but for the first entry, which vanishes."""
+        """Subtract another row so many times, after which the first entry is 0."""
         before, other = self.first, row.first
         assert before is not None and other is not None, "both rows begin in the same column"
         other = other.next
