@@ -75,13 +75,13 @@ class Row:
 def solve(rows: list[Row]) -> None:
     """Solve a linear system: the right sides become the solution (Gauss; pivots of a column).
 
-    >>> rows = [Row(4.0), Row(9.0)]
+    >>> rows = [Row(5.0), Row(10.0)]
     >>> for k, row in enumerate(rows):
     ...     for column in range(2):
     ...         row.put(column, 2.0 + k if k == column else 1.0)
     >>> solve(rows)
     >>> [row.right for row in rows]
-    [0.6, 2.8]
+    [1.0, 3.0]
     """
     count = len(rows)
     for q in range(count):
