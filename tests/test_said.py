@@ -230,7 +230,7 @@ def test_a_terminal_shows_how_far_a_command_is(tmp_path: Path) -> None:
     options = ["--shot", "3", "--no-pictures", "--out", str(tmp_path)]
     said = at_a_terminal(["run", "report", "--dt", "1e-3", *options])
     assert re.search(r"simulating \(at \d\.\d{3} s\).*0/1", said)
-    assert "measuring pymunk 1/240 s" in at_a_terminal(["compare", "report", *options])
+    assert re.search(r"measuring .*0/3", at_a_terminal(["compare", "report", *options]))
 
 
 def test_a_pipe_is_not_told_how_far_a_command_is(capsys: Capture) -> None:

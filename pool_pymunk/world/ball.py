@@ -69,7 +69,7 @@ def plain(key: str, value: object) -> object:
         return TYPES[value]
     if callable(value):
         is_own = value != pymunk.Body.update_position
-        return "a function of your own" if is_own else "that of pymunk"
+        return "a function of your own" if is_own else "that of all bodies"
     return value
 
 
