@@ -21,6 +21,7 @@ from programs import TIMEOUT, interrupt, is_alive, start, wait_until
 
 from pool_pymunk import SOLVERS
 from pool_pymunk.results.run import FILES, Run
+from pool_pymunk.safety.files import whole
 from pool_pymunk.studies import stability
 from pool_pymunk.studies.grid import Tradeoff
 
@@ -265,3 +266,27 @@ def test_a_disk_that_is_really_full(
         without_remarks(stderr) == f"error: {small_disk / 'out' / file}: No space left on device\n"
     )
     assert file not in all_whole(small_disk / "out")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a name here")
+def test_a_pipe_takes_what_is_written_and_stays(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.json"
+    os.mkfifo(pipe)
+    with subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE, text=True) as reader:
+        try:
+            with whole(pipe) as part:
+                assert part == pipe
+                part.write_text("all of it", encoding="utf-8")
+            assert reader.communicate(timeout=TIMEOUT)[0] == "all of it"
+        finally:
+            reader.kill()
+    assert pipe.is_fifo()
+
+
+def test_a_link_stays_and_what_it_leads_to_is_written(tmp_path: Path) -> None:
+    link, target = tmp_path / "link.json", tmp_path / "target.json"
+    link.symlink_to(target)
+    with whole(link) as part:
+        part.write_text("all of it", encoding="utf-8")
+    assert link.is_symlink()
+    assert target.read_text(encoding="utf-8") == "all of it"

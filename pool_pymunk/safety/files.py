@@ -23,6 +23,8 @@ def check_place(path: Path, is_folder: bool = False) -> None:
 
     A file without a name is made in the nearest folder that is there, and is gone at once.
     """
+    if not is_folder and is_stream(path):
+        return
     if not is_folder and path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     places = (path, *path.absolute().parents) if is_folder else path.absolute().parents
@@ -38,12 +40,18 @@ def check_place(path: Path, is_folder: bool = False) -> None:
         raise OSError(number, os.strerror(number), str(path)) from None
 
 
+def is_stream(path: Path) -> bool:
+    """Tell whether a device or a pipe is there, which takes what is written, and is no file."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """Give a temporary name beside ``path``, which becomes ``path`` when the block succeeds.
 
     The folder is made, and the name keeps the suffix. If an error, a full disk or Ctrl-C ends the
-    block early, ``path`` stays as it was; an OSError names ``path``.
+    block early, ``path`` stays as it was; an OSError names ``path``. A link stays, and what it
+    leads to is written. A device or a pipe is given itself: nothing takes its place.
 
     >>> import tempfile
     >>> target = Path(tempfile.mkdtemp()) / "new" / "a.txt"
@@ -55,11 +63,15 @@ def whole(path: Path) -> Iterator[Path]:
     import tempfile
 
     raise_pending()
+    named, path = path, path.resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     part = None
     try:
+        if is_stream(named):
+            yield named
+            return
         with uninterrupted():
-            handle, name = tempfile.mkstemp(path.suffix, f".{path.stem}-", path.parent)
+            handle, name = tempfile.mkstemp(named.suffix, f".{path.stem}-", path.parent)
             os.close(handle)
             part = Path(name)
         yield part
@@ -67,7 +79,7 @@ def whole(path: Path) -> Iterator[Path]:
         part.replace(path)
     except OSError as error:
         if error.filename is None or f".{path.stem}-" in str(error.filename):
-            error.filename = str(path)  # the name that the user knows
+            error.filename = str(named)  # the name that the user knows
         raise
     finally:
         if part is not None:
