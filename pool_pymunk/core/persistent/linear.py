@@ -10,7 +10,7 @@ from mypy_extensions import mypyc_attr
 @final
 @mypyc_attr(acyclic=True, free_list_len=1)
 class Entry:
-    """An entry is a number of a row that is not 0, in its column, before the ``next`` one."""
+    """An entry is a number of a row in its column, before the ``next`` one; others are 0."""
 
     __slots__ = ("column", "next", "value")
 
@@ -75,13 +75,15 @@ class Row:
 def solve(rows: list[Row]) -> None:
     """Solve a linear system: the right sides become the solution (Gauss; pivots of a column).
 
-    >>> rows = [Row(5.0), Row(10.0)]
-    >>> for k, row in enumerate(rows):
-    ...     for column in range(2):
-    ...         row.put(column, 2.0 + k if k == column else 1.0)
+    With x + z = 4, x + y = 3 and y + z = 5:
+
+    >>> rows = [Row(4.0), Row(3.0), Row(5.0)]
+    >>> for row, columns in zip(rows, [(0, 2), (0, 1), (1, 2)]):
+    ...     for column in columns:
+    ...         row.put(column, 1.0)
     >>> solve(rows)
     >>> [row.right for row in rows]
-    [1.0, 3.0]
+    [1.0, 2.0, 3.0]
     """
     count = len(rows)
     for q in range(count):
