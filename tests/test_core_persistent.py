@@ -138,7 +138,7 @@ def test_a_finer_tolerance_takes_more_pieces_and_a_wide_one_is_a_share_of_a_radi
 def test_groups_that_touch_do_not_take_each_other_apart(
     speed: float, angle: float, most: int
 ) -> None:
-    """They did, hundreds of times in these soft breaks, or hit as often where nothing pressed."""
+    """They did, hundreds of times in these soft breaks, or hit as often although no force acted."""
     scene = dataclasses.replace(load("eight-ball"), restitution=Restitution(0.5, cushion=0.5))
     scene = dataclasses.replace(scene, shots=(Shot("Break", "cue", speed=speed, angle=angle),))
     settings = Settings(None, max_time=60.0, contact_tolerance=CONTACT_TOLERANCE)
