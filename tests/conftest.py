@@ -19,9 +19,12 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
-from scenes import BASE_SEED, DATA
 
 from pool_pymunk import core
+
+# Tests import each other's scenes as `tests.shared.scenes`. An installed package comes first.
+ROOT = Path(__file__).parent.parent
+sys.path.append(str(ROOT))
 
 settings.register_profile(
     "fixed",
@@ -42,7 +45,7 @@ settings.register_profile("quick", settings.get_profile("fixed"), max_examples=2
 settings.load_profile("quick")
 
 # These tests, or cases of them, take longer than half a second.
-LONG = frozenset((DATA / "takes_long.txt").read_text("utf-8").splitlines())
+LONG = frozenset((ROOT / "tests" / "data" / "takes_long.txt").read_text("utf-8").splitlines())
 
 
 # The examples in these modules need an optional library.
@@ -67,15 +70,13 @@ def pytest_configure(config: pytest.Config) -> None:
 
     Look for no examples in modules that cannot be imported without an optional library.
     """
-    root = Path(__file__).parent.parent
-    sys.path.append(str(root))
     from hatch_build import is_stale
 
     if core.compiled and is_stale(Path(core.__file__).parents[2]):
         raise pytest.UsageError(STALE)
     if not core.compiled:
         os.environ["POOL_PYMUNK_PURE"] = "1"
-    home = root / "pool_pymunk"
+    home = ROOT / "pool_pymunk"
     missing = [
         str(home / place) for place, library in NEEDING.items() if find_spec(library) is None
     ]
@@ -98,5 +99,5 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Say whether the core was compiled, and how the same random scenes come again."""
     how = "compiled" if core.compiled else "plain Python"
     terminalreporter.write_line(f"The core was tested as it is: {how}.")
-    if BASE_SEED:
-        terminalreporter.write_line(f"Random scenes are those of POOL_SEED={BASE_SEED}.")
+    if seed := int(os.environ.get("POOL_SEED", "0")):
+        terminalreporter.write_line(f"Random scenes are those of POOL_SEED={seed}.")

@@ -16,8 +16,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commands import Capture, exit_code
-from conftest import STALE
 
 import hatch_build
 import pool_pymunk
@@ -26,6 +24,8 @@ from pool_pymunk import cli, core
 from pool_pymunk.cli.lines import CORE as SAID
 from pool_pymunk.render import RenderError
 from pool_pymunk.render.films import written
+from tests.conftest import STALE
+from tests.shared.commands import Capture, exit_code
 
 ROOT = Path(hatch_build.__file__).parent
 SUFFIX = EXTENSION_SUFFIXES[0]

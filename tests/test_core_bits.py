@@ -9,13 +9,13 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-import core_scenes
 import pytest
-from core_scenes import Case, digests, own_shots, same
 
 import pool_pymunk
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.event_driven import solve
+from tests import ROOT
+from tests.shared.core_scenes import Case, digests, own_shots, same
 
 # -- compiled or not -------------------------------------------------------------------------------
 
@@ -24,10 +24,9 @@ from pool_pymunk.solvers.event_driven import solve
 @pytest.mark.seeded
 @pytest.mark.parametrize("count", [60, pytest.param(2_000, marks=pytest.mark.slow)])
 def test_compiled_code_and_plain_python_have_the_same_bits(count: int) -> None:
-    command = [sys.executable, core_scenes.__file__, "--digests", str(count)]
-    plain = subprocess.run(
-        command, env={**os.environ, "POOL_PYMUNK_PURE": "1"}, capture_output=True, check=True
-    )
+    command = [sys.executable, "-m", "tests.shared.core_scenes", "--digests", str(count)]
+    pure = os.environ | {"POOL_PYMUNK_PURE": "1"}
+    plain = subprocess.run(command, cwd=ROOT, env=pure, capture_output=True, check=True)
     assert plain.stdout.decode().splitlines() == digests(count)
 
 

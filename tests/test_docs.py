@@ -15,14 +15,15 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from scenes import typed
 
 import pool_pymunk
 from pool_pymunk import loads
 from pool_pymunk.cli import app
 from pool_pymunk.model.scenario import bundled
+from tests import ROOT
+from tests.shared.scenes import typed
 
-HOME = Path(__file__).parent.parent
+HOME = ROOT
 DOCS = HOME / "docs"
 README, CONTRIBUTING = HOME / "README.md", HOME / "CONTRIBUTING.md"
 PAGES = [README, *sorted(DOCS.glob("*.md"))]

@@ -18,10 +18,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracle import reference
-from oracle.hard_reference import Settings
-from oracle.press_reference import press_run
-from scenes import tradeoff
 
 from pool_pymunk import (
     Disc,
@@ -46,8 +42,13 @@ from pool_pymunk.solvers.record import CONTACT_TOLERANCE
 from pool_pymunk.solvers.request import QUICK
 from pool_pymunk.studies.atlas import SIZE
 from pool_pymunk.studies.grid import Column
+from tests import DATA, ROOT
+from tests.oracle import reference
+from tests.oracle.hard_reference import Settings
+from tests.oracle.press_reference import press_run
+from tests.shared.scenes import tradeoff
 
-HOME = Path(__file__).parent.parent
+HOME = ROOT
 INCH = 0.0254
 PAGES = "README.md", "docs/solver-and-step.md"  # Both have the table of the solvers.
 
@@ -121,7 +122,7 @@ def test_what_rounding_leaves(page: str) -> None:
 
 @pytest.mark.parametrize("page", ["docs/accuracy.md"])
 def test_the_references(page: str) -> None:
-    data = HOME / "tests" / "data"
+    data = DATA
     for names, words in ((reference.FILES, "random scenes"), (["hard"], "scenes")):
         files = [(data / f"{name}_runs.json").read_text(encoding="utf-8") for name in names]
         assert f"{sum(len(json.loads(file)) for file in files)} {words}" in text(page)
@@ -407,7 +408,7 @@ def test_the_pygame_tutorial_beside_ours(tmp_path: Path) -> None:
 
 
 def test_what_is_handed_in_has_all_its_parts(tmp_path: Path) -> None:
-    """Long slices are quick; with the report's own all ends agree (tests/test_time_slice.py)."""
+    """Long slices are quick; with the report's own all ends agree (test_time_slice.py)."""
     made = runpy.run_path(str(HOME / "docs" / "figures" / "hand_in.py"))
     small = FilmSettings(size=(320, 180), fps=5.0)
     made["hand_in"](tmp_path, small, dt=1e-4)

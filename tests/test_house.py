@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import NamedTuple
 import pytest
 
 import pool_pymunk
+from tests import DATA, ROOT
 
 HOME = Path(pool_pymunk.__file__).parent
 
@@ -178,7 +180,7 @@ def unix_only(node: ast.AST) -> Iterator[tuple[int, str]]:
 @pytest.mark.parametrize("folder", ["pool_pymunk", "tests", "torture", "docs", "examples"])
 def test_every_module_can_be_imported_on_windows(folder: str) -> None:
     """There ``import resource`` at the top of one module ended the search for tests."""
-    paths = sorted((Path(__file__).parent.parent / folder).rglob("*.py"))
+    paths = sorted((ROOT / folder).rglob("*.py"))
     assert paths
     for path in paths:
         found = list(unix_only(ast.parse(path.read_text(encoding="utf-8"))))
@@ -210,16 +212,22 @@ def test_the_method_in_one_file_is_one_file() -> None:
     assert len((HOME / module).read_text(encoding="utf-8").splitlines()) <= 200
 
 
+def test_tests_mirror_the_rooms() -> None:
+    """Who looks for the tests of a room finds them in the folder of its name."""
+    folders = [path.parent for path in (ROOT / "tests").rglob("*.py")]
+    assert {path.parent.name for path in HOME.glob("*/__init__.py")} <= {f.name for f in folders}
+    assert max(Counter(folders).values()) <= 30
+
+
 def test_no_test_file_imports_another() -> None:
-    for path in Path(__file__).parent.glob("**/test_*.py"):
-        assert not re.findall(r"^(?:from|import) test_\w+", path.read_text("utf-8"), re.M), path
+    for path in (ROOT / "tests").rglob("*.py"):
+        assert not re.findall(r"^(?:from|import) .*\btest_\w+", path.read_text("utf-8"), re.M), path
 
 
 def test_what_takes_long_is_there() -> None:
     """A name that has gone would let its test play in `make test` under its new name."""
-    for name in (Path(__file__).parent / "data" / "takes_long.txt").read_text("utf-8").splitlines():
+    files = {path.name: path.read_text("utf-8") for path in (ROOT / "tests").rglob("test_*.py")}
+    for name in (DATA / "takes_long.txt").read_text("utf-8").splitlines():
         file, _, test = name.partition("::")
         if test:  # Otherwise it is an example in a docstring.
-            assert f"def {test.partition('[')[0]}(" in Path(__file__).with_name(file).read_text(
-                "utf-8"
-            ), name
+            assert f"def {test.partition('[')[0]}(" in files[file], name

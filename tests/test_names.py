@@ -1,13 +1,12 @@
 """No command, option or exported name is lost: people outside use them.
 
-``python tests/test_names.py`` writes the list in tests/data/names.json anew; names may come in.
+``python -m tests.test_names`` writes the list in tests/data/names.json anew; names may come in.
 """
 
 from __future__ import annotations
 
 import json
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,8 +14,9 @@ import typer
 
 import pool_pymunk
 from pool_pymunk.cli import app
+from tests import DATA
 
-LIST = Path(__file__).parent / "data" / "names.json"
+LIST = DATA / "names.json"
 
 
 def commands() -> dict[str, list[str]]:

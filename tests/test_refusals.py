@@ -16,10 +16,6 @@ from typing import Any
 
 import pymunk
 import pytest
-from commands import Capture, refusal
-from scenes import DATA
-from worlds import ball as put
-from worlds import plane
 
 from pool_pymunk import (
     SOLVERS,
@@ -34,6 +30,10 @@ from pool_pymunk import (
     load,
 )
 from pool_pymunk import simulate as simulate_by
+from tests import DATA
+from tests.shared.commands import Capture, refusal
+from tests.shared.worlds import ball as put
+from tests.shared.worlds import plane
 
 BY_PYTHON, BY_COMMAND = ">>> ", "$ "
 # A name of the table is one of these modules, or one of the functions and scenes below.

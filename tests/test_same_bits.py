@@ -1,6 +1,6 @@
 """Ends of many shots have the same bits on every machine: their hashes are on file.
 
-``python tests/test_same_bits.py`` makes ``tests/data/same_bits.json`` anew, for a change that moves
+``python -m tests.test_same_bits`` makes ``tests/data/same_bits.json`` anew, for a change that moves
 bits on purpose. Starts are sums and products of short binary fractions and of numbers written in
 this file, and no function of libm but the square root has a part in them.
 """
@@ -15,13 +15,11 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scenes import DATA
 
 from pool_pymunk import (
     Ball,
@@ -38,6 +36,7 @@ from pool_pymunk import (
     rack,
     simulate_many,
 )
+from tests import DATA, ROOT
 
 FILE = DATA / "same_bits.json"
 LAWS = ("coulomb", "published")
@@ -263,10 +262,11 @@ def test_ends_have_the_same_bits_on_every_machine(
 @pytest.mark.skipif(not core.compiled, reason="the core is not compiled here")
 @pytest.mark.slow
 def test_plain_python_has_the_same_bits(on_file: dict[str, dict[str, str]]) -> None:
-    command = [sys.executable, __file__, "--few"]
-    home = str(Path(core.__file__).parents[2])
-    plain = os.environ | {"POOL_PYMUNK_PURE": "1", "PYTHONPATH": home}
-    played = subprocess.run(command, env=plain, capture_output=True, text=True, check=True)
+    command = [sys.executable, "-m", "tests.test_same_bits", "--few"]
+    plain = os.environ | {"POOL_PYMUNK_PURE": "1"}
+    played = subprocess.run(
+        command, cwd=ROOT, env=plain, capture_output=True, text=True, check=True
+    )
     assert json.loads(played.stdout) == {kind: each[FIRST] for kind, each in on_file.items()}
 
 

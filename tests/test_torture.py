@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracle.reference import reference_run
 
 from pool_pymunk import simulate
 from pool_pymunk.studies.stability.known import FILE, scene_of
+from tests.oracle.reference import reference_run
 from torture import show
 from torture.play import PACKAGES, is_for, result
 from torture.runners import by_ours, common

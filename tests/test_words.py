@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 import pool_pymunk
+from tests import ROOT
 
 HOME = Path(pool_pymunk.__file__).parent
-ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 GLOSSARY = (DOCS / "glossary.md").read_text(encoding="utf-8")
 

@@ -2,7 +2,7 @@
 
 A command's options are a dataclass, which says in its docstring what the command does. What several
 commands have is a dataclass of its own, from which theirs are derived. --help must come at once, so
-no slow module is imported here: of the library, only laws and files. tests/test_cli_manners.py
+no slow module is imported here: of the library, only laws and files. tests/cli/test_cli_manners.py
 compares the words of other modules with the library.
 """
 

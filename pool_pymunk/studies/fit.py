@@ -34,7 +34,7 @@ from pool_pymunk.studies.fit_doubts import (
 )
 from pool_pymunk.studies.measured import Forecast, Measurement, read_measured
 
-# These limits were chosen so that the fits of tests/test_fit.py find their minima.
+# These limits were chosen so that the fits of tests/studies/test_fit.py find their minima.
 MORE = 6  # rounds of further starts, where the residuals are implausible
 CLOSE = 0.15  # Every second round looks within this share of the ranges, around the best numbers.
 LOOKS, MOST_LOOKS = 64, 400  # tries of a look: for each free number, and at most

@@ -14,8 +14,6 @@ from typing import Any
 
 import pymunk
 import pytest
-from crowds import crowded
-from scenes import gas
 
 from pool_pymunk import (
     Billiards,
@@ -25,6 +23,8 @@ from pool_pymunk import (
     same_balls,
     simulate,
 )
+from tests.shared.crowded import crowded
+from tests.shared.scenes import gas
 
 REPEATS = 7
 

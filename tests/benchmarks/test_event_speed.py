@@ -1,6 +1,6 @@
 """The exact solver's cost is measured, and how that of one event grows with the balls.
 
-``make bench`` shows the times; ``python tests/benchmarks/test_event_speed.py`` prints the table of
+``make bench`` shows the times; ``python -m tests.benchmarks.test_event_speed`` prints the table of
 the README. Tables are as crowded as the report's. The cost of an event is that of the run without
 its set-up (paths, boxes and first predictions of all balls), over the events. The set-up is shown
 beside it.
@@ -13,9 +13,9 @@ import time
 from typing import Any, NamedTuple
 
 import pytest
-from crowds import crowded
 
 from pool_pymunk import Scene, Shot, load, simulate
+from tests.shared.crowded import crowded
 
 SIZES = (11, 50, 200, 1000)
 MOST_GROWTH = 5.0  # in the cost of an event, from 11 balls to 1,000

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 
 import pytest
-from scenes import pile
 
 from pool_pymunk import simulate
+from tests.shared.scenes import pile
 
 
 @pytest.mark.parametrize("rolling", [None, 0.01, 1e-4])

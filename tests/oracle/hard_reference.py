@@ -26,8 +26,8 @@ from typing import Any, NamedTuple
 
 from mpmath import mp, mpc, mpf
 
-from oracle.reference import FAR, Contact, Flight, Number, Refused, Vec, across, balls_of, dot
 from pool_pymunk import Scene
+from tests.oracle.reference import FAR, Contact, Flight, Number, Refused, Vec, across, balls_of, dot
 
 Batch = tuple[Contact, ...]  # hits at one time
 Normals = dict[Contact, Vec]

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from oracle.press_reference import Measures, PressReference, PressRun, dot
 from pool_pymunk import Patch, Scene, State
+from tests.oracle.press_reference import Measures, PressReference, PressRun, dot
 
 SKIPS = 1e-4  # m; a ball moves on so far at most where it is near a border
 

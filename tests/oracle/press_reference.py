@@ -31,8 +31,8 @@ from typing import Any
 import numpy as np
 from mpmath import mp, mpc
 
-from oracle.reference import Contact, Curve, Flight, Number, Refused, Side, balls_of
 from pool_pymunk import Scene, State
+from tests.oracle.reference import Contact, Curve, Flight, Number, Refused, Side, balls_of
 
 Key = tuple[str, Contact]
 Measures = dict[Key, float]  # what ends a step where it falls through zero

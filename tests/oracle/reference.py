@@ -21,7 +21,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations, count, pairwise
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from mpmath import mp, mpc, mpf
@@ -38,8 +37,8 @@ from pool_pymunk import (
     State,
     Table,
 )
+from tests import DATA
 
-DATA = Path(__file__).parent.parent / "data"
 DIGITS = 40
 ROUNDING = mpf(10) ** -30  # m, m/s; 40 digits leave so much of zero
 GENTLE = mpf(10) ** -6  # m/s; contacts that close more slowly are refused

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from oracle.reference import Refused
+from tests.oracle.reference import Refused
 
 LEAST = 1e-6  # s; no look ahead is shorter
 GRAZE = 1e-7  # m; a gap that turns below this one is refused

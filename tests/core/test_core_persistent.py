@@ -1,0 +1,250 @@
+"""Groups of the core play contacts that persist, as accurately as a tolerance asks.
+
+Only scenes with a reference are here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pool_pymunk import (
+    SOLVERS,
+    Ball,
+    Friction,
+    Restitution,
+    Run,
+    Scene,
+    Shot,
+    Table,
+    load,
+    simulate,
+)
+from pool_pymunk.core.persistent import bounces
+from pool_pymunk.report.listing import shot_lines
+from pool_pymunk.results.trace import Trace
+from pool_pymunk.results.variants import SURE
+from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers.record import CONTACT_TOLERANCE, Settings
+from tests import DATA
+from tests.shared.press_scenes import farthest
+from tests.shared.scenes import largest_distance
+
+TOLERANCE = 1e-8  # m
+R, M = 0.0286, 0.17
+
+
+def play(scene: Scene, tolerance: float = TOLERANCE) -> Trace:
+    """Play a scene by the core alone."""
+    settings = Settings(None, max_time=60.0, contact_tolerance=tolerance)
+    trace = event_driven.solve(scene, scene.start(None), settings)
+    assert trace.status == "settled"
+    return trace
+
+
+def ends_of(trace: Trace) -> list[complex]:
+    return [complex(*rows[-1][1:3]) for rows in trace.knots]
+
+
+def scenes_on_file() -> list[Any]:
+    return [pytest.param(r, id=r["name"]) for r in json.loads((DATA / "press.json").read_text())]
+
+
+@pytest.mark.parametrize("record", scenes_on_file())
+def test_ends_by_tiny_time_steps(record: dict[str, Any]) -> None:
+    scene = Scene(
+        tuple(Ball(**ball) for ball in record["balls"]),
+        record["table"] and Table(**record["table"]),
+        Restitution(**record["restitution"]),
+        Friction(**record["friction"]),
+    )
+    final = [complex(*place) for place in record["final"]]
+    assert farthest(ends_of(play(scene)), final) < 1e-6
+
+
+def follower(e: float) -> Scene:
+    """Return a ball that turns fast behind another one, and bounces on it ever lower."""
+    return Scene(
+        (
+            Ball("b0", (0.0, 0.0), R, M, velocity=(0.602, 0.0), roll=4.31),
+            Ball("b1", (0.057307, 0.0), R, M, velocity=(0.602, 0.0), roll=1.0),
+        ),
+        None, Restitution(e), Friction(0.25, 0.0, 0.0, rolling=0.01),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("e", [0.5, 0.8, 0.9])
+def test_bounces_that_are_left_out_count_in_first_order(e: float) -> None:
+    """A ball that bounces slips for a share of the time, and does not feel rolling resistance then.
+
+    Without that, the ends would move with the root of the tolerance: by 4e-4 m at 1e-5 m.
+    """
+    ends = [ends_of(play(follower(e), tolerance)) for tolerance in (1e-5, 1e-6, 1e-7)]
+    assert farthest(ends[0], ends[2]) < 1e-6 and farthest(ends[1], ends[2]) < 1e-7
+
+
+@pytest.mark.parametrize(("e", "mu"), [(0.7, 0.1), (0.7, 0.3), (0.5, 0.5), (0.9, 0.6)])
+def test_so_do_bounces_of_a_ball_that_rolls_along_a_rough_arc(e: float, mu: float) -> None:
+    """Friction on its roll is used up by hits sooner than in contact, where mu (1 + e) > 2/5.
+
+    Otherwise the ends would move by up to 4e-4 m at 1e-5 m.
+    """
+    ball = Ball("a", (0.5, R + 1e-9), R, M, velocity=(0.6, -0.05), roll=1.0)
+    rough = Friction(0.2, mu, 0.0, rolling=0.01)
+    scene = Scene((ball,), Table.circle(0.5), Restitution(1.0, None, e), rough)
+    ends = [ends_of(play(scene, tolerance)) for tolerance in (1e-5, 1e-7, 1e-10)]
+    assert farthest(ends[0], ends[2]) < 1e-6 and farthest(ends[1], ends[2]) < 1e-8
+
+
+def test_the_follower_ends_where_the_reference_has_it() -> None:
+    """The reference, by tiny steps, is good to 3e-8 m."""
+    final = [complex(4.095778492736671), complex(4.152978492736671)]
+    assert farthest(ends_of(play(follower(0.9), 1e-6)), final) < 1e-7
+
+
+def test_a_lone_hit_comes_again_at_a_share_of_its_speed() -> None:
+    """Two sides without slips, of restitution e, close at e times the last speed."""
+    assert math.isclose(bounces.return_speed(0.5, [(2.0, 0.0), (2.0, 0.0)], 2.0), 0.5)
+
+
+# -- the tolerance, and the figure -----------------------------------------------------------------
+
+
+def bounced(tolerance: float | None = None) -> Run:
+    """Play a ball that bounces on another one ever lower, to a tolerance (m)."""
+    return simulate(follower(0.9), solver="event-driven", contact_tolerance=tolerance)
+
+
+def test_a_finer_tolerance_takes_more_pieces_and_a_wide_one_is_a_share_of_a_radius() -> None:
+    assert bounced().end == bounced(CONTACT_TOLERANCE).end
+    pieces = [len(bounced(tolerance).knots[0]) for tolerance in (1e-5, CONTACT_TOLERANCE, 1e-9)]
+    assert pieces == sorted(set(pieces))
+    assert bounced(1.0).end == bounced(1e-3 * R).end
+
+
+@pytest.mark.parametrize(
+    ("speed", "angle", "most"),
+    [
+        (0.902628606666011, 1.1880513447940508, 6_000),
+        (1.1784332681651901, 2.9729720593884412, 8_000),
+        (1.1551848965911258, 2.7770781266097204, 4_500),
+    ],
+)
+def test_groups_that_touch_do_not_take_each_other_apart(
+    speed: float, angle: float, most: int
+) -> None:
+    """They did, hundreds of times in these soft breaks, or hit as often although no force acted."""
+    scene = dataclasses.replace(load("eight-ball"), restitution=Restitution(0.5, cushion=0.5))
+    scene = dataclasses.replace(scene, shots=(Shot("Break", "cue", speed=speed, angle=angle),))
+    settings = Settings(None, max_time=60.0, contact_tolerance=CONTACT_TOLERANCE)
+    trace = event_driven.solve(scene, scene.start(scene.shots[0]), settings)
+    assert sum(map(len, trace.knots)) <= most
+
+
+@pytest.mark.parametrize("solver", [name for name in SOLVERS if not SOLVERS[name].to_tolerance])
+def test_a_solver_without_a_tolerance_takes_no_notice_of_it(solver: str) -> None:
+    """So it is with the step of a solver that has none."""
+    run = simulate(load("two-balls"), solver=solver, dt=1e-3, contact_tolerance=1e-3)
+    assert run.contact_tolerance is None
+    assert run == simulate(load("two-balls"), solver=solver, dt=1e-3)
+
+
+def soft_break() -> Scene:
+    """Return a soft break of eight-ball, whose hits amplify what is left out."""
+    shot = Shot("soft", "cue", speed=1.0, aim="1", roll=1.0)
+    return dataclasses.replace(load("eight-ball"), shots=(shot,))
+
+
+@pytest.mark.parametrize("is_amplified", [True, False])
+def test_the_figure_is_four_changes_by_finer_tolerances_or_the_tolerance(
+    is_amplified: bool,
+) -> None:
+    scene, tolerance = soft_break() if is_amplified else follower(0.9), 1e-6
+    run, *others = (
+        simulate(scene, solver="event-driven", contact_tolerance=tolerance * share)
+        for share in (1.0, 1 / 3, 0.1)
+    )
+    moved = max(largest_distance(run, other) for other in others)
+    assert moved > 0.0 and (SURE * moved > tolerance) == is_amplified
+    assert run.persistent_shift == max(SURE * moved, tolerance) < 0.1
+
+
+def test_the_figure_covers_the_reference() -> None:
+    final = [complex(4.095778492736671), complex(4.152978492736671)]
+    for tolerance in (1e-4, 1e-5, 1e-6):
+        run = bounced(tolerance)
+        ends = [complex(*end) for end in run.final.values()]
+        assert farthest(ends, final) <= run.persistent_shift
+
+
+def test_the_run_is_played_again_when_the_figure_is_asked_for_and_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    played, solve = list[float](), event_driven.solve
+
+    def counted(scene: Scene, start: Any, settings: Settings) -> Trace:
+        played.append(settings.variant.coarser)
+        return solve(scene, start, settings)
+
+    monkeypatch.setattr(event_driven, "solve", counted)
+    run = bounced()
+    assert (sorted(run.policies), run.policy_shift, played) == ([], 0.0, [1.0])
+    assert run.persistent_shift == run.persistent_shift > 0.0
+    assert played == [1.0, 1 / 3, 0.1]
+
+
+def test_the_figure_is_at_most_the_diagonal_of_the_table() -> None:
+    table = Table(((-1.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-1.0, 1.0)))
+    restitution = Restitution(0.9, cushion=0.9)
+    scene = dataclasses.replace(follower(0.9), table=table, restitution=restitution)
+    run = simulate(scene, solver="event-driven", contact_tolerance=99.0)
+    assert run.persistent_shift == scene.diagonal < 99.0
+
+
+def test_a_run_without_such_contacts_has_no_figure() -> None:
+    run = simulate(load("report"), 1, solver="event-driven")
+    assert not run.persistent and run.persistent_shift == 0.0
+
+
+def test_the_log_says_it_if_its_digits_show_it() -> None:
+    def said(tolerance: float) -> list[str]:
+        return [line for line in shot_lines(bounced(tolerance)) if "Contacts that persist" in line]
+
+    assert said(1e-7) == []
+    assert said(1e-3) != []
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5])
+def test_derivatives_end_where_a_contact_begins_to_persist(e: float) -> None:
+    """Ball a pushes b if it does not bounce, while c is alone; without a push, all have some."""
+    balls = (
+        Ball("a", (0.0, 0.0), R, M, velocity=(1.0, 0.05), roll=1.0),
+        Ball("b", (0.1, 0.01), R, M),
+        Ball("c", (0.0, 1.0), R, M, velocity=(1.0, 0.0)),
+    )
+    scene = Scene(balls, None, Restitution(e), Friction(0.2, 0.0, 0.1, rolling=0.02))
+    run = simulate(scene, solver="event-driven")
+    found = run.derivatives("velocity")
+    assert np.isfinite(found.final[2]).all()
+    if e > 0.0:
+        assert not run.persistent and not found.warnings and np.isfinite(found.final).all()
+        return
+    [contact] = run.persistent
+    assert contact.balls == ("a", "b")
+    assert np.isnan(found.final[:2]).all()
+    [line] = found.warnings
+    assert line.startswith(f"a contact is persistent (at {contact.since:.6g} s): what depends on")
+
+
+def test_the_tolerance_is_saved(tmp_path: Path) -> None:
+    run = bounced(1e-6)
+    run.save(tmp_path / "run.npz")
+    again = Run.load(tmp_path / "run.npz")
+    assert again == run and again.contact_tolerance == 1e-6
+    assert math.isnan(again.persistent_shift)

@@ -1,0 +1,134 @@
+"""Balls that hit each other over and over are a crowd, which goes on by steps."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from pool_pymunk import Run, load, simulate
+from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.path import standing
+from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
+from pool_pymunk.core.persistent.crowd import ENOUGH, Crowd
+from pool_pymunk.core.persistent.member import Member
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.spells import Spell
+from pool_pymunk.core.persistent.touch import Touch
+from pool_pymunk.report.listing import shot_lines
+from tests.shared.scenes import pile
+
+R, M, PULL, DRAG, STEP = 0.03, 0.2, 2.0, 0.1, 1e-3
+OVER_AND_OVER = "hit each other over and over"
+
+
+def row(speeds: list[float], surface: Surface, e: float) -> Crowd:
+    """Return balls in a row that touch; those of a rolling surface roll."""
+    scale = Scale(1e-7, R, PULL)
+    members = []
+    for k, v in enumerate(speeds):
+        ball = Ball(k, R, M, standing(0.0, 2.0 * R * k, 0.0))
+        roll = (v if surface.rolls else 0.0, 0.0)
+        members.append(Member(ball, scale, surface, (2.0 * R * k, 0.0, v, 0.0), roll, 0.0))
+    pairs = itertools.pairwise(members)
+    touches = [Touch(a, b, None, None, Pair(M, M, e, 0.0)) for a, b in pairs]
+    return Crowd(members, touches, 0.0, scale, STEP)
+
+
+def test_the_normal_of_a_contact_that_persisted_points_to_the_last_ball() -> None:
+    """Impulses of a contact are those on the ball of the higher number."""
+    one, other = row([0.0, 0.0], Sliding(PULL), 0.0).members
+    for first, second in ((one, other), (other, one)):
+        touch = Touch(first, second, None, None, Pair(M, M, 0.0, 0.0))
+        assert Spell(0, 1, -1, 0.0, touch).place == (R, 0.0, 1.0, 0.0)
+
+
+def speeds_after(crowd: Crowd) -> list[float]:
+    crowd.play(0.0)
+    return [each.vx for each in crowd.members]
+
+
+EXACT = ENOUGH * PULL * STEP
+
+
+def test_a_plastic_row_goes_on_together() -> None:
+    together = 1.0 / 4.0 - PULL * STEP
+    assert speeds_after(row([1.0, 0.0, 0.0, 0.0], Sliding(PULL), 0.0)) == pytest.approx(
+        [together] * 4, abs=4.0 * EXACT
+    )
+
+
+def test_a_bounce_is_that_of_the_law() -> None:
+    after = speeds_after(row([1.0, 0.0], Sliding(PULL), 0.5))
+    assert after == pytest.approx([0.25 - PULL * STEP, 0.75 - PULL * STEP], abs=EXACT)
+
+
+def test_friction_of_the_surface_holds_a_row() -> None:
+    """The push is weaker than what friction takes from all three in a step."""
+    assert speeds_after(row([2.0 * PULL * STEP, 0.0, 0.0], Sliding(PULL), 0.0)) == pytest.approx(
+        [0.0] * 3, abs=EXACT
+    )
+
+
+def test_a_ball_that_rolls_slips_after_the_hit() -> None:
+    """Two balls have half the speed of one; their slips are theirs to the surface."""
+    after = speeds_after(row([1.0, 0.0], Rolling(PULL, DRAG), 0.0))
+    assert after == pytest.approx([0.5, 0.5], abs=EXACT)
+
+
+def test_a_slip_that_fades_in_a_step_rolls() -> None:
+    crowd = row([1e-3], Rolling(PULL, DRAG), 0.0)
+    crowd.members[0].wx = 0.0
+    assert speeds_after(crowd) == pytest.approx([5.0 / 7.0 * 1e-3 - DRAG * STEP])
+
+
+def test_a_crowd_never_gains_energy() -> None:
+    for e in (0.0, 0.5, 1.0):
+        crowd = row([1.0, -0.3, 0.7, 0.0, -1.0], Rolling(PULL, DRAG), e)
+        before = sum(each.energy for each in crowd.members)
+        crowd.play(0.0)
+        assert sum(each.energy for each in crowd.members) <= before
+
+
+def energy(run: Run, t: float) -> float:
+    """Return the energy (J) of the motion and of the roll."""
+    total = float(np.sum(np.square(run.at(t)[1])))
+    if run.scene.friction.rolling is not None:
+        total += 0.4 * float(np.sum(np.square(run.roll_at(t))))
+    return total * run.scene.balls[0].mass / 2.0
+
+
+@pytest.mark.parametrize("rolling", [None, 0.01, 1e-4])
+def test_a_pile_comes_to_rest_and_the_run_says_how(rolling: float | None) -> None:
+    scene = pile(50, 0.0, rolling)
+    run = simulate(scene, solver="event-driven")
+    assert run.status == "settled"
+    warnings = [w for w in run.warnings if OVER_AND_OVER in w]
+    assert len(warnings) == 1 and "their ends are not exact" in warnings[0]
+    assert OVER_AND_OVER in "\n".join(shot_lines(run))
+    moments = sorted({float(t) for rows in run.knots for t in rows[:, 0]})  # of all new paths
+    left = [energy(run, t) for t in moments]
+    assert all(after - before < 1e-5 * left[0] for before, after in itertools.pairwise(left))
+    times = np.linspace(0.0, run.duration, 200)
+    deepest = min(
+        math.dist(a, b) - 2.0 * scene.balls[0].radius
+        for t in times[::10]
+        for k, a in enumerate(run.at(t)[0])
+        for b in run.at(t)[0][:k]
+    )
+    assert deepest > -0.05 * scene.balls[0].radius
+
+
+def test_a_pile_ends_in_time_that_grows_with_its_contacts() -> None:
+    """Two hundred balls take about as many steps as fifty; nothing is played hit by hit."""
+    few, many = (simulate(pile(n, 0.5, None), solver="event-driven") for n in (50, 200))
+    assert few.status == many.status == "settled"
+    assert len(many.events) < 10 * len(few.events)
+
+
+def test_a_hard_break_is_no_crowd() -> None:
+    run = simulate(load("eight-ball"), solver="event-driven")
+    assert not [w for w in run.warnings if OVER_AND_OVER in w]

@@ -1,0 +1,97 @@
+"""A live table plays by the core: ``pymunk`` has the bits of ``event-driven`` at every step.
+
+``python -m tests.world.test_live 500`` plays so many random scenes, and prints where bits differ.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pymunk
+import pytest
+
+from pool_pymunk import Run, Scene, Shot, load, simulate
+from tests.shared.core_scenes import BUNDLED, SCENES, drawn
+from tests.shared.scenes import BASE_SEED
+from tests.shared.worlds import STEP, A, ball, plane
+
+LENGTHS = 1 / 60, 1 / 37  # s; the steps
+LATEST, MOST = 20.0, 400  # s, and events of a run
+QUICK, LONG = 40, 500  # random scenes
+
+
+def said(run: Run) -> dict[str, Any]:
+    """Return all that has bits: events, ends, the time, and contacts that persisted."""
+    return {
+        "status": run.status, "duration": run.duration, "events": run.events, "end": run.end,
+        "persistent": run.persistent,
+    }  # fmt: skip
+
+
+def differences(scene: Scene, shot: Shot | None = None) -> Iterator[str]:
+    """Yield what differs between the exact solver and live tables of some steps."""
+    most: Any = {"max_time": scene.physics.max_time or LATEST, "max_events": MOST}
+    exact = said(simulate(scene, shot, solver="event-driven", **most))
+    for dt in LENGTHS:
+        live = said(simulate(scene, shot, solver="pymunk", dt=dt, **most))
+        yield from (f"{key} at dt = {dt}" for key in exact if exact[key] != live[key])
+
+
+def random_scenes(count: int) -> Iterator[tuple[str, Scene]]:
+    """Yield scenes of all kinds in turn: of them many roll, press or have patches."""
+    kinds = [*SCENES]
+    for seed in range(BASE_SEED, BASE_SEED + count):
+        kind = kinds[seed % len(kinds)]
+        yield f"{kind} {seed}", drawn(random.Random(f"{kind} {seed}"), kind)
+
+
+def differing(count: int) -> dict[str, list[str]]:
+    """Return in which random scenes something differs."""
+    found = {name: [*differences(scene)] for name, scene in random_scenes(count)}
+    return {name: what for name, what in found.items() if what}
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_bundled_scenes_have_the_same_bits(name: str) -> None:
+    scene = load(name)
+    for shot in scene.shots or (None,):
+        assert not [*differences(scene, shot)]
+
+
+def test_random_scenes_have_the_same_bits() -> None:
+    assert not differing(QUICK)
+
+
+@pytest.mark.slow
+def test_many_random_scenes_have_the_same_bits() -> None:
+    assert not differing(LONG)
+
+
+@pytest.mark.parametrize("settings", [{"alone": True}, {"friction": "callback"}])
+def test_former_settings_do_nothing(settings: dict[str, Any]) -> None:
+    space, table = plane(**settings)
+    one = ball(table, 0.0)
+    space.add(pymunk.Circle(space.static_body, 0.1, (0.0, 1.0)))
+    one.body.velocity = 1.0, 0.0
+    for _ in range(120):
+        table.step()
+        space.step(STEP)
+    assert one.body.position.x == pytest.approx(1.0 / (2.0 * A), abs=1e-12)
+    assert not space.constraints
+
+
+def test_what_a_table_had_says_what_serves() -> None:
+    _, table = plane()
+    one = ball(table, 0.0)
+    with pytest.warns(DeprecationWarning, match="a ball has no sensor any more: ball.circle"):
+        assert one.sensor is one.circle
+    with pytest.raises(AttributeError, match="a Billiards has no joints any more: the engine"):
+        _ = table.joints  # type: ignore[attr-defined]
+
+
+if __name__ == "__main__":
+    for name, what in differing(int(sys.argv[1])).items():
+        print(name, *what, sep="\n    ")
