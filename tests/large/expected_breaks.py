@@ -8,7 +8,7 @@ that may come or not because rounding decides, each group with its reason.
 ``python -m tests.large.expected_breaks`` makes the table anew; this takes ten minutes on two cores.
 It plays every row again and again with time steps that differ by next to nothing. A break that
 always comes is expected, and one that comes now and then is undecided. Reasons are kept; where one
-is wanted, it is left empty, and a test asks for it.
+is missing, it is left empty, and a test asks for it.
 """
 
 from __future__ import annotations
