@@ -38,7 +38,7 @@ from tests.shared.worlds import plane
 BY_PYTHON, BY_COMMAND = ">>> ", "$ "
 # A name of the table is one of these modules, or one of the functions and scenes below.
 HOMES = (
-    "pool_pymunk", "texts", "worlds", "pymunk", "pool_pymunk.laws.law",
+    "pool_pymunk", "tests.shared.texts", "tests.shared.worlds", "pymunk", "pool_pymunk.laws.law",
     "pool_pymunk.report.collide", "pool_pymunk.render", "pool_pymunk.solvers",
     "pool_pymunk.studies", "pool_pymunk.page", "dataclasses", "math", "numpy", "builtins",
     "pool_pymunk.env",
