@@ -216,10 +216,10 @@ def _begin(halt: Event) -> None:
     warnings.simplefilter("ignore")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     HALT.append(halt)
-    Thread(target=_end_with_parent, daemon=True).start()
+    Thread(target=end_with_parent, daemon=True).start()
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """End this process when the one that has started it is gone, however that ended."""
     parent = multiprocessing.parent_process()
     if parent is not None:

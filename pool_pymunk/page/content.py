@@ -116,13 +116,13 @@ def _numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
 
 def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
     scene, events, breakpoints = run.scene, [], []
-    places = zip(contact_places(run), (c for c in run.contacts if c.point), strict=True)
+    places = contact_places(run)
     for event in run.events:
         events.append(event.as_dict() | {"balls": [scene.index[id_] for id_ in event.balls]})
         if event.cushion is not None:
             events[-1]["side"] = scene.side_name(event.cushion)
         if event.is_contact:  # It has a place and a size: x, y and a radius.
-            (_, place, radius), row = next(places)
+            row, place, radius = next(places)
             events[-1]["place"] = list(map(_finite, (*place, radius)))
             events[-1]["row"] = {key: _rounded(getattr(row, key)) for key in ROW}
     for ball, rows in zip(scene.balls, run.knots, strict=True):

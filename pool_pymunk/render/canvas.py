@@ -157,19 +157,6 @@ class Frame:
         self.pixels, size = pixels, (pixels.shape[1], pixels.shape[0])
         self.picture = Image.frombuffer("RGBA", size, pixels, "raw", "RGBA", 0, 1)
         self.picture.readonly = 0  # Otherwise Pillow draws on a copy.
-        self.stale: list[Box] = []  # where it does not show the ground
-
-    def put(self, what: Image.Image | str, at: tuple[int, int], cover: Image.Image) -> None:
-        """Put a picture or a colour where its cover is; ``at`` is the upper left corner."""
-        box = (*at, at[0] + cover.width, at[1] + cover.height)
-        self.picture.paste(what, box, cover)
-        self.stale.append(box)
-
-    def renew(self, ground: Image.Image) -> None:
-        """Show the ground again, wherever it is stale."""
-        for box in self.stale:
-            self.picture.paste(ground.crop(box), box)
-        self.stale.clear()
 
 
 def dimmed(cover: Image.Image, strength: float) -> Image.Image:
@@ -198,4 +185,4 @@ class Sprite:
             picture.putalpha(255)
         picture, cover = self.shifted[across, down]
         at = column - self.side // 2, row - self.side // 2
-        frame.put(picture, at, dimmed(cover, strength))
+        frame.picture.paste(picture, at, dimmed(cover, strength))

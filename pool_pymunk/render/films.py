@@ -1,20 +1,18 @@
 """This module films shots: one by one, all in one, or two runs of a shot compared.
 
-Frames become mp4 by imageio's plugin for PyAV, and gif by Pillow.
+Frames become mp4 by PyAV, and gif by Pillow.
 """
 
 from __future__ import annotations
 
-import gc
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from fractions import Fraction
 from itertools import chain, islice, repeat
 from pathlib import Path
 
-import imageio.v3 as iio
 import numpy as np
 from PIL import Image, ImageChops
 from PIL.GifImagePlugin import getdata, getheader
@@ -28,7 +26,7 @@ from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, whole
 Progress = Callable[[int], None]
 FORMATS = (".mp4", ".gif")
 FASTEST_GIF = 50.0  # frames a second; players take the next pace, 1/100 s a frame, for a mistake
-SLOWEST, FASTEST = 2e-3, 65535.0  # frames a second: a gif's longest delay, imageio's finest time
+SLOWEST, FASTEST = 2e-3, 65535.0  # frames a second: a gif's longest delay, a film's finest time
 CODEC = "libx264"  # H.264, which browsers and slides play
 OPTIONS = {"preset": "superfast", "crf": "18", "bf": "0"}  # without B frames: 10 % faster
 # Colours are converted by one thread, since more would cost more time than they save.
@@ -40,9 +38,8 @@ FASTSTART = {"movflags": "+faststart"}  # An mp4 starts to play before all of it
 CLEAR = 255  # a gif's index for pixels that stay as they are; those below it are colours
 SAME = [255] + 255 * [0]  # a mask of the pixels whose index has changed by 0
 
-Shown = tuple[
-    Pixels, int
-]  # a picture (height, width, 3 or 4), and for how many 1/100 s it is shown
+# a picture (height, width, 3 or 4), and for how many 1/100 s it is shown
+Shown = tuple[Pixels, int]
 
 
 def film(
@@ -65,7 +62,8 @@ def film(
     shows = [_show(one) for one in (what if isinstance(what, Sequence) else [what])]
     if not shows:
         raise RenderError(f"{path}: there is no shot to film")
-    frames = (frame for show in shows for frame in _frames(show, settings, progress))
+    count = progress or (lambda _: None)
+    frames = (frame for show in shows for frame in _frames(show, settings, count))
     with written(path) as part:
         if form == ".gif":
             samples = (frame for show in shows for frame in Stage(show, settings).samples())
@@ -79,14 +77,12 @@ def frame_count(what: Run | Show, settings: FilmSettings) -> int:
     return len(settings.times(_show(what)))
 
 
-def _frames(show: Show, settings: FilmSettings, progress: Progress | None) -> Iterator[Pixels]:
+def _frames(show: Show, settings: FilmSettings, progress: Progress) -> Iterator[Pixels]:
     """Draw the frames of one shot; the last one stays."""
     stage = Stage(show, settings)
-    if progress is not None:
-        progress(0)  # Frames are counted from here on: the stage takes as long as hundreds of them.
+    progress(0)  # Frames are counted from here on: the stage takes as long as hundreds of them.
     for frame in stage.frames():
-        if progress is not None:
-            progress(1)
+        progress(1)
         yield frame
     yield from repeat(frame, settings.held)
 
@@ -122,25 +118,28 @@ def written(path: Path) -> Iterator[Path]:
 
 def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
     """Write frames, (height, width, 4) each; one is encoded while the next one is drawn."""
-    pace = float(_pace(fps))
-    with ExitStack() as last, path.open("wb") as file:
-        gc.freeze()  # imageio collects garbage twice where it closes a film, a tenth of its time.
-        last.callback(gc.unfreeze)
-        film = iio.imopen(file, "w", plugin="pyav", extension=".mp4", container_options=FASTSTART)  # type: ignore[call-overload]
-        try:
-            film.init_video_stream(CODEC, fps=pace)
-            film._video_stream.options = OPTIONS  # imageio has no public call that sets them.
-            with ThreadPoolExecutor(1) as thread:
-                done: Future[object] = thread.submit(int)  # There is nothing to wait for yet.
-                for frame in frames:
-                    done.result()
-                    done = thread.submit(film.write_frame, frame, pixel_format="rgba")
-                done.result()
-            film.close()
-        except BaseException:
-            film._video_stream = None  # Otherwise imageio would still encode when it is deleted.
-            raise
-        del film  # This is the other time that imageio collects garbage.
+    import av
+
+    pace = _pace(fps)
+    with (
+        av.open(str(path), "w", format="mp4", container_options=FASTSTART) as film,
+        ThreadPoolExecutor(1) as thread,
+    ):
+        stream = film.add_stream(CODEC, pace, options=OPTIONS)
+
+        def write(frame: Pixels, k: int) -> None:
+            if k == 0:
+                stream.height, stream.width, _ = frame.shape
+            picture = av.VideoFrame.from_ndarray(frame, "rgba")
+            picture.pts, picture.time_base = k, 1 / pace
+            film.mux(stream.encode(picture))
+
+        done = thread.submit(int)  # There is nothing to wait for yet.
+        for k, frame in enumerate(frames):
+            done.result()
+            done = thread.submit(write, frame, k)
+        done.result()
+        film.mux(stream.encode())
 
 
 def timed(frames: Iterable[Pixels], fps: float) -> Iterator[Shown]:
@@ -157,11 +156,8 @@ def write_gif(path: Path, pictures: Iterable[Shown], samples: Iterable[Pixels]) 
     before = None
     with path.open("wb") as file:
         for pixels, ticks in pictures:
-            now = (
-                Image.fromarray(pixels)
-                .convert("RGB")
-                .quantize(palette=palette, dither=Image.Dither.NONE)
-            )
+            now = Image.fromarray(pixels).convert("RGB")
+            now = now.quantize(palette=palette, dither=Image.Dither.NONE)
             patch, box = now.copy(), (0, 0, *now.size)
             if before is None:
                 file.writelines(getheader(now, info={"loop": 0})[0])

@@ -56,7 +56,7 @@ class Cast:
         movers = [i for i, rows in enumerate(run.knots) if np.nan_to_num(rows[:, 3:5]).any()]
         self.tracks = {i: self._track(i, settings.size) for i in movers}
         flashes = contact_places(run) if solid else ()
-        self.flashes = [(t, view.place(at), view.scale * radius) for t, at, radius in flashes]
+        self.flashes = [(row.t, view.place(at), view.scale * size) for row, at, size in flashes]
         index = run.scene.index
         taken = {index[event.balls[0]]: event.t for event in run.events if event.pocket is not None}
         self.falls = {i: (t, track_of(run, i)[-1, 1:]) for i, t in taken.items()}  # from the rim
@@ -103,7 +103,7 @@ class Cast:
             if 0.0 <= age < 1.0:
                 half = math.ceil((1.0 + age) * radius)
                 at = round(x) - half, round(frame.picture.height - y) - half
-                frame.put(self.light, at, dimmed(_spot(half), (1.0 - age) ** 2))
+                frame.picture.paste(self.light, at, dimmed(_spot(half), (1.0 - age) ** 2))
 
 
 def _arrows(cast: Cast, size: tuple[int, int], style: Style, life: float) -> Part:
@@ -116,7 +116,7 @@ def _arrows(cast: Cast, size: tuple[int, int], style: Style, life: float) -> Par
 
     def appear(frame: Frame, t: float) -> None:
         if t < life:
-            frame.put(color, (left, top), dimmed(cover, 1.0 - t / life))
+            frame.picture.paste(color, (left, top), dimmed(cover, 1.0 - t / life))
 
     return appear
 
@@ -157,7 +157,7 @@ def _clock(layout: Layout, style: Style, decimals: int) -> Part:
     def appear(frame: Frame, t: float) -> None:
         cover = Image.new("L", (wide, high))
         ImageDraw.Draw(cover).text((wide, foot), f"{t:.{decimals}f} s", 255, font, anchor="rs")
-        frame.put(ink, at, cover)
+        frame.picture.paste(ink, at, cover)
 
     return appear
 
@@ -232,7 +232,6 @@ class Stage:
         setp(lines, alpha=0.3)
         bare = pixels(sheet.figure)
         self.ground = Ground(bare)
-        self.drawn = [Frame(bare.copy()), Frame(bare.copy())]
         setp(lines, alpha=None)
         if show.tray:
             draw_tray(sheet, show.runs[0], show.tray, layout, style)
@@ -252,10 +251,7 @@ class Stage:
         self.arrows = [_arrows(cast, size, style, LOOK.shot / slow) for cast in solid]
 
     def frames(self) -> Iterator[Pixels]:
-        """Yield the frames in order, (height, width, 4) of uint8 each; ask for them once only.
-
-        The next frame but one is drawn over a frame.
-        """
+        """Yield the frames in order, (height, width, 4) of uint8 each; ask for them once only."""
         for first in range(0, len(self.times), self.BLOCK):
             yield from self._drawn(self.times[first : first + self.BLOCK])
 
@@ -268,7 +264,7 @@ class Stage:
         for k, t in enumerate(times.tolist()):
             for cast, position in zip(self.casts, moves, strict=True):
                 cast.leave_tracks(self.ground, t, position[k])
-            frame = self._bare_frame()
+            frame = Frame(self.ground.pixels.copy())
             for arrows in self.arrows:
                 arrows(frame, t)
             for cast, position in zip(self.casts, moves, strict=True):
@@ -276,15 +272,6 @@ class Stage:
             for part in self.above:
                 part(frame, t)
             yield frame.pixels
-
-    def _bare_frame(self) -> Frame:
-        """Return the frame that was drawn before the last one, as the ground is now."""
-        for frame in self.drawn:
-            frame.stale += self.ground.changed
-        self.ground.changed.clear()
-        self.drawn.reverse()
-        self.drawn[0].renew(self.ground.picture)
-        return self.drawn[0]
 
 
 @lru_cache(maxsize=16)

@@ -13,24 +13,22 @@ from PIL import Image, ImageChops, ImageDraw
 
 from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
-from pool_pymunk.render.canvas import FINE, Box, Pixels, blank, dimmed, pixels
+from pool_pymunk.render.canvas import FINE, Box, Frame, Pixels, blank, dimmed, pixels
 from pool_pymunk.render.style import LOOK
 
 STRENGTH = 0.9  # the share of the cloth that a track covers
 MARGIN = 0.75  # pixels; a ball uncovers its track, and this much beside it
 
 
-class Ground:
+class Ground(Frame):
     """The ground is what lies under the balls of a film: the table, and tracks.
 
     ``solid`` is what tracks of solid balls cover so far: those of ghosts lie under them.
-    ``changed`` has the boxes in which tracks have grown.
     """
 
     def __init__(self, bare: Pixels) -> None:
-        self.picture = Image.fromarray(bare)
+        super().__init__(bare.copy())
         self.solid = Image.new("L", self.picture.size)
-        self.changed: list[Box] = []
 
     def lay(self, color: str, box: Box, cover: Image.Image, *, solid: bool) -> None:
         """Lay a part of a track on the ground."""
@@ -39,7 +37,6 @@ class Ground:
         else:
             cover = ImageChops.multiply(cover, ImageChops.invert(self.solid.crop(box)))
         self.picture.paste(color, box, cover)
-        self.changed.append(box)
 
 
 class Line(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from pool_pymunk.model import Point, Scene
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import differing
 from pool_pymunk.model.plain import argument, made
+from pool_pymunk.results.contacts import ContactRow
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.words import step_text
 from pool_pymunk.safety.files import RenderError
@@ -69,14 +70,12 @@ def extent(scene: Scene, runs: Sequence[Run] = ()) -> Bbox:
     return box.padded(max(0.0, high / MOST_LONG - wide) / 2, max(0.0, wide / MOST_LONG - high) / 2)
 
 
-def contact_places(run: Run) -> list[tuple[float, Point, float]]:
-    """Return the time (s), the place (m) and the size (m) of each contact, in their order."""
-    found = []
+def contact_places(run: Run) -> Iterator[tuple[ContactRow, Point, float]]:
+    """Yield each contact that has a place, in their order, with its place and its size (m)."""
     for row in run.contacts:
         if row.point is not None:
             radius = min(run.scene.balls[run.scene.index[id_]].radius for id_ in row.balls)
-            found.append((row.t, row.point, radius if row.cushion is None else radius / 2.0))
-    return found
+            yield row, row.point, radius if row.cushion is None else radius / 2.0
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 import threading
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 
+from pool_pymunk.many.workers import end_with_parent
 from pool_pymunk.model import Scene
 from pool_pymunk.page.live.answers import Answers, Reply, refusal
 from pool_pymunk.safety.interrupts import block_sigint
@@ -82,7 +82,7 @@ class Worker:
 def work(pipe: Connection, scene: Scene) -> None:
     """Answer questions until nobody asks any more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
     answers = Answers(scene)
     pipe.send(READY)
     while True:
@@ -91,11 +91,3 @@ def work(pipe: Connection, scene: Scene) -> None:
         except (EOFError, OSError):
             return
         pipe.send(answers.to(name, text))
-
-
-def _leave_with_parent() -> None:
-    """End this process when its parent process has ended, for any reason."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(0)

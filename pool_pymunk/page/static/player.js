@@ -96,12 +96,8 @@ class Player {
     const curves = (valueAt) =>
       both.map(([one, ink]) => curveOf(valueAt, one, duration, ink, style.page));
     energies.show(curves(energyAt), "J", duration, style);
-    momenta.show(
-      curves((one, t) => Math.hypot(...momentumAt(one, t))),
-      "N s",
-      duration,
-      style,
-    );
+    const momentum = (one, t) => Math.hypot(...momentumAt(one, t));
+    momenta.show(curves(momentum), "N s", duration, style);
     byId("energy-text").textContent = run.gyration ? ", with that of rolling:" : ":";
     if (!ghost) return;
     const [name, unit] = units.length;
