@@ -420,5 +420,11 @@ def test_what_is_handed_in_has_all_its_parts(tmp_path: Path) -> None:
     rows = (tmp_path / "ends.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == 1 + 44 == page.count("<tr>")
     assert max(float(row.rpartition(",")[2]) for row in rows[1:]) < 2.0
+    for *_, x, y, published_x, published_y, off in (row.split(",") for row in rows[1:]):
+        numbers = (float(x) - float(published_x), float(y) - float(published_y))
+        assert math.hypot(*numbers) == pytest.approx(float(off), abs=1.5e-4)
+    for said in ("slices of 100 microseconds", "Restitution: ball on ball 0.9", "88 x 44 in"):
+        assert page.count(said) == 1
+    assert "law published" not in page and "1e-" not in page.replace("4e-14", "")
     for end in ("(17.19, 21.28)", "(19.61, 21.69)", "(21.48, 22.58)"):
         assert end in page

@@ -13,18 +13,22 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from html import escape
+from itertools import product
 from pathlib import Path
+from typing import get_args
 
 from pool_pymunk import Run, Scene, load, simulate
 from pool_pymunk.cli.beside import simulate_beside
-from pool_pymunk.cli.render import save_films, save_pictures
+from pool_pymunk.cli.render import save_films
 from pool_pymunk.cli.runs import stem
-from pool_pymunk.render import FilmSettings, Show
+from pool_pymunk.render import FilmSettings, Show, picture
+from pool_pymunk.render.pictures import When
+from pool_pymunk.report.listing import magnitudes
 from pool_pymunk.results.words import counted
 from pool_pymunk.studies.grid import Column
 
 FILM = FilmSettings(size=(1280, 720), fps=30.0)
-DPI = 150.0
+DPI, WHENS = 150.0, get_args(When)
 TURN = 1e-6  # degrees; the cue ball of Simulation 4 is turned by so little
 COLUMNS = ("shot", "ball", "x (in)", "y (in)", "published x (in)", "published y (in)", "off (in)")
 PAGE = """<!doctype html>
@@ -53,13 +57,17 @@ def inches(scene: Scene, *lengths: float) -> list[float]:
 
 
 def rows(runs: Sequence[Run]) -> Iterator[list[str]]:
-    """Yield the rows of the table of ends: computed, published, and how far apart they are."""
+    """Yield the rows of the table of ends: computed, published, and how far apart they are.
+
+    The report prints two decimals; computed places have four, so that the distance can be seen.
+    """
     for run in runs:
         assert run.shot is not None
         for ball, end in run.final.items():
             printed = run.shot.published[ball]
-            numbers = inches(run.scene, *end, *printed, math.dist(end, printed))
-            yield [run.name, ball, *(f"{number:.2f}" for number in numbers)]
+            *numbers, off = inches(run.scene, *end, *printed, math.dist(end, printed))
+            texts = (f"{x:.{digits}f}" for x, digits in zip(numbers, (4, 4, 2, 2), strict=True))
+            yield [run.name, ball, *texts, f"{off:.4f}"]
 
 
 def ends_of_nine(scene: Scene) -> list[tuple[float, float]]:
@@ -98,6 +106,20 @@ def table(runs: Sequence[Run]) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table>"
 
 
+def setting(run: Run) -> str:
+    """Return the paragraph on what all shots have in common, and on how to read the figures."""
+    size, radius, mass, _, restitution, friction = magnitudes(run.scene)
+    numbers = f"The table: {size.removeprefix('size over all: ')}. The balls: {radius}; {mass}"
+    coefficients = f"{restitution}; {friction}".replace("_", " on ").capitalize()
+    slices = "a microsecond" if run.dt == 1e-6 else f"{1e6 * (run.dt or 0.0):g} microseconds"
+    return (
+        f"{numbers}. {coefficients}. All shots are computed in slices of {slices}, by the law of "
+        "the report's Listing 3. In the figures, the arrow is the velocity of the struck ball, "
+        "rings are where balls started, lines are the tracks of balls that moved, and cushions are "
+        "numbered on the rails."
+    )
+
+
 def figures(runs: Sequence[Run]) -> Iterator[str]:
     """Yield each shot's section: its film, and its start and end with captions."""
     number = 0
@@ -105,12 +127,8 @@ def figures(runs: Sequence[Run]) -> Iterator[str]:
         contacts = counted(sum(event.is_contact for event in run.events), "contact")
         yield f"<h2>{escape(run.name)}</h2>\n<video controls src='{stem(run)}.mp4'></video>"
         for when, caption in (
-            ("start", f"{run.name} at its start. The arrow is the velocity of the struck ball."),
-            (
-                "end",
-                f"{run.name} at its end, after {run.duration:.2f} s and {contacts}, with "
-                f"the tracks of all balls that moved. Slices of {run.dt:g} s, law {run.law}.",
-            ),
+            ("start", f"{run.name} at its start."),
+            ("end", f"{run.name} at its end, after {run.duration:.2f} s and {contacts}."),
         ):
             number += 1
             yield (
@@ -127,12 +145,14 @@ def hand_in(folder: Path, settings: FilmSettings = FILM, dt: float | None = None
     runs = [run for [run] in simulate_beside(scene, scene.shots, [slices])]
     shows = [Show((run,)) for run in runs]
     save_films(shows, folder, ".mp4", settings)
-    save_pictures(shows, folder, ".png", DPI)
+    for show, when in product(shows, WHENS):
+        path = folder / f"{stem(show.runs[0])}-{when}.png"
+        picture(show, path, when=when, dpi=DPI, caption="")
     with (folder / "ends.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([COLUMNS, *rows(runs)])
     ends = [f"<h2>Where the balls end</h2>\n{table(runs)}"]
     last = [f"<h2>On Simulation 4</h2>\n<p>{escape(on_simulation_4(scene))}</p>"]
-    body = "\n".join([*figures(runs), *ends, *last])
+    body = "\n".join([f"<p>{escape(setting(runs[0]))}</p>", *figures(runs), *ends, *last])
     page = PAGE.format(title=escape(scene.title), body=body)
     written = folder / "hand-in.html"
     written.write_text(page, encoding="utf-8")

@@ -6,19 +6,34 @@ All lengths are in m, times in s. A number that is not finite becomes null.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from pool_pymunk.core.motion.surface import GYRATION
-from pool_pymunk.model import Scene
+from pool_pymunk.model import Ball, Scene
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.render import PRINT, SCREEN
-from pool_pymunk.render.style import IVORY, LOOK, ball_colors, halo_color, striped
-from pool_pymunk.render.table import plane, pockets_and_posts, seen_patches, seen_posts, woodwork
-from pool_pymunk.render.view import CUSHION, DOT, RAIL, contact_places, extent, settings
+from pool_pymunk.render.style import (
+    IVORY,
+    LOOK,
+    ball_colors,
+    by_number,
+    dashes,
+    halo_color,
+    striped,
+)
+from pool_pymunk.render.table import (
+    numbers,
+    plane,
+    pockets_and_posts,
+    seen_patches,
+    seen_posts,
+    woodwork,
+)
+from pool_pymunk.render.view import DOT, contact_places, extent, settings
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run
 
@@ -51,16 +66,19 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
         "table": scene.table and woodwork(scene.table, scene.pockets)._asdict(),
         "patches": list(seen_patches(scene)),
         "discs": list(pockets_and_posts(scene)),
-        "numbers": list(_numbers(scene)),
-        "balls": [
-            {"id": b.id, "radius": b.radius, "color": c, "halo": halo_color(c), "striped": s}
-            for b, c, s in zip(scene.balls, ball_colors(scene), striped(scene), strict=True)
-        ],
+        "numbers": list(numbers(scene)),
+        "balls": list(map(_ball, scene.balls, ball_colors(scene), striped(scene), dashes(scene))),
+        "legend": [scene.index[id_] for id_ in by_number(scene.index)],
         "shots": [
             {"name": shot[0].name, "runs": list(map(_run, shot, settings(shot), labels(shot)))}
             for shot in shots
         ],
     }
+
+
+def _ball(ball: Ball, color: str, striped: bool, broken: Sequence[float]) -> dict[str, Any]:
+    looks = {"color": color, "halo": halo_color(color), "striped": striped, "dashes": broken}
+    return {"id": ball.id, "radius": ball.radius} | looks
 
 
 def other_part(scene: Scene, other: Scene) -> str:
@@ -96,22 +114,6 @@ def labels(runs: Sequence[Run]) -> list[str]:
     return [
         name if found.count(name) == 1 else f"{name}, run {k}" for k, name in enumerate(found, 1)
     ]
-
-
-def _numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
-    """Yield places (m) and numbers of cushions, on rails between two sights, and of posts."""
-    if scene.table is not None:
-        sides = scene.table.edges
-        x0, y0, x1, y1 = scene.table.bounds
-        out = (CUSHION + RAIL / 2.0) * min(x1 - x0, y1 - y0)
-        step = min(side.arc_length for side in sides) / 4.0
-        for k, side in enumerate(sides):
-            parts = round(side.arc_length / step)
-            (x, y), (nx, ny) = side.at((parts // 2 + 0.5) / parts)
-            yield x - out * nx, y - out * ny, str(k)
-    beside = min(ball.radius for ball in scene.balls)
-    for k, (x, y, radius) in enumerate(seen_posts(scene), start=scene.first_post):
-        yield (x, y, str(k)) if radius > beside else (x + radius + 0.7 * beside, y, str(k))
 
 
 def _run(run: Run, setting: str, label: str) -> dict[str, Any]:

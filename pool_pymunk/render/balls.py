@@ -26,7 +26,6 @@ from pool_pymunk.results.motion import free_motions
 from pool_pymunk.results.run import Run
 
 Color = tuple[float, float, float, float]
-Stroke = tuple[list[Array], Array, list[float]]  # straight pieces, their colours and widths
 CAPITAL = 0.73  # height of the font's capitals and digits, in its size
 CORNERS = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])  # the first is preferred
 CLEARLY = 0.3  # A label moves to a corner with this much more room, in half heights of the label.
@@ -225,35 +224,23 @@ def track_width(count: int) -> float:
 
 
 def tracks(
-    paths: Sequence[Array],
-    balls: Sequence[DrawnBall],
-    ground: str,
-    *,
-    solid: bool,
-    struck: str | None = None,
+    paths: Sequence[Array], balls: Sequence[DrawnBall], ground: str, *, solid: bool
 ) -> LineCollection:
-    """Return balls' paths (K, 2), in points, as lines that fade towards where they begin.
-
-    The ``struck`` ball often follows another one. Its line is narrow and on top, so both are seen.
-    """
+    """Return balls' paths (K, 2), in points, as lines that fade towards where they begin."""
     full = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
-    bare = np.array(to_rgb(ground))
-    layers: tuple[list[Stroke], ...] = ([], [], [])
+    bare, colors = np.array(to_rgb(ground)), [np.empty((0, 3))]
+    lines, widths = list[Array](), list[float]()
     for path, ball in zip(paths, balls, strict=True):
         pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)])
-        core = max(full * ball.radius * (LOOK.narrow if ball.label == struck else 1.0), 0.9)
+        core = max(full * ball.radius, 0.9)
         halo = (halo_color(ball.color), LOOK.halo, core + max(0.5 * core, 1.0))
         own = (ball.color, 1.0 if solid else PALE, core)
-        under, over = (0, 2) if ball.label == struck else (1, 1)
-        for layer, (color, share, width) in ((under, halo), (over, own))[not solid :]:
-            shades = bare + share * np.outer(strengths, to_rgb(color) - bare)
-            layers[layer].append((pieces, shades, [width] * len(pieces)))
-    strokes = [stroke for layer in layers for stroke in layer]
-    lines = [piece for pieces, _, _ in strokes for piece in pieces]
-    colors = np.vstack([np.empty((0, 3)), *(shades for _, shades, _ in strokes)])
-    widths = [width for _, _, each in strokes for width in each]
+        for color, share, width in (halo, own)[not solid :]:
+            lines += pieces
+            colors.append(bare + share * np.outer(strengths, to_rgb(color) - bare))
+            widths += [width] * len(pieces)
     looks: dict[str, Any] = {"capstyle": "round", "joinstyle": "round", "zorder": 1.5}
-    return LineCollection(lines, colors=colors, linewidths=widths, **looks)
+    return LineCollection(lines, colors=np.vstack(colors), linewidths=widths, **looks)
 
 
 def _pieces(path: Array) -> tuple[list[Array], Array]:

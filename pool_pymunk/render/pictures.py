@@ -90,8 +90,7 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
             starts = zip(discs(run.scene, before, view), run.knots, strict=True)
             balls.draw_rings(axes, [disc for disc, rows in starts if rows[:, 3:5].any()])
         paths = [view.places(track_of(run, i)[:, 1:]) for i in range(len(shown))]
-        struck = run.shot.ball if run.shot else None
-        lines = balls.tracks(paths, shown, style.cloth, solid=solid, struck=struck)
+        lines = balls.tracks(paths, shown, style.cloth, solid=solid)
         axes.add_collection(lines, autolim=False)
     if not solid:
         balls.draw_ghosts(axes, there, style)

@@ -10,7 +10,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.render.canvas import Figure, dress
-from pool_pymunk.render.style import LOOK, PRINT, Style, ball_colors
+from pool_pymunk.render.style import LOOK, PRINT, Style, ball_colors, by_number, dashes
 from pool_pymunk.render.view import Show
 from pool_pymunk.results.run import Run
 
@@ -31,9 +31,11 @@ def plot_distances(
     moved = np.flatnonzero((apart > 0.0).any(axis=0))
     wide = 0.18 * letter * math.sqrt(LOOK.few / max(len(moved), LOOK.few))
     edge = [Stroke(linewidth=1.65 * wide, foreground=style.faint), Normal()]
-    for k in moved:
-        color, id_ = ball_colors(scene)[k], scene.balls[k].id
-        axes.plot(t, apart[:, k], color=color, label=id_, linewidth=wide, path_effects=edge)
+    colors, broken = ball_colors(scene), dashes(scene)
+    for id_ in by_number(scene.balls[k].id for k in moved):
+        k = scene.index[id_]
+        (line,) = axes.plot(t, apart[:, k], color=colors[k], label=id_, linewidth=wide)
+        line.set(path_effects=edge, dashes=broken[k], dash_capstyle="butt")
     shown = apart[np.isfinite(apart) & (apart > 0.0)]
     if shown.size:  # The axis is logarithmic if the distances span a wide range.
         high = float(shown.max())
@@ -54,7 +56,7 @@ def plot_distances(
         axes.legend(
             loc="upper left", bbox_to_anchor=(1.0, 1.08), ncols=-(-len(axes.lines) // KEY_ROWS),
             fontsize=0.85 * letter, labelcolor=style.ink, frameon=False, borderpad=0.2,
-            handlelength=1.0, handletextpad=0.4, columnspacing=0.8, labelspacing=0.25,
+            handlelength=1.8, handletextpad=0.4, columnspacing=0.8, labelspacing=0.25,
         )  # fmt: skip
 
 

@@ -10,11 +10,19 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point
-from pool_pymunk.render.balls import discs, draw_balls
+from pool_pymunk.render.balls import DrawnBall, discs, draw_balls, draw_labels
 from pool_pymunk.render.canvas import Figure, canvas, draw_text
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
-from pool_pymunk.render.table import draw_patches, draw_plane, draw_pockets_and_posts, draw_table
+from pool_pymunk.render.table import (
+    draw_bar,
+    draw_patches,
+    draw_plane,
+    draw_pockets_and_posts,
+    draw_table,
+    numbers,
+    scale,
+)
 from pool_pymunk.render.view import Show, View, fit, headings
 from pool_pymunk.results.run import Run
 
@@ -75,18 +83,22 @@ def _layout(
     if not compared:
         return Layout(width, height, rooms, None, shelf, caption, letter)
     columns = -(-len(show.movers) // KEY_ROWS)
-    beside = columns * (2.0 + 0.55 * max(map(len, show.movers), default=0)) * letter
+    beside = columns * (2.8 + 0.55 * max(map(len, show.movers), default=0)) * letter
     plot = box(13.0 * unit, strip + 6.0 * unit, width - 4.0 * unit - beside, low - 3.0 * unit)
     return Layout(width, height, rooms, plot, shelf, caption, letter)
 
 
 class Sheet(NamedTuple):
-    """A sheet is a drawn background: a view for each panel, and the plot if there is one."""
+    """A sheet is a drawn background: a view for each panel, and the plot if there is one.
+
+    ``bar`` has the length (points) and the name of a scale; an open plane has its own.
+    """
 
     figure: Figure
     axes: Axes
     views: tuple[View, ...]
     plot: Axes | None
+    bar: tuple[float, str] | None
 
 
 def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, float]) -> Sheet:
@@ -102,6 +114,9 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
             draw_plane(axes, room, view, scene.units, style)
         draw_patches(axes, scene, view, style)
         draw_pockets_and_posts(axes, scene, view, style)
+        places = [(*view.place((x, y)), text) for x, y, text in numbers(scene)]
+        named = [DrawnBall(x, y, 0.0, "", text, view.letter) for x, y, text in places]
+        draw_labels(axes, named, style)
     if show.side_by_side:
         for room, text in zip(layout.rooms, headings(show.runs), strict=True):
             at = ((room.x0 + room.x1) / 2, room.y1 + 0.6 * layout.letter)
@@ -111,7 +126,9 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
         size = (layout.width, layout.height) * 2
         plot = figure.add_axes(tuple(layout.plot.bounds / np.array(size)))
         plot_distances(plot, show, times, style, 0.85 * layout.letter)
-    return Sheet(figure, axes, views, plot)
+    length, text = scale(show.seen, scene.units)
+    bar = (views[0].scale * length, text) if scene.table else None
+    return Sheet(figure, axes, views, plot, bar)
 
 
 def draw_tray(sheet: Sheet, run: Run, ids: Sequence[str], layout: Layout, style: Style) -> None:
@@ -127,7 +144,17 @@ def draw_tray(sheet: Sheet, run: Run, ids: Sequence[str], layout: Layout, style:
 
 
 def draw_caption(sheet: Sheet, layout: Layout, text: str, style: Style, share: float = 1.0) -> None:
-    """Write a line in the middle of the caption's room, or from the left into a ``share`` of it."""
-    room, looks = layout.caption, {"color": style.ink, "ha": "center" if share == 1.0 else "left"}
-    at = ((room.x0 + room.x1) / 2 if share == 1.0 else room.x0, room.y0)
-    draw_text(sheet.axes, text, at, layout.letter, share * room.width, **looks)
+    """Write a line into a ``share`` of the caption's room from the left, or beside the scale."""
+    room, letter, looks = layout.caption, layout.letter, {"color": style.ink}
+    if share < 1.0:
+        draw_text(sheet.axes, text, room.p0, letter, share * room.width, ha="left", **looks)
+        return
+    beside = 0.0
+    if sheet.bar is not None:
+        length, name = sheet.bar
+        (x, y), top = room.p0, room.y0 + 0.3 * letter
+        bar = [(x, top), (x, y), (x + length, y), (x + length, top)]
+        draw_bar(sheet.axes, bar, name, SMALL * letter, style)
+        beside = length + 2.0 * letter
+    at = ((room.x0 + beside + room.x1) / 2, room.y0)
+    draw_text(sheet.axes, text, at, letter, room.width - beside, ha="center", **looks)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +33,6 @@ class Look(NamedTuple):
     spot: float = 0.5  # the radius of the white spot, in that of the ball
     stripe: float = 0.62  # half the height of a stripe, in the ball's radius
     track: float = 0.24  # half the width of a ball's track, in the ball's radius
-    narrow: float = 0.5  # the width of the struck ball's track, in that of the others
     few: int = 8  # More balls than these have thinner tracks, and thinner lines in plots.
     pieces: int = 40  # A track that fades consists of about this number of pieces.
     oldest: float = 0.6  # The oldest end of a track is as strong as this, the newest end 1.
@@ -96,8 +97,14 @@ SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", 
 
 
 def ball_colors(scene: Scene) -> tuple[str, ...]:
-    """Return every ball's colour: its own, of pool if there are pockets, or of the palette."""
-    places = {ball.id: k for k, ball in enumerate(b for b in scene.balls if not b.cue)}
+    """Return every ball's colour: its own, of pool if there are pockets, or of the palette.
+
+    A number has the same colour of the palette wherever it stands among the balls.
+    """
+    ids = [ball.id for ball in scene.balls if not ball.cue]
+    places = {id_: int(id_) - 1 for id_ in ids if id_ in POOL_IDS}
+    free = (place for place in count() if place not in places.values())
+    places |= {id_: next(free) for id_ in ids if id_ not in places}
     pool = {id_: POOL[(int(id_) - 1) % len(POOL)] for id_ in POOL_IDS if scene.pockets}
     return tuple(
         ball.color or (CUE if ball.cue else pool.get(ball.id) or default_color(places[ball.id]))
@@ -111,6 +118,29 @@ def striped(scene: Scene) -> tuple[bool, ...]:
         bool(scene.pockets) and ball.id in STRIPES and not (ball.color or ball.cue)
         for ball in scene.balls
     )
+
+
+def dashes(scene: Scene) -> tuple[tuple[float, ...], ...]:
+    """Return how every ball's curve is dashed, in its width: curves of equal colours differ.
+
+    Stripes have dashes. Other balls of a colour that was there have a dash, and more and more dots.
+    """
+    seen: set[tuple[str, int]] = set()
+    found = []
+    for color, stripe in zip(ball_colors(scene), striped(scene), strict=True):
+        place = next(k for k in count(int(stripe)) if (color, k) not in seen)
+        seen.add((color, place))
+        found.append((4.0, 1.5, *(1.0, 1.5) * (place - 1)) if place else ())
+    return tuple(found)
+
+
+def by_number(ids: Iterable[str]) -> list[str]:
+    """Return ids of balls in the order of a legend: numbers come last, from low to high.
+
+    >>> by_number(["cue", "10", "9", "red"])
+    ['cue', 'red', '9', '10']
+    """
+    return sorted(ids, key=lambda id_: int(id_) if id_.isdecimal() else -1)
 
 
 def default_color(place: int) -> str:

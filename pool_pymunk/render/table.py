@@ -147,6 +147,21 @@ def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
                 yield x, y
 
 
+def numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
+    """Yield places (m) and numbers of cushions, on rails between two sights, and of posts."""
+    if scene.table is not None:
+        sides = scene.table.edges
+        out = (CUSHION + RAIL / 2.0) * min(Bbox.from_extents(*scene.table.bounds).size)
+        step = min(side.arc_length for side in sides) / 4.0
+        for k, side in enumerate(sides):
+            parts = round(side.arc_length / step)
+            (x, y), (nx, ny) = side.at((parts // 2 + 0.5) / parts)
+            yield x - out * nx, y - out * ny, str(k)
+    beside = min(ball.radius for ball in scene.balls)
+    for k, (x, y, radius) in enumerate(seen_posts(scene), start=scene.first_post):
+        yield (x, y, str(k)) if radius > beside else (x + radius + 0.7 * beside, y, str(k))
+
+
 class Plane(NamedTuple):
     """An open plane has a grid (m), and a ``bar`` as long as its pitch, which ``text`` says."""
 
@@ -157,9 +172,8 @@ class Plane(NamedTuple):
 
 def plane(seen: Bbox, units: Units) -> Plane:
     """Return how the part of an open plane that is ``seen`` (m) is drawn."""
-    unit = units.to_si(1.0, "length")
-    count = round_number(PITCH * seen.width / unit)
-    pitch, size = count * unit, 0.015 * (seen.width + seen.height)
+    pitch, text = scale(seen, units)
+    size = 0.015 * (seen.width + seen.height)
     x0, y0, x1, y1 = map(float, seen.extents)
     across, up = (
         [pitch * k for k in range(math.ceil(a / pitch), math.floor(b / pitch) + 1)]
@@ -168,7 +182,14 @@ def plane(seen: Bbox, units: Units) -> Plane:
     lines = [((x, y0), (x, y1)) for x in across] + [((x0, y), (x1, y)) for y in up]
     x, y, top = x0 + size, y0 + size, y0 + 1.3 * size
     bar = ((x, top), (x, y), (x + pitch, y), (x + pitch, top))
-    return Plane(lines, bar, f"{count:g} {units.length}")
+    return Plane(lines, bar, text)
+
+
+def scale(seen: Bbox, units: Units) -> tuple[float, str]:
+    """Return a round length (m) that suits the part that is ``seen`` (m), and its name."""
+    unit = units.to_si(1.0, "length")
+    count = round_number(PITCH * seen.width / unit)
+    return count * unit, f"{count:g} {units.length}"
 
 
 def draw_plane(axes: Axes, room: Bbox, view: View, units: Units, style: Style) -> None:
@@ -177,17 +198,20 @@ def draw_plane(axes: Axes, room: Bbox, view: View, units: Units, style: Style) -
     lines, bar, text = plane(seen, units)
     sheet = Rectangle((room.x0, room.y0), room.width, room.height)
     axes.add_artist(sheet).set(color=style.plane, lw=0, zorder=1)
-    for paths, color, width, zorder in (
-        (lines, style.grid, 0.8, 1.1),
-        ([bar], style.ink, 0.2 * view.letter, 1.3),
-    ):
-        placed = [list(map(view.place, path)) for path in paths]
-        drawn = LineCollection(placed, colors=color, linewidths=width, zorder=zorder)
-        axes.add_collection(drawn, autolim=False)
-    x, y = view.place(((bar[1][0] + bar[2][0]) / 2, bar[1][1]))
+    placed = [list(map(view.place, line)) for line in lines]
+    grid = LineCollection(placed, colors=style.grid, linewidths=0.8, zorder=1.1)
+    axes.add_collection(grid, autolim=False)
+    draw_bar(axes, list(map(view.place, bar)), text, view.letter, style)
+
+
+def draw_bar(axes: Axes, bar: Sequence[Point], text: str, letter: float, style: Style) -> None:
+    """Draw a scale along points of the canvas, and its name above its middle."""
+    line = LineCollection([bar], colors=style.ink, linewidths=0.2 * letter, zorder=1.3)
+    axes.add_collection(line, autolim=False)
+    (x0, y), (x1, _) = bar[1:3]
     axes.text(
-        x, y + 0.35 * view.letter, text, fontsize=1.2 * view.letter, color=style.ink, ha="center",
-        va="bottom", parse_math=False, zorder=1.3,
+        (x0 + x1) / 2, y + 0.35 * letter, text, fontsize=1.2 * letter, color=style.ink,
+        ha="center", va="bottom", parse_math=False, zorder=1.3,
     )  # fmt: skip
 
 

@@ -82,8 +82,7 @@ def _ends(run: Run) -> Iterator[str]:
             continue
         line = f"    Ball {ball:>2s}: {_pair(run, end)} ({units.length})"
         if ball in published:
-            far = units.from_si(math.dist(end, published[ball]), "length")
-            mark = f"   off by {far:.{_decimals(run)}f}" if ball in missed else ""
+            mark = f"   off by {_far(run, end, published[ball])}" if ball in missed else ""
             line += f"   {_pair(run, published[ball])}{mark}"
         if ball in run.pocketed:
             line += f"   in pocket {run.pocketed[ball]}"
@@ -95,16 +94,16 @@ def _ends(run: Run) -> Iterator[str]:
 
 def _differences(run: Run, others: Others) -> Iterator[str]:
     """Yield the ends that differ from others in the log's digits, and how many do not."""
-    unit, digits = run.scene.units, _decimals(run) + 1
+    unit = run.scene.units.length
     differ = {i: p for i, p in run.final.items() if _pair(run, p) != _pair(run, others.ends[i])}
     if differ:
         yield f"    Ends that differ from those in {others.folder}:"
     for ball, end in differ.items():
-        far = f"{unit.from_si(math.dist(end, others.ends[ball]), 'length'):.{digits}f} from there"
-        yield f"    Ball {ball:>2s}: {_pair(run, end)} ({unit.length})   {far}"
+        far = f"{_far(run, end, others.ends[ball], more=1)} from there"
+        yield f"    Ball {ball:>2s}: {_pair(run, end)} ({unit})   {far}"
     if same := len(run.final) - len(differ):
         which = f"The other {same}" if differ else f"All {same} ends in {others.folder}"
-        yield f"    {which} are the same to {_last_digit(run)} {unit.length}"
+        yield f"    {which} are the same to {_last_digit(run)} {unit}"
 
 
 def ends_in(folder: Path, name: str, scene: Scene) -> Others:
@@ -206,6 +205,12 @@ def _pair(run: Run, point: Point) -> str:
     x, y = (run.scene.units.from_si(value, "length") for value in point)
     form = f"z{_decimals(run) + 3}.{_decimals(run)}f"
     return f"[{x:{form}}, {y:{form}}]"
+
+
+def _far(run: Run, one: Point, other: Point, more: int = 0) -> str:
+    """Return a distance in the log's digits or ``more``; if two figures are not seen, in those."""
+    far, decimals = run.scene.units.from_si(math.dist(one, other), "length"), _decimals(run) + more
+    return f"{far:.{decimals}f}" if far >= 9.5 * 10.0**-decimals else f"{far:#.2g}"
 
 
 def _decimals(run: Run) -> int:

@@ -359,6 +359,18 @@ def test_a_notebooks_frame_plays(visit: Any, runs: list[Run], tmp_path: Path) ->
     assert seen.ask("window.pool") is None
 
 
+def test_a_frame_in_another_page_cuts_no_plot(browser: Any, report: Path) -> None:
+    """As on docs/page.md, where the frame is as wide as the text."""
+    outer = report.with_name("outer.html")
+    outer.write_text(f"<iframe src='{report.name}' style='width: 736px; height: 720px'></iframe>")
+    seen = Visit(browser, outer.as_uri())
+    frame = seen.page.frames[1]
+    frame.wait_for_selector("#events button")
+    feet = "['energy-plot', 'plot'].map((id) => byId(id).getBoundingClientRect().bottom)"
+    assert max(frame.evaluate(feet)) <= 720
+    seen.context.close()
+
+
 def many_balls(count: int, radius: float = 0.03) -> Scene:
     """Return this many balls in a square on an open plane; they move in all directions."""
     side = math.ceil(math.sqrt(count))
@@ -489,6 +501,19 @@ def test_the_legend_has_the_balls_that_are_apart(
     assert keys.all_inner_texts() == names and "8" in names
     black = keys.nth(names.index("8")).locator("i")
     assert black.evaluate("(dot) => getComputedStyle(dot).borderTopColor") == "rgb(255, 255, 255)"
+
+
+def test_stripes_have_dashes_and_the_legend_has_the_balls_order(visit: Any, tmp_path: Path) -> None:
+    scene = load("eight-ball")
+    soft = replace(scene, restitution=replace(scene.restitution, cushion=0.7))
+    rows = [[simulate(each, 1, solver="event-driven", max_time=4.0) for each in (scene, soft)]]
+    write_page(rows, tmp_path / "two.html")
+    keys = visit(tmp_path / "two.html").page.locator("#apart-legend span")
+    numbers = [int(text) for text in keys.all_inner_texts()]
+    assert numbers == sorted(numbers) and {5, 13} <= {*numbers}
+    for number, key in zip(numbers, keys.locator("i").all(), strict=True):
+        ground = key.evaluate("(line) => getComputedStyle(line).backgroundImage")
+        assert ("gradient" in ground) == (number > 8)
 
 
 def test_the_end_is_told_at_the_end(visit: Any, report: Path, runs: list[Run]) -> None:
@@ -632,7 +657,8 @@ def test_the_row_of_a_contact(visit: Any, report: Path, runs: list[Run]) -> None
     assert row.impulse is not None and row.lost is not None
     said = seen.text("contact")
     assert "C meets 1 at 42.297, 21.615 in; normal -170.15\N{DEGREE SIGN}; it slips" in said
-    assert f"J_n {row.impulse:.4g} N s" in said and f"energy lost: {row.lost:.4g} J" in said
+    assert f"Jn {row.impulse:.4g} N s" in said and f"energy lost: {row.lost:.4g} J" in said
+    assert seen.page.locator("#contact sub").all_inner_texts() == ["n", "t"]
     assert " ".join(f"{v:.4f}" for v in row.after[0]) in said.replace(",", "")
     seen.press(".")
     assert seen.page.locator("#contact").is_hidden()
@@ -666,6 +692,11 @@ def test_a_page_that_asks_stops_before_the_first_contact(visit: Any, tmp_path: P
     shown = visit(tmp_path / "asks.html")
     first = next(row for row in run.contacts if row.point)
     assert 0.999999 * first.t < shown.ask("pool.duration") < first.t
+    points = "player.plots.flatMap((plot) => plot.curves.flatMap(({ points }) => points))"
+    assert max(t for t, _ in shown.ask(points)) <= shown.ask(
+        "pool.duration"
+    )  # Curves end where their plot ends.
+    assert shown.page.locator("#events").inner_text().endswith("The first contact.")
     said = "document.getElementById('question').textContent"
     for name in first.balls:
         assert f"where will {name} go?" in shown.ask(said)

@@ -419,15 +419,13 @@ def test_tracks_are_as_new_where_balls_were_last() -> None:
     assert (np.diff(red) > -1e-9).all()
 
 
-def test_the_track_of_the_struck_ball_is_narrow_and_on_top() -> None:
-    """It does not hide that of a ball that it follows, and is not hidden by it."""
-    path = np.array([[20.0, 20.0], [80.0, 20.0]])
-    balls = [DrawnBall(0.0, 0.0, 10.0, color, color, 7.0) for color in ("#ffffff", "#ff0000")]
-    drawn = tracks([path, path], balls, "#000000", solid=True, struck="#ffffff")
-    red, green, _ = np.array(drawn.get_colors())[-1, :3]
-    assert red == green > 0.9
-    halo, other_halo, other, own = np.reshape(drawn.get_linewidth(), (4, -1))[:, 0]
-    assert own == 0.5 * other < halo < other < other_halo
+def test_the_track_of_a_struck_ball_is_as_wide_as_others() -> None:
+    """What is drawn otherwise would need a word."""
+    show = Show((simulate(load("report"), 1, solver="event-driven"),))
+    widths = np.array(tracks_of(show).get_linewidths())
+    assert len({*widths.tolist()}) == 2  # those of tracks, and of their halos
+    wide = {track.lines[-1].width for track in stage_of(show).casts[0].tracks.values()}
+    assert len(wide) == 1
 
 
 def pixels_of(ground: Ground) -> Frame:
@@ -764,6 +762,57 @@ def test_an_overlay_has_a_key(run: Run) -> None:
 
 def key_of(show: Show) -> Any:
     return figure_of(show, "end").axes[1].get_legend()
+
+
+def curves_of(names: tuple[str, ...], color: str | None = None) -> list[tuple[str, Any]]:
+    """Return what a plot of distances says of balls with these names, and how it draws them."""
+    scene = sliding("eight-ball")
+    pockets = () if color else scene.pockets
+    places = [(0.4 + 0.1 * k, 0.3) for k in range(len(names))]
+    balls = [Ball(n, p, 0.02, 0.1, color=color) for n, p in zip(names, places, strict=True)]
+    moved = [replace(b, velocity=(0.0, 0.1)) for b in balls]
+    scenes = (
+        replace(scene, balls=tuple(each), pockets=pockets, shots=()) for each in (balls, moved)
+    )
+    show = Show(tuple(simulate(one, solver="event-driven", max_time=0.1) for one in scenes))
+    axes = figure_of(show, "end").axes[1]
+    looks = {str(line.get_label()): (line.get_color(), line._dash_pattern) for line in axes.lines}
+    return [(text.get_text(), looks[text.get_text()]) for text in key_of(show).get_texts()]
+
+
+@pytest.mark.parametrize("color", [None, "#123456"])
+def test_curves_of_balls_of_one_colour_differ(color: str | None) -> None:
+    """1 and 9 are yellow, 5 and 13 orange: stripes have dashes, whichever comes first."""
+    curves = curves_of(("13", "1", "5", "9"), color)
+    assert len({str(look) for _, look in curves}) == 4
+    broken = {name for name, (_, (_, dashes)) in curves if dashes}
+    assert broken == ({"9", "13"} if color is None else {"1", "5", "9"})
+
+
+def test_a_key_has_the_balls_in_their_order() -> None:
+    names = ("10", "cue", "9", "2", "black")
+    assert [name for name, _ in curves_of(names)] == ["cue", "black", "2", "9", "10"]
+
+
+def test_a_number_has_one_colour_wherever_its_ball_stands() -> None:
+    """So a ball of a file looks like that of a scene in Python."""
+    balls = [Ball(name, (0.1 * k, 0.0), 0.02, 0.1) for k, name in enumerate(("red", "3", "1", "2"))]
+    for some in (balls, balls[::-1], balls[1:3]):
+        scene = Scene(tuple(some), restitution=load("report").restitution)
+        its = dict(zip(scene.index, ball_colors(scene), strict=True))
+        assert (its["1"], its["3"]) == (style.PALETTE[0], style.PALETTE[2])
+        assert len({*its.values()}) == len(some)
+    for name in ("hexagon", "l-shaped"):
+        assert ball_colors(load(name))[1:4] == style.PALETTE[:3]
+
+
+def words_on(scene: Scene) -> list[str]:
+    return [text.get_text() for text in figure_of(scene).axes[0].texts]
+
+
+def test_a_picture_names_cushions_and_posts_and_has_a_scale() -> None:
+    assert words_on(load("stadium"))[:6] == ["0", "1", "2", "3", "4", "0.2 m"]
+    assert "10 in" in words_on(load("report"))
 
 
 # -- trouble -----------------------------------------------------------------------------------

@@ -103,7 +103,8 @@ class Player {
     const [name, unit] = units.length;
     const all = distanceCurves(run, ghost, duration, balls, unit);
     gaps.show(all, name, duration, style, look);
-    const apart = all.filter(({ points }) => points.some(([, gap]) => gap > 0));
+    const keyed = this.content.legend.map((i) => all[i]);
+    const apart = keyed.filter(({ points }) => points.some(([, gap]) => gap > 0));
     const keys = apart.length ? apart.map(keyOf) : ["(none, to the last digit)"];
     byId("apart-legend").replaceChildren(...keys.slice(0, CROWD));
   }
@@ -185,7 +186,8 @@ class Player {
   resize() {
     const [bar, plots, table] = ["bar", "plots", "table"].map(byId);
     for (const plot of this.plots) plot.fit();
-    const wide = matchMedia("(min-width: 60rem)").matches; // In a narrow window, plots are scrolled to.
+    // In a narrow window, plots are scrolled to; a frame in another page shows them at once.
+    const wide = matchMedia("(min-width: 60rem)").matches || window.parent !== window;
     const last = wide && !plots.hidden && !this.keepsPlot ? plots : bar;
     const kept = wide && this.keepsPlot ? KEPT : 0;
     const others = last.offsetTop + last.offsetHeight - table.offsetHeight + kept + 12;
@@ -276,14 +278,17 @@ class Player {
     const kind = { stick: "; it sticks", slip: "; it slips" }[row.kind] ?? "";
     const said = [
       `${this.words(event)} at ${x}, ${y} ${length[0]}; normal ${angle}°${kind}`,
-      row.impulses.length && `J_n ${number(row.impulse)} N s, J_t ${number(row.tangential)} N s`,
       row.lost !== null && `energy lost: ${number(row.lost)} J`,
-    ];
+    ].filter(Boolean);
+    const lines = said.map((text) => element("p", text));
+    const along = (axis, value) => ["J", element("sub", axis), ` ${number(value)} N s`];
+    const impulses = [...along("n", row.impulse), ", ", ...along("t", row.tangential)];
+    if (row.impulses.length) lines.splice(1, 0, element("p", ...impulses));
     const pair = (v) => v.map((value) => (value / speed[1]).toFixed(4)).join(", ");
     const cells = row.before.map((v, n) => [this.names[balls[n]], pair(v), pair(row.after[n])]);
     cells.unshift(["", `before (${speed[0]})`, "after"]);
-    const lines = cells.map((line) => element("tr", ...line.map((text) => element("td", text))));
-    return [...said.filter(Boolean).map((text) => element("p", text)), element("table", ...lines)];
+    const rows = cells.map((line) => element("tr", ...line.map((text) => element("td", text))));
+    return [...lines, element("table", ...rows)];
   }
 
   /** Write the motion and the place of the picked ball beside it. */
@@ -392,11 +397,16 @@ function button(action, ...inside) {
   return made;
 }
 
-/** Return what a legend says of a curve. */
-function keyOf({ name, color, halo }) {
-  const dot = element("i");
-  Object.assign(dot.style, { backgroundColor: color, borderColor: halo });
-  return element("span", dot, isolated(shortened(name)));
+/** Return what a legend says of a curve: a piece of it, and its name. */
+function keyOf({ name, color, halo, dashes }) {
+  const line = element("i");
+  const ends = dashes.map((_, k) => 2 * dashes.slice(0, k + 1).reduce((a, b) => a + b));
+  const parts = ends.map(
+    (end, k) => `${k % 2 ? "transparent" : color} ${ends[k - 1] ?? 0}px ${end}px`,
+  );
+  const dashed = `repeating-linear-gradient(90deg, ${parts.join()})`;
+  Object.assign(line.style, { background: parts.length ? dashed : color, borderColor: halo });
+  return element("span", line, isolated(shortened(name)));
 }
 
 /** Offer choices [value, text] in a list, of which one is chosen. */

@@ -4,9 +4,9 @@ const SAMPLES = 400; // of a curve, at even times
 const HEIGHT = 110; // pixels
 const evenTimes = (end) => Array.from({ length: SAMPLES }, (_, k) => (k / (SAMPLES - 1)) * end);
 
-/** Return a value of a run as a curve, with points before and at each breakpoint. */
+/** Return a value of a run as a curve, with points before and at each breakpoint up to its end. */
 function curveOf(valueAt, run, duration, color, halo) {
-  const breaks = new Set(run.knots.flat().map(([t]) => t));
+  const breaks = new Set(run.knots.flat().flatMap(([t]) => (t <= duration ? [t] : [])));
   const both = [...breaks].flatMap((t) => [t * (1 - Number.EPSILON), t]);
   const times = [...evenTimes(duration), ...both].sort((a, b) => a - b);
   return { color, halo, points: times.map((t) => [t, valueAt(run, t)]) };
@@ -16,8 +16,8 @@ function curveOf(valueAt, run, duration, color, halo) {
 function distanceCurves(run, other, duration, balls, unit) {
   const times = evenTimes(duration);
   const gaps = times.map((t) => apart(run, other, t));
-  return balls.map(({ id, color, halo }, i) => {
-    return { name: id, color, halo, points: times.map((t, k) => [t, gaps[k][i] / unit]) };
+  return balls.map(({ id, ...looks }, i) => {
+    return { ...looks, name: id, points: times.map((t, k) => [t, gaps[k][i] / unit]) };
   });
 }
 
@@ -28,7 +28,8 @@ class Plot {
     this.curves = [];
   }
 
-  /** Take curves {color, halo, points [t, value]}; a look allows a logarithmic axis. */
+  /** Take curves {color, halo, points [t, value]}, which may have dashes, in their widths; a look
+   * allows a logarithmic axis. */
   show(curves, unit, duration, style, look = null) {
     Object.assign(this, { curves, unit, style, duration: duration || 1 });
     const values = curves.flatMap(({ points }) => points.map(([, value]) => value));
@@ -73,10 +74,12 @@ class Plot {
     const [now, height] = [this.x(t), this.foot - top];
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.drawAxes();
-    this.curves.forEach(({ color, halo, points }, k) => {
+    this.curves.forEach(({ color, halo, points, dashes = [] }, k) => {
       pen.globalAlpha = (picked ?? k) === k ? 1 : 0.2;
+      pen.setLineDash(dashes.map((each) => 2 * ratio * each));
       strokeOver(pen, this.curve(points), [halo, 4 * ratio], [color, 2 * ratio]);
     });
+    pen.setLineDash([]);
     Object.assign(pen, { fillStyle: style.page, globalAlpha: 0.6 });
     pen.fillRect(now, top - ratio, this.right - now + ratio, height + 3 * ratio);
     Object.assign(pen, { fillStyle: style.ink, globalAlpha: 1 });

@@ -89,5 +89,5 @@ class AskingPlayer extends Player {
 function upTo(run, t) {
   const events = run.events.filter((event) => event.t < t);
   const before = t * (1 - Number.EPSILON);
-  return { ...run, events, duration: before, message: "", warnings: [] };
+  return { ...run, events, duration: before, message: "The first contact.", warnings: [] };
 }

@@ -167,28 +167,19 @@ class TableView {
 
   // -- what moves -----------------------------------------------------------------------------
 
-  /** Draw the track of every ball up to the time t; it is strongest where the ball was last. If one
-   * ball is struck, its track is narrow and on top, so that it and one that it follows are seen. */
+  /** Draw the track of every ball up to the time t; it is strongest where the ball was last. */
   drawTracks(run, t, solid) {
     const count = run.knots.length;
     const { look, balls } = this.content;
     const thin = Math.sqrt(look.few / Math.max(count, look.few));
     const pieces = Math.min(Math.max(Math.floor(STROKES / count), FEWEST), look.pieces);
-    const all = [...run.knots.keys()];
-    const moving = all.filter((i) => run.knots[i][0][3] || run.knots[i][0][4]);
-    const struck = moving.length === 1 ? moving : [];
-    const tracks = all.map((i) => this.track(run, i, t, pieces));
-    const draw = (i, isHalo) => {
-      const { radius, color, halo } = balls[i];
-      const size = (struck[0] === i ? look.narrow : 1) * (solid ? 2 : 1) * look.track * thin;
+    balls.forEach(({ radius, color, halo }, i) => {
+      const track = this.track(run, i, t, pieces);
+      const size = (solid ? 2 : 1) * look.track * thin;
       const width = Math.max(size * radius * this.scale, 1.2 * this.ratio);
-      if (!isHalo) this.drawTrack(tracks[i], width, color, solid ? 1 : 0.6);
-      else if (solid && count <= CROWD) this.drawTrack(tracks[i], 1.5 * width, halo, 0.4);
-    };
-    for (const i of struck) draw(i, true);
-    for (const i of all.filter((one) => one !== struck[0]))
-      for (const is of [true, false]) draw(i, is);
-    for (const i of struck) draw(i, false);
+      if (solid && count <= CROWD) this.drawTrack(track, 1.5 * width, halo, 0.4);
+      this.drawTrack(track, width, color, solid ? 1 : 0.6);
+    });
   }
 
   /** Return the track of a ball up to the time t, at most up to its fall, in equal times. */
