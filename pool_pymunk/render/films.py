@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from fractions import Fraction
 from itertools import chain, islice, repeat
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from PIL import Image, ImageChops
@@ -27,7 +28,7 @@ Progress = Callable[[int], None]
 FORMATS = (".mp4", ".gif")
 FASTEST_GIF = 50.0  # frames a second; players take the next pace, 1/100 s a frame, for a mistake
 SLOWEST, FASTEST = 2e-3, 65535.0  # frames a second: a gif's longest delay, a film's finest time
-CODEC = "libx264"  # H.264, which browsers and slides play
+CODEC: Literal["libx264"] = "libx264"  # H.264, which browsers and slides play
 OPTIONS = {"preset": "superfast", "crf": "18", "bf": "0"}  # without B frames: 10 % faster
 # Colours are converted by one thread, since more would cost more time than they save.
 OPTIONS |= {"threads": "1", "x264-params": "threads=auto", "thread_type": "frame"}
@@ -134,7 +135,7 @@ def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
             picture.pts, picture.time_base = k, 1 / pace
             film.mux(stream.encode(picture))
 
-        done = thread.submit(int)  # There is nothing to wait for yet.
+        done: Future[object] = thread.submit(int)  # There is nothing to wait for yet.
         for k, frame in enumerate(frames):
             done.result()
             done = thread.submit(write, frame, k)

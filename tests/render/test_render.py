@@ -776,7 +776,8 @@ def curves_of(names: tuple[str, ...], color: str | None = None) -> list[tuple[st
     )
     show = Show(tuple(simulate(one, solver="event-driven", max_time=0.1) for one in scenes))
     axes = figure_of(show, "end").axes[1]
-    looks = {str(line.get_label()): (line.get_color(), line._dash_pattern) for line in axes.lines}
+    drawn: Any = axes.lines  # The dashes have no public name.
+    looks = {line.get_label(): (line.get_color(), line._dash_pattern) for line in drawn}
     return [(text.get_text(), looks[text.get_text()]) for text in key_of(show).get_texts()]
 
 
