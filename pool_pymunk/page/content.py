@@ -13,32 +13,16 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.core.motion.surface import GYRATION
-from pool_pymunk.model import Ball, Scene
+from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
-from pool_pymunk.render import PRINT, SCREEN
-from pool_pymunk.render.style import (
-    IVORY,
-    LOOK,
-    ball_colors,
-    by_number,
-    dashes,
-    halo_color,
-    striped,
-)
-from pool_pymunk.render.table import (
-    numbers,
-    plane,
-    pockets_and_posts,
-    seen_patches,
-    seen_posts,
-    woodwork,
-)
+from pool_pymunk.render import style, table
 from pool_pymunk.render.view import DOT, contact_places, extent, settings
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run
 
 # what a page shows of a contact
 ROW = ("kind", "normal", "before", "after", "impulses", "impulse", "tangential", "lost")
+STYLES = {"light": style.PRINT, "dark": style.SCREEN}
 
 
 def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
@@ -55,30 +39,30 @@ def content(shots: Sequence[Sequence[Run]]) -> dict[str, Any]:
     if any(other_part(scene, run.scene) for run in runs):
         raise setting_error("runs", number, "must be on one table, with the same balls")
     seen, units = extent(scene, runs), scene.units
+    looks = style.ball_colors(scene), style.striped(scene), style.dashes(scene)
     return {
         "title": scene.title or "Billiards",
         "units": {k: [getattr(units, k), units.to_si(1.0, k)] for k in ("length", "speed")},
-        "look": LOOK._asdict(),
-        "styles": {"light": asdict(PRINT.on(scene.table)), "dark": asdict(SCREEN.on(scene.table))},
-        "ivory": IVORY,
+        "look": style.LOOK._asdict(),
+        "styles": {name: asdict(one.on(scene.table)) for name, one in STYLES.items()},
+        "ivory": style.IVORY,
         "seen": list(map(float, seen.extents)),
-        "plane": None if scene.table else plane(seen, units)._asdict(),
-        "table": scene.table and woodwork(scene.table, scene.pockets)._asdict(),
-        "patches": list(seen_patches(scene)),
-        "discs": list(pockets_and_posts(scene)),
-        "numbers": list(numbers(scene)),
-        "balls": list(map(_ball, scene.balls, ball_colors(scene), striped(scene), dashes(scene))),
-        "legend": [scene.index[id_] for id_ in by_number(scene.index)],
+        "plane": None if scene.table else table.plane(seen, units)._asdict(),
+        "table": scene.table and table.woodwork(scene.table, scene.pockets)._asdict(),
+        "patches": list(table.seen_patches(scene)),
+        "discs": list(table.pockets_and_posts(scene)),
+        "numbers": list(table.numbers(scene)),
+        "balls": [
+            {"id": b.id, "radius": b.radius, "color": c, "halo": style.halo_color(c)}
+            | {"striped": s, "dashes": d}
+            for b, c, s, d in zip(scene.balls, *looks, strict=True)
+        ],
+        "legend": [scene.index[id_] for id_ in style.by_number(scene.index)],
         "shots": [
             {"name": shot[0].name, "runs": list(map(_run, shot, settings(shot), labels(shot)))}
             for shot in shots
         ],
     }
-
-
-def _ball(ball: Ball, color: str, striped: bool, broken: Sequence[float]) -> dict[str, Any]:
-    looks = {"color": color, "halo": halo_color(color), "striped": striped, "dashes": broken}
-    return {"id": ball.id, "radius": ball.radius} | looks
 
 
 def other_part(scene: Scene, other: Scene) -> str:
@@ -92,8 +76,8 @@ def _looks(scene: Scene) -> dict[str, object]:
         "balls (ids and radii, in one order)": [(ball.id, ball.radius) for ball in scene.balls],
         "table": scene.table and scene.table.polyline,
         "pockets": scene.pockets,
-        "posts": seen_posts(scene),
-        "patches": list(seen_patches(scene)),
+        "posts": table.seen_posts(scene),
+        "patches": list(table.seen_patches(scene)),
     }
 
 

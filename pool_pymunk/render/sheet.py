@@ -10,19 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 from pool_pymunk.model import Point
+from pool_pymunk.render import table
 from pool_pymunk.render.balls import DrawnBall, discs, draw_balls, draw_labels
 from pool_pymunk.render.canvas import Figure, canvas, draw_text
 from pool_pymunk.render.plots import KEY_ROWS, plot_distances
 from pool_pymunk.render.style import Style
-from pool_pymunk.render.table import (
-    draw_bar,
-    draw_patches,
-    draw_plane,
-    draw_pockets_and_posts,
-    draw_table,
-    numbers,
-    scale,
-)
 from pool_pymunk.render.view import Show, View, fit, headings
 from pool_pymunk.results.run import Run
 
@@ -109,12 +101,12 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
     views = tuple(fit(show.seen, room, SMALL * layout.letter) for room in layout.rooms)
     for room, view in zip(layout.rooms, views, strict=True):
         if scene.table is not None:
-            draw_table(axes, scene.table, scene.pockets, view, style)
+            table.draw_table(axes, scene.table, scene.pockets, view, style)
         else:
-            draw_plane(axes, room, view, scene.units, style)
-        draw_patches(axes, scene, view, style)
-        draw_pockets_and_posts(axes, scene, view, style)
-        places = [(*view.place((x, y)), text) for x, y, text in numbers(scene)]
+            table.draw_plane(axes, room, view, scene.units, style)
+        table.draw_patches(axes, scene, view, style)
+        table.draw_pockets_and_posts(axes, scene, view, style)
+        places = [(*view.place((x, y)), text) for x, y, text in table.numbers(scene)]
         named = [DrawnBall(x, y, 0.0, "", text, view.letter) for x, y, text in places]
         draw_labels(axes, named, style)
     if show.side_by_side:
@@ -126,7 +118,7 @@ def draw_sheet(show: Show, layout: Layout, style: Style, times: tuple[float, flo
         size = (layout.width, layout.height) * 2
         plot = figure.add_axes(tuple(layout.plot.bounds / np.array(size)))
         plot_distances(plot, show, times, style, 0.85 * layout.letter)
-    length, text = scale(show.seen, scene.units)
+    length, text = table.scale(show.seen, scene.units)
     bar = (views[0].scale * length, text) if scene.table else None
     return Sheet(figure, axes, views, plot, bar)
 
@@ -154,7 +146,7 @@ def draw_caption(sheet: Sheet, layout: Layout, text: str, style: Style, share: f
         length, name = sheet.bar
         (x, y), top = room.p0, room.y0 + 0.3 * letter
         bar = [(x, top), (x, y), (x + length, y), (x + length, top)]
-        draw_bar(sheet.axes, bar, name, SMALL * letter, style)
+        table.draw_bar(sheet.axes, bar, name, SMALL * letter, style)
         beside = length + 2.0 * letter
     at = ((room.x0 + beside + room.x1) / 2, room.y0)
     draw_text(sheet.axes, text, at, letter, room.width - beside, ha="center", **looks)
