@@ -98,12 +98,13 @@ class Run:
     watched: str | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
-        step = "" if self.dt is None else f" at {step_text(self.dt)}"
-        parts = [counted(len(self.events), "event"), counted(len(self.warnings), "warning")]
+        step, numbers = "", {"event": len(self.events), "warning": len(self.warnings)}
+        if self.dt is not None:
+            step, numbers["step"] = f" at {step_text(self.dt)}", self.steps
+        parts = ", ".join(counted(number, noun) for noun, number in numbers.items())
         return (
             f"<Run {self.name!r} by {self.solver}{step}, law {self.law}:\n"
-            f" {self.status} at {self.duration:.6g} s, {', '.join(parts)}, "
-            f"{counted(self.steps, 'step')} in {self.wall_time:.3g} s>"
+            f" {self.status} at {self.duration:.6g} s, {parts} in {self.wall_time:.3g} s>"
         )
 
     def __eq__(self, other: object) -> bool:

@@ -214,6 +214,7 @@ def test_reprs_are_short_and_say_the_most_important(name: str) -> None:
     assert f"<Scene {scene.title!r}: balls {scene.balls[0].id}, " in repr(scene)
     assert f"<Run {scene.shots[0].name!r} by {solver}{step}, law {run.law}:" in repr(run)
     assert f"{run.status} at {run.duration:.6g} s, {len(run.events)} event" in repr(run)
+    assert (" step" in repr(run)) == (run.dt is not None)
     assert repr(REPORT.shots[0]) == "Shot('Simulation 1', 'C', velocity=(-4.0, 0.0))"
 
 
