@@ -16,7 +16,7 @@ from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.model import Scene
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.render import style, table
-from pool_pymunk.render.view import DOT, contact_places, extent, settings
+from pool_pymunk.render.view import DOT, contact_places, extent, headings, settings
 from pool_pymunk.results.persistent import spells, turning
 from pool_pymunk.results.run import Run
 
@@ -84,7 +84,7 @@ def _looks(scene: Scene) -> dict[str, object]:
 def labels(runs: Sequence[Run]) -> list[str]:
     """Return what tells the runs of a shot apart: titles of their scenes, solvers and steps.
 
-    Runs that share all of these are numbered.
+    Two scenes of one title are told apart as in pictures. Runs that share all this are numbered.
 
     >>> from pool_pymunk import load, simulate
     >>> labels([simulate(load(name), 1) for name in ("report", "report-corrected")])[0]
@@ -95,6 +95,8 @@ def labels(runs: Sequence[Run]) -> list[str]:
     titles, plain = [run.scene.title for run in runs], settings(runs)
     tells = [names for names in (titles, plain) if len(set(names)) > 1] or [plain]
     found = [", ".join(filter(None, names)) for names in zip(*tells, strict=True)]
+    if len(runs) == 2 and tells == [plain]:
+        found = headings(runs)
     return [
         name if found.count(name) == 1 else f"{name}, run {k}" for k, name in enumerate(found, 1)
     ]

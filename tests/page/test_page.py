@@ -107,6 +107,15 @@ def test_ghosts_say_what_they_are() -> None:
     ]
 
 
+def test_scenes_of_one_title_say_in_what_they_differ() -> None:
+    scene = load("eight-ball")
+    soft = replace(scene, restitution=replace(scene.restitution, cushion=0.6))
+    runs = [simulate(each, 1, solver="event-driven", max_time=0.5) for each in (scene, soft)]
+    (shot,) = content_of(runs[0].to_html(overlay=runs[1:]))["shots"]
+    said = ["cushion restitution 0.75", "cushion restitution 0.6"]
+    assert [each["label"] for each in shot["runs"]] == said
+
+
 def test_a_page_of_no_runs_is_refused() -> None:
     with pytest.raises(SettingError, match="one run or more is needed"):
         page([])
