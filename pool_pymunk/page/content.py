@@ -84,7 +84,7 @@ def _looks(scene: Scene) -> dict[str, object]:
 def labels(runs: Sequence[Run]) -> list[str]:
     """Return what tells the runs of a shot apart: titles of their scenes, solvers and steps.
 
-    Two scenes of one title are told apart as in pictures. Runs that share all this are numbered.
+    Two scenes of one title say in what they differ, as in pictures. Runs alike in all are numbered.
 
     >>> from pool_pymunk import load, simulate
     >>> labels([simulate(load(name), 1) for name in ("report", "report-corrected")])[0]
