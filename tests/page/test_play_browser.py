@@ -348,7 +348,7 @@ def test_a_place_that_is_taken_is_refused(sit_down: Any, report: Server) -> None
     before = player.lies()
     player.page.click("#move")
     player.drag("5", *player.scene.balls[player.scene.index["9"]].position)
-    player.wait("byId('message').textContent !== ''")
+    player.wait("byId('message').textContent.includes('overlaps')")
     assert player.text("message").startswith('ball "9" overlaps ball "5" by ')
     assert player.lies() == before and player.ask("live.before.length") == 0
 
