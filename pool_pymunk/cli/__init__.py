@@ -10,8 +10,9 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
@@ -45,6 +46,8 @@ COMMANDS = {
     "check": "nine-ball",
 }
 
+# an argument of the library, perhaps one of its keys, as errors name it, before its value
+ARGUMENT = r"^(\w+)(?:\['(.+)'\])?(?= = (.*?):)"
 PLAY_NOTHING = ("collide", "check")
 PLAIN = "Warning: the core is plain Python here, ten to twenty times slower than compiled."
 # what serves now, where somebody types an option that was there before
@@ -79,12 +82,22 @@ class _Command(TyperCommand):
         try:
             return getattr(module, str(self.name))(super().invoke(ctx))
         except _refusals() as error:
-            raise InputError(re.sub(r"^\w+(?= = )", self._typed, str(error), flags=re.M)) from None
+            typed = partial(self._typed, ctx.params)
+            raise InputError(re.sub(ARGUMENT, typed, str(error), flags=re.M)) from None
 
-    def _typed(self, key: re.Match[str]) -> str:
-        """Return the option for an argument of the library; that of a list has the plural."""
+    def _typed(self, given: Mapping[str, Any], found: re.Match[str]) -> str:
+        """Return the option for an argument of the library; that of a list has the plural.
+
+        That of an input is the one with which KEY=... of this input is typed.
+        """
+        name, key, value = found.groups()
+        for option in self.params:
+            texts = given[option.name] if str(option.metavar).startswith("KEY=") else ()
+            texts = [texts] if isinstance(texts, str) else texts or ()
+            if any(text.partition("=")[0].strip() == (key or value) for text in texts):
+                return f"{option.opts[0]} {key}" if key else option.opts[0]
         options = {option.name: option.opts[0] for option in self.params}
-        return options.get(key[0]) or options.get(f"{key[0]}s", key[0])
+        return options.get(name) or options.get(f"{name}s", found[0])
 
 
 # The bundled scenarios are listed here, and no command lists them again.

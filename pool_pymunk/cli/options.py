@@ -6,11 +6,9 @@ no slow module is imported here: of the library, only laws and files. tests/cli/
 compares the words of other modules with the library.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, dataclass_transform
 
@@ -40,10 +38,23 @@ def among(words: Iterable[str]) -> Callable[[str], list[str]]:
     return complete
 
 
-def option(says: str, metavar: str | None = None, *names: str, words: Iterable[str] = ()) -> Any:
+def typed(what: Any, default: Any = ...) -> Any:
+    """Declare what is typed, an option or an argument, and its default; without one it must be."""
+    return field(default=MISSING if default is ... else default, metadata={"typed": what})
+
+
+def option(
+    says: str, metavar: str | None = None, *names: str, default: Any = None,
+    words: Iterable[str] = (),
+) -> Any:  # fmt: skip
     """Declare an option: its help, what stands for its value, its names, and words it may take."""
     complete = among(words) if words else None
-    return typer.Option(*names, metavar=metavar, help=says, autocompletion=complete)
+    return typed(typer.Option(*names, metavar=metavar, help=says, autocompletion=complete), default)
+
+
+def flag(says: str, name: str) -> Any:
+    """Declare an option that is there or not: its help, and its name."""
+    return option(says, None, name, default=False)
 
 
 @dataclass_transform(kw_only_default=True)
@@ -52,6 +63,10 @@ class Options:
 
     def __init_subclass__(cls) -> None:
         dataclass(kw_only=True)(cls)
+        annotated: Any = Annotated  # Its types are known only here.
+        for each in fields(cls):  # type: ignore[arg-type]  # It is a dataclass now.
+            own = annotated[each.type, each.metadata["typed"]]
+            cls.__init__.__annotations__[each.name] = own
 
 
 # -- what several commands have --------------------------------------------------------------------
@@ -60,120 +75,105 @@ class Options:
 class OfScenario(Options):
     """A scenario has what is played."""
 
-    scenario: Annotated[
-        str,
+    scenario: str = typed(
         typer.Argument(
             metavar="SCENARIO",
             help="A file, or a bundled name (pool-pymunk --help).",
             autocompletion=among(bundled()),  # Where none begins as typed, shells offer files.
-        ),
-    ]
+        )
+    )
 
 
 class OfShot(OfScenario):
     """One shot may be chosen."""
 
-    shot: Annotated[str | None, option("One shot only: its number or its name.", "K")] = None
+    shot: str | None = option("One shot only: its number or its name.", "K")
 
 
 class Asked(OfShot):
     """The scenario's law and its latest time may be replaced."""
 
-    law: Annotated[
-        str | None, option("Contact law, instead of the scenario's.", "|".join(LAWS), words=LAWS)
-    ] = None
-    max_time: Annotated[str | None, option("End each shot at this time (s).", "S")] = None
+    law: str | None = option("Contact law, instead of the scenario's.", "|".join(LAWS), words=LAWS)
+    max_time: str | None = option("End each shot at this time (s).", "S")
 
 
 class AnySolver(Asked):
     """Any solver may play, and this is how."""
 
-    friction: Annotated[
-        str | None,
-        option(
-            "How solvers in a space apply surface friction; default: joint, if it has that.",
-            "|".join(FRICTION), words=FRICTION,
-        ),
-    ] = None  # fmt: skip
-    contact_tolerance: Annotated[
-        str | None,
-        option(
-            "How far what the exact solver leaves out where balls stay in contact may move a ball; "
-            "default: 1e-7m. Without a unit it is in the scenario's.", "LENGTH",
-        ),
-    ] = None  # fmt: skip
+    friction: str | None = option(
+        "How solvers in a space apply surface friction; default: joint, if it has that.",
+        "|".join(FRICTION),
+        words=FRICTION,
+    )
+    contact_tolerance: str | None = option(
+        "How far what the exact solver leaves out where balls stay in contact may move a ball; "
+        "default: 1e-7m. Without a unit it is in the scenario's.",
+        "LENGTH",
+    )
 
 
 class Stepped(AnySolver):
     """Solvers that have a step have this one."""
 
-    dt: Annotated[str | None, option("Time step in s, e.g. 1e-4 or 1/240.", "DT")] = None
+    dt: str | None = option("Time step in s, e.g. 1e-4 or 1/240.", "DT")
 
 
 class BySolver(Stepped):
     """One solver plays."""
 
-    solver: Annotated[str, option(f"One of {SOLVER_NAMES}.", "SOLVER", words=SOLVERS)] = "pymunk"
+    solver: str = option(f"One of {SOLVER_NAMES}.", "SOLVER", words=SOLVERS, default="pymunk")
 
 
 class BySolvers(AnySolver):
     """Several solvers play."""
 
-    solvers: Annotated[
-        str | None,
-        option(
-            f"Some of {SOLVER_NAMES}, each with :DT or without, or all; default: all but the "
-            "report's slices of 1e-6 s.", "S[:DT],...", words=SOLVERS,
-        ),
-    ] = None  # fmt: skip
+    solvers: str | None = option(
+        f"Some of {SOLVER_NAMES}, each with :DT or without, or all; default: all but the "
+        "report's slices of 1e-6 s.",
+        "S[:DT],...",
+        words=SOLVERS,
+    )
 
 
 class Aimed(Options):
     """Many shots are aimed once, or each by itself."""
 
-    aims_anew: Annotated[
-        bool,
-        option(
-            "Aim again wherever the ball lies; default: aim once, as the scenario is.", None,
-            "--aim-anew",
-        ),
-    ] = False  # fmt: skip
+    aims_anew: bool = flag(
+        "Aim again wherever the ball lies; default: aim once, as the scenario is.", "--aim-anew"
+    )
 
 
 class Seeded(Options):
     """Numbers are drawn at random."""
 
-    seed: Annotated[int, option("Seed of the random numbers.", "N")] = 0
+    seed: int = option("Seed of the random numbers.", "N", default=0)
 
 
 class Uncertain(Seeded):
     """Starts are uncertain."""
 
-    position_error: Annotated[
-        str | None,
-        option("Half-width of each start's error; default: half its last digit.", "LENGTH"),
-    ] = None
+    position_error: str | None = option(
+        "Half-width of each start's error; default: half its last digit.", "LENGTH"
+    )
 
 
 class Shared(Options):
     """Many shots are shared out among processes."""
 
-    workers: Annotated[int | None, option("Processes; default: one per core.", "N")] = None
-    cluster: Annotated[
-        str | None, option("A Dask scheduler: tcp://host:8786.", "ADDRESS")
-    ] = None  # fmt: skip
+    workers: int | None = option("Processes; default: one per core.", "N")
+    cluster: str | None = option("A Dask scheduler: tcp://host:8786.", "ADDRESS")
 
 
 class InFolder(Options):
     """Files go to a folder."""
 
-    out: Annotated[Path | None, option("The folder for the files.", "DIR")] = None
+    out: Path | None = option("The folder for the files.", "DIR")
 
 
 class WithJson(Options):
     """The results may also be a JSON file."""
 
-    json: Annotated[Path | None, option("Write the results to this JSON file.", "FILE")] = None
+    json: Path | None = option("Write the results to this JSON file.", "FILE")
 
 
 # -- the commands ----------------------------------------------------------------------------------
@@ -187,23 +187,18 @@ class RunOptions(InFolder, WithJson, BySolver):
     command ends early, it keeps the files of the shots that were finished.
     """
 
-    tolerance: Annotated[
-        str | None, option("Choose a step whose ends are within this error: 0.01in.", "LENGTH")
-    ] = None
-    pictures: Annotated[bool, option("Draw the start and end of each shot.")] = True
-    contacts: Annotated[
-        bool,
-        option("Also print each contact: place, impulses, velocities, energy.", None, "--contacts"),
-    ] = False
-    against: Annotated[
-        str | None, option("List only ends that differ from those of a run there.", "FOLDER")
-    ] = None
-    show: Annotated[
-        str | None, option("Draw energy and momentum over time, too.", "energy")
-    ] = None  # fmt: skip
-    units: Annotated[
-        str, option(f'The units of the CSV: "scene", or some of {KNOWN}.', "U,...")
-    ] = "m,kg,m/s"
+    tolerance: str | None = option(
+        "Choose a step whose ends are within this error: 0.01in.", "LENGTH"
+    )
+    pictures: bool = option("Draw the start and end of each shot.", default=True)
+    contacts: bool = flag(
+        "Also print each contact: place, impulses, velocities, energy.", "--contacts"
+    )
+    against: str | None = option("List only ends that differ from those of a run there.", "FOLDER")
+    show: str | None = option("Draw energy and momentum over time, too.", "energy")
+    units: str = option(
+        f'The units of the CSV: "scene", or some of {KNOWN}.', "U,...", default="m,kg,m/s"
+    )
 
 
 class CollideOptions(WithJson):
@@ -213,31 +208,27 @@ class CollideOptions(WithJson):
     2.25in, 2m/s; numbers without a unit are in those of --units.
     """
 
-    mass_a: Annotated[str, option("The mass of ball A.", "MASS")]
-    mass_b: Annotated[str, option("The mass of ball B.", "MASS")]
-    radius: Annotated[str, option("The radius of both balls.", "LENGTH")]
-    velocity_a: Annotated[tuple[str, str], option("The velocity of ball A.", "VX VY")]
-    velocity_b: Annotated[tuple[str, str], option("The velocity of ball B.", "VX VY")] = ("0", "0")
-    radius_b: Annotated[
-        str | None, option("The radius of ball B, if it differs.", "LENGTH")
-    ] = None  # fmt: skip
-    offset: Annotated[str, option("How far B's centre lies left of A's path.", "LENGTH")] = "0"
-    angle: Annotated[
-        str | None, option("Direction from A to B in touch, instead of an offset.", "DEGREES")
-    ] = None
-    restitution: Annotated[float, option("Coefficient of restitution.")] = 1.0
-    friction: Annotated[float, option("Coefficient of friction.")] = 0.0
-    law: Annotated[str, option("Contact law.", "|".join(LAWS), words=LAWS)] = "coulomb"
-    units: Annotated[
-        str, option(f"Units of numbers without one, and of the output: {KNOWN}.", "U,...")
-    ] = "m,kg,m/s"
-    picture: Annotated[Path | None, option("A png, svg or pdf file.", "FILE")] = None
+    mass_a: str = option("The mass of ball A.", "MASS", default=...)
+    mass_b: str = option("The mass of ball B.", "MASS", default=...)
+    radius: str = option("The radius of both balls.", "LENGTH", default=...)
+    velocity_a: tuple[str, str] = option("The velocity of ball A.", "VX VY", default=...)
+    velocity_b: tuple[str, str] = option("The velocity of ball B.", "VX VY", default=("0", "0"))
+    radius_b: str | None = option("The radius of ball B, if it differs.", "LENGTH")
+    offset: str = option("How far B's centre lies left of A's path.", "LENGTH", default="0")
+    angle: str | None = option("Direction from A to B in touch, instead of an offset.", "DEGREES")
+    restitution: float = option("Coefficient of restitution.", default=1.0)
+    friction: float = option("Coefficient of friction.", default=0.0)
+    law: str = option("Contact law.", "|".join(LAWS), words=LAWS, default="coulomb")
+    units: str = option(
+        f"Units of numbers without one, and of the output: {KNOWN}.", "U,...", default="m,kg,m/s"
+    )
+    picture: Path | None = option("A png, svg or pdf file.", "FILE")
 
 
 class CompareOptions(InFolder, WithJson, Stepped, BySolvers):
     """Play every shot with several solvers; show the ends, and where runs first diverge."""
 
-    pictures: Annotated[bool, option("Draw each run over the exact one.")] = True
+    pictures: bool = option("Draw each run over the exact one.", default=True)
 
 
 class TradeoffOptions(InFolder, WithJson, Uncertain, BySolvers):
@@ -247,17 +238,13 @@ class TradeoffOptions(InFolder, WithJson, Uncertain, BySolvers):
     tolerances are measured) to renders/<scenario>, after Ctrl-C with what was measured.
     """
 
-    contact_tolerance: Annotated[
-        str | None,
-        option(
-            "Measure the exact solver at these tolerances of contacts that persist, in place of "
-            "solvers and steps. Without a unit they are in the scenario's.", "LENGTH,...",
-        ),
-    ] = None  # fmt: skip
-    budget: Annotated[float, option("About this time (s) for all repeated runs.", "S")] = 10.0
-    samples: Annotated[
-        int, option("Perturbed starts, for the effect of rounded inputs.", "N")
-    ] = 1000  # fmt: skip
+    contact_tolerance: str | None = option(
+        "Measure the exact solver at these tolerances of contacts that persist, in place of "
+        "solvers and steps. Without a unit they are in the scenario's.",
+        "LENGTH,...",
+    )
+    budget: float = option("About this time (s) for all repeated runs.", "S", default=10.0)
+    samples: int = option("Perturbed starts, for the effect of rounded inputs.", "N", default=1000)
 
 
 class SensitivityOptions(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
@@ -268,20 +255,16 @@ class SensitivityOptions(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
     scenario. Where several inputs are uncertain, each is also varied alone.
     """
 
-    workers: Annotated[
-        int | None, option("Processes; default: one per core.", "N", "--workers", "--processes")
-    ] = None
-    speed_error: Annotated[str, option("Half-width of the shot's speed.", "SPEED")] = "0"
-    angle_error: Annotated[str, option("Half-width of the shot's angle.", "DEGREES")] = "0"
-    samples: Annotated[int, option("Runs of each shot.", "N")] = 1000
-    pictures: Annotated[bool, option("Draw the cloud of ends of every ball.")] = True
-    by_derivatives: Annotated[
-        bool,
-        option(
-            "Also use derivatives, and say how far they hold; --samples 0: only these.",
-            None, "--linear",
-        ),
-    ] = False  # fmt: skip
+    workers: int | None = option(
+        "Processes; default: one per core.", "N", "--workers", "--processes"
+    )
+    speed_error: str = option("Half-width of the shot's speed.", "SPEED", default="0")
+    angle_error: str = option("Half-width of the shot's angle.", "DEGREES", default="0")
+    samples: int = option("Runs of each shot.", "N", default=1000)
+    pictures: bool = option("Draw the cloud of ends of every ball.", default=True)
+    by_derivatives: bool = flag(
+        "Also use derivatives, and say how far they hold; --samples 0: only these.", "--linear"
+    )
 
 
 class FitOptions(WithJson, Aimed, Seeded, OfScenario):
@@ -291,22 +274,19 @@ class FitOptions(WithJson, Aimed, Seeded, OfScenario):
     the new scenario, a table of residuals and their picture, and keeps those of earlier fits.
     """
 
-    measured: Annotated[
-        str, option('Columns: shot, ball, x, y, optionally t (s); or "published".', "FILE.csv")
-    ]
-    free: Annotated[
-        str, option("Fit these inputs: restitution,friction or speed.2,mass.8.", "NAME,...")
-    ]
-    error: Annotated[
-        str | None,
-        option("Standard deviation of one measured coordinate; default: estimated.", "LENGTH"),
-    ] = None
-    starts: Annotated[int, option("Number of starts of the fit.", "N")] = 8
-    out: Annotated[
-        Path | None, option("Default: renders/<scenario>/fit, fit-2, ...", "DIR")
-    ] = None  # fmt: skip
-    force: Annotated[bool, option("Replace a fit that is there.", None, "--force")] = False
-    pictures: Annotated[bool, option("Draw the residuals.")] = True
+    measured: str = option(
+        'Columns: shot, ball, x, y, optionally t (s); or "published".', "FILE.csv", default=...
+    )
+    free: str = option(
+        "Fit these inputs: restitution,friction or speed.2,mass.8.", "NAME,...", default=...
+    )
+    error: str | None = option(
+        "Standard deviation of one measured coordinate; default: estimated.", "LENGTH"
+    )
+    starts: int = option("Number of starts of the fit.", "N", default=8)
+    out: Path | None = option("Default: renders/<scenario>/fit, fit-2, ...", "DIR")
+    force: bool = flag("Replace a fit that is there.", "--force")
+    pictures: bool = option("Draw the residuals.", default=True)
 
 
 class SweepOptions(Aimed, Shared, Seeded, Asked):
@@ -318,18 +298,13 @@ class SweepOptions(Aimed, Shared, Seeded, Asked):
     Lengths, speeds and masses may have a unit (0.005in); without one they are in the scenario's.
     """
 
-    out: Annotated[Path, option("Where the dataset goes.", "DIR")]
-    vary: Annotated[
-        list[str] | None,
-        option("Vary this at random; start and noise: KEY=WIDTH.", "KEY=LOW:HIGH"),
-    ] = None
-    grid: Annotated[
-        list[str] | None, option("Vary this in even steps.", "KEY=LOW:HIGH:COUNT")
-    ] = None  # fmt: skip
-    samples: Annotated[
-        int | None, option("Number of shots; default: the whole grid.", "N")
-    ] = None  # fmt: skip
-    restart: Annotated[bool, option("Replace what is there.", None, "--restart")] = False
+    out: Path = option("Where the dataset goes.", "DIR", default=...)
+    vary: list[str] | None = option(
+        "Vary this at random; start and noise: KEY=WIDTH.", "KEY=LOW:HIGH"
+    )
+    grid: list[str] | None = option("Vary this in even steps.", "KEY=LOW:HIGH:COUNT")
+    samples: int | None = option("Number of shots; default: the whole grid.", "N")
+    restart: bool = flag("Replace what is there.", "--restart")
 
 
 class AtlasOptions(Aimed, Shared, Asked):
@@ -339,18 +314,14 @@ class AtlasOptions(Aimed, Shared, Asked):
     the keys of a sweep, such as mass.8 or restitution.cushion.
     """
 
-    angle: Annotated[str, option("Degrees, from the shot's angle.", "LOW:HIGH")] = "-30:30"
-    speed: Annotated[
-        str | None, option("Speeds; default: 0.25 to 1.5 of the shot's.", "LOW:HIGH")
-    ] = None
-    across: Annotated[str | None, option("Vary this, not the angle.", "KEY=LOW:HIGH")] = None
-    up: Annotated[str | None, option("Vary this, not the speed.", "KEY=LOW:HIGH")] = None
-    size: Annotated[str, option("Pixels; each is a shot.", "WxH")] = "1200x800"
-    ball: Annotated[
-        str | None, option("Draw this ball's end; default: the one aimed at or nearest.", "ID")
-    ] = None
-    show: Annotated[str, option("What is drawn.", "|".join(SHOWS))] = "end"
-    out: Annotated[Path | None, option("A png, svg or pdf file.", "FILE")] = None
+    angle: str = option("Degrees, from the shot's angle.", "LOW:HIGH", default="-30:30")
+    speed: str | None = option("Speeds; default: 0.25 to 1.5 of the shot's.", "LOW:HIGH")
+    across: str | None = option("Vary this, not the angle.", "KEY=LOW:HIGH")
+    up: str | None = option("Vary this, not the speed.", "KEY=LOW:HIGH")
+    size: str = option("Pixels; each is a shot.", "WxH", default="1200x800")
+    ball: str | None = option("Draw this ball's end; default: the one aimed at or nearest.", "ID")
+    show: str = option("What is drawn.", "|".join(SHOWS), default="end")
+    out: Path | None = option("A png, svg or pdf file.", "FILE")
 
 
 class StabilityOptions(InFolder):
@@ -359,11 +330,9 @@ class StabilityOptions(InFolder):
     Writes stability.csv and stability.svg to renders/stability, after Ctrl-C with what was played.
     """
 
-    quick: Annotated[bool, option("Fewer cases and steps.", None, "--quick")] = False
-    solvers: Annotated[
-        str | None, option(f"Some of {SOLVER_NAMES}; default: all.", "S,...", words=SOLVERS)
-    ] = None
-    processes: Annotated[int, option("Number of processes.", "N")] = 2
+    quick: bool = flag("Fewer cases and steps.", "--quick")
+    solvers: str | None = option(f"Some of {SOLVER_NAMES}; default: all.", "S,...", words=SOLVERS)
+    processes: int = option("Number of processes.", "N", default=2)
 
 
 class RenderOptions(InFolder, BySolver):
@@ -374,31 +343,23 @@ class RenderOptions(InFolder, BySolver):
     say what differs (render soft.toml --side-by-side hard.toml).
     """
 
-    other: Annotated[
-        str | None,
-        typer.Argument(metavar="OTHER", help="A scenario to compare with, as with --overlay."),
-    ] = None
-    overlay: Annotated[
-        str | None,
-        option("Compare with this solver or scenario, shown as a ghost.", COMPARED),
-    ] = None
-    side_by_side: Annotated[
-        bool, option("Show the two runs on two tables.", None, "--side-by-side")
-    ] = False
-    films: Annotated[bool, option("Film each shot, and all shots in one film.")] = True
-    form: Annotated[str, option("Format of the films.", "|".join(FILMS), "--format")] = "mp4"
-    size: Annotated[
-        str | None, option("Pixels; default: 1600x900, gif: 800x450.", "WxH")
-    ] = None  # fmt: skip
-    fps: Annotated[float | None, option("Frames a second; default: 60, gif: 25.")] = None
-    slow: Annotated[float, option("Slower than life by this factor.")] = 1.0
-    start: Annotated[float, option("Film from this time on (s).", None, "--from")] = 0.0
-    end: Annotated[
-        float | None, option("Film up to this time (s; default: to the end).", None, "--to")
-    ] = None
-    pictures: Annotated[bool, option("Draw the start and end of each shot.")] = True
-    picture_format: Annotated[str, option("Their format.", "|".join(PICTURES))] = "png"
-    dpi: Annotated[float, option("Dots per inch of a png, which is 10 in wide.")] = 200.0
+    other: str | None = typed(
+        typer.Argument(metavar="OTHER", help="A scenario to compare with, as with --overlay."), None
+    )
+    overlay: str | None = option(
+        "Compare with this solver or scenario, shown as a ghost.", COMPARED
+    )
+    side_by_side: bool = flag("Show the two runs on two tables.", "--side-by-side")
+    films: bool = option("Film each shot, and all shots in one film.", default=True)
+    form: str = option("Format of the films.", "|".join(FILMS), "--format", default="mp4")
+    size: str | None = option("Pixels; default: 1600x900, gif: 800x450.", "WxH")
+    fps: float | None = option("Frames a second; default: 60, gif: 25.")
+    slow: float = option("Slower than life by this factor.", default=1.0)
+    start: float = option("Film from this time on (s).", None, "--from", default=0.0)
+    end: float | None = option("Film up to this time (s; default: to the end).", None, "--to")
+    pictures: bool = option("Draw the start and end of each shot.", default=True)
+    picture_format: str = option("Their format.", "|".join(PICTURES), default="png")
+    dpi: float = option("Dots per inch of a png, which is 10 in wide.", default=200.0)
 
 
 class PageOptions(BySolver):
@@ -410,16 +371,11 @@ class PageOptions(BySolver):
     a class says where balls will go before the page shows it.
     """
 
-    overlay: Annotated[
-        list[str] | None,
-        option("Compare with this solver, or with this scenario; may be repeated.", COMPARED),
-    ] = None
-    predict: Annotated[
-        bool, option("Stop before the first contact, and ask for the rest.", None, "--predict")
-    ] = False
-    out: Annotated[
-        Path | None, option("Default: page.html in renders/<scenario>.", "FILE.html")
-    ] = None  # fmt: skip
+    overlay: list[str] | None = option(
+        "Compare with this solver, or with this scenario; may be repeated.", COMPARED
+    )
+    predict: bool = flag("Stop before the first contact, and ask for the rest.", "--predict")
+    out: Path | None = option("Default: page.html in renders/<scenario>.", "FILE.html")
 
 
 class PlayOptions(OfScenario):
@@ -428,8 +384,8 @@ class PlayOptions(OfScenario):
     The table listens on this machine only, at the address that is printed. Ctrl-C ends it.
     """
 
-    port: Annotated[int, option("Listen on this port; 0: a free one.", "P")] = 0
-    browser: Annotated[bool, option("Open the page in a browser.")] = True
+    port: int = option("Listen on this port; 0: a free one.", "P", default=0)
+    browser: bool = option("Open the page in a browser.", default=True)
 
 
 def _print_schema(is_asked: bool) -> None:
@@ -443,12 +399,12 @@ def _print_schema(is_asked: bool) -> None:
 class CheckOptions(OfScenario):
     """Validate a scenario, and say what will be modelled, what will not, and its sizes."""
 
-    schema: Annotated[
-        bool,
+    schema: bool = typed(
         typer.Option(
             "--schema",
             help="Print the JSON schema of scenario files, for editors, and no more.",
             is_eager=True,
             callback=_print_schema,
         ),
-    ] = False
+        False,
+    )

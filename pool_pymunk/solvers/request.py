@@ -35,6 +35,12 @@ from pool_pymunk.solvers.registry import SOLVERS as SOLVERS
 
 # of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
+# what the scene asks for, and a solver does not do
+NO_ROLLS = (
+    "does not roll balls, and the scene has friction.rolling (these do: {}; without this key balls "
+    "only slide, with every solver)"
+)
+NO_PATCHES = "does not play patches, and the scene has some (these do: {})"
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
 
@@ -230,17 +236,13 @@ def request(
     if law is not None and read_law(law) and method.own_law:
         message = f"{method.name} has a law of its own and cannot take another"
         raise setting_error("law", read_law(law).name, message)
-    if scene.surface.rolls and not method.rolls:
-        others = ", ".join(name for name, other in SOLVERS.items() if other.rolls)
-        message = (
-            f"does not roll balls, and the scene has friction.rolling (these do: {others}; "
-            "without this key balls only slide, with every solver)"
-        )
-        raise setting_error("solver", solver, message)
-    if scene.patches and not method.patches:
-        others = ", ".join(name for name, other in SOLVERS.items() if other.patches)
-        message = f"does not play patches, and the scene has some (these do: {others})"
-        raise setting_error("solver", solver, message)
+    for can, is_asked, message in (
+        ("rolls", scene.surface.rolls, NO_ROLLS),
+        ("patches", scene.patches, NO_PATCHES),
+    ):
+        if is_asked and not getattr(method, can):
+            others = ", ".join(name for name, other in SOLVERS.items() if getattr(other, can))
+            raise setting_error("solver", solver, message.format(others))
     if isinstance(law, str) and law != scene.physics.law:
         scene = with_law(scene, law)
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)

@@ -7,19 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from pool_pymunk.core.motion.surface import Rolling, Sliding
-from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.touches import Corner
 from pool_pymunk.model import Scene
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.problems import setting_error
-
-
-class Pausing(Recorder):
-    """This recorder lets Python hear an interrupt now and then."""
-
-    def pause(self, t: float) -> None:
-        pass
 
 
 def check_surface(scene: Scene) -> None:

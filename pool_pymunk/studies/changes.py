@@ -21,6 +21,7 @@ from pool_pymunk.core.tangent.reasons import CHAOS, FOLLOWED
 from pool_pymunk.core.tangent.rounding import DRAWS, RoundingErrors, farthest
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.laws import LAWS, Law
+from pool_pymunk.many.play import Hearing
 from pool_pymunk.model import State
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import Names, changed_numbers, starts_of
@@ -29,12 +30,7 @@ from pool_pymunk.results.run import Run, points
 from pool_pymunk.results.trace import NEVER_SETTLES
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.by_core import engine_of
-from pool_pymunk.solvers.small_changes import (
-    Pausing,
-    check_surface,
-    corners_of,
-    inputs_of,
-)
+from pool_pymunk.solvers.small_changes import check_surface, corners_of, inputs_of
 
 SAME = 1e-9  # s; an event of the run comes at the time of its step
 
@@ -188,7 +184,7 @@ def played_again(run: Run) -> Replay:
     engine = engine_of(run.scene, start_of(run), law_of(run), run.contact_tolerance)
     engine.most_events = len(run.events) if run.status == "max_events" else NEVER_SETTLES
     latest = run.duration if run.status == "max_time" else math.inf
-    engine.recorder = course = Course(engine.balls, Pausing())
+    engine.recorder = course = Course(engine.balls, Hearing())
     engine.begin_run()
     engine.advance(latest)
     course.close(engine, latest)
