@@ -15,9 +15,11 @@ from pool_pymunk.model import Scene
 from pool_pymunk.render.atlas import atlas_picture
 from pool_pymunk.studies import atlas as maps
 
+EARLY = 3.0  # s from one picture of an atlas that is not finished to the next
+
 
 def atlas(asked: AtlasOptions) -> int:
-    """Play the pixels and draw them; after Ctrl-C those that were played."""
+    """Play the pixels from coarse to fine and draw them; after Ctrl-C as far as that went."""
     read.one_of("--show", asked.show, SHOWS)
     scene = read.scene(asked)
     if asked.show == "pocket" and not scene.pockets:
@@ -26,17 +28,27 @@ def atlas(asked: AtlasOptions) -> int:
     size = read.size(asked.size, "must be WIDTHxHEIGHT, 2 pixels or more each", smallest=2)
     path = asked.out or read.folder(None, asked.scenario) / f"atlas-{asked.show}.png"
     read.ending("--out", path, read.PICTURES, ".png, .svg or .pdf")
-    began, count, speed = time.perf_counter(), size[0] * size[1], asked.speed
+    drawn = began = time.perf_counter()
+    count, speed = size[0] * size[1], asked.speed
     how: dict[str, Any] = {
         "angle": read.interval("--angle", asked.angle, units, "angle"),
         "speed": None if speed is None else read.interval("--speed", speed, units, "speed"),
         "axes": _axes(scene, asked.across, asked.up),
     }
+
+    def show_early(so_far: maps.Atlas) -> None:
+        """Draw the picture so far now and then, if the whole one takes long."""
+        nonlocal drawn
+        if time.perf_counter() - drawn > EARLY:
+            atlas_picture(so_far, asked.show, path)
+            typer.echo(f"the picture so far: {path}", err=True)
+            drawn = time.perf_counter()
+
     with read.players(asked) as workers, Bar("playing", count) as bar:
         try:
             found = maps.atlas(
                 scene, chosen, **how, size=size, ball=asked.ball, law=asked.law, show=asked.show,
-                aims_anew=asked.aims_anew, workers=workers, on_done=bar.step,
+                aims_anew=asked.aims_anew, workers=workers, on_done=bar.step, on_pass=show_early,
             )  # fmt: skip
         except maps.CutShort as cut:
             atlas_picture(cut.found, asked.show, path)

@@ -311,7 +311,8 @@ class AtlasOptions(Aimed, Shared, Asked):
     """Draw the results of a shot at every angle and speed: each pixel is an exact shot.
 
     Narrower ranges show where the result is fractal, and where it is safe. --across and --up take
-    the keys of a sweep, such as mass.8 or restitution.cushion.
+    the keys of a sweep, such as mass.8 or restitution.cushion. The pixels are played from coarse to
+    fine; if they take long, and after Ctrl-C, the picture has what was played.
     """
 
     angle: str = option("Degrees, from the shot's angle.", "LOW:HIGH", default="-30:30")

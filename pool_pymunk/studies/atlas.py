@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +28,7 @@ Ints = NDArray[np.int32]
 Range = tuple[float, float]
 
 AT_ONCE = 60_000  # shots; their inputs take some 90 MB with 16 balls
+STEPS = (16, 8, 4, 2, 1)  # pixels from one to the next in each pass, from coarse to fine
 # Default pixels, angles (degrees) and speeds (times the shot's); the shot itself lies well within.
 SIZE, ANGLES, SPEEDS = (1200, 800), (-30.0, 30.0), (0.25, 1.5)
 # These are the maps, and what each of them shows.
@@ -45,7 +46,8 @@ class Atlas:
     it (-1: none), ``first_hit`` the ball that the struck one met first (-1: none), ``hits`` how
     many hits of two balls there were, and ``duration`` (s) when all rested; ``end`` and
     ``duration`` are NaN for shots that could not be played. ``by_reference`` counts the shots
-    played in Python. An atlas of one map has only what this map shows, in single precision.
+    played in Python. An atlas of one map has only what this map shows, in single precision. One
+    that is not finished yet has the outcome of a pixel close by where none was played.
     """
 
     plan: Plan
@@ -89,6 +91,7 @@ def atlas(
     show: str | None = None,
     workers: int | Executor | Workers | None = None,
     on_done: Callable[[int], object] | None = None,
+    on_pass: Callable[[Atlas], object] | None = None,
 ) -> Atlas:
     """Play a shot at ``size`` (W, H) angles (degrees, relative to the shot's) and speeds (m/s).
 
@@ -99,8 +102,10 @@ def atlas(
     the scene as it is; with ``aims_anew`` it is aimed in each pixel. ``show``, one of ``MAPS``,
     keeps only what this map shows: 4 or 8 bytes a shot instead of 36. ``workers`` share the work,
     as in :func:`~pool_pymunk.simulate_many`. ``on_done(n)`` is called whenever ``n`` more shots are
-    done. An interrupt raises :class:`CutShort`, which has the atlas so far. Raises SettingError,
-    which names the argument.
+    done. The pixels are played from coarse to fine, and ``on_pass(found)`` is called with the atlas
+    so far, first when each 16th row and column is played, and then whenever it is twice as fine. An
+    interrupt raises :class:`CutShort`, which has the atlas so far. Raises SettingError, which names
+    the argument.
 
     >>> from pool_pymunk import load
     >>> found = atlas(load("report"), 1, size=(9, 5))
@@ -132,18 +137,35 @@ def atlas(
         watched = scene.nearest(struck)
     x, y = np.linspace(*columns, width), np.linspace(*rows, height)
     kept = _nothing((height, width), show)
-    found, played = Atlas(plan, watched, x, y, **kept, by_reference=0, axes=(across, up)), 0
+    found, is_seen = Atlas(plan, watched, x, y, **kept, by_reference=0, axes=(across, up)), False
     try:
         with workers_of(workers) as several:
-            for shots in map(plan.shots_of, range(plan.parts)):
-                batch = plan.play(plan.draw(shots), workers=several, on_done=on_done)
-                _keep(kept, shots, batch, watched)
-                played += len(batch)
+            for step, parts in _passes(height, width):
+                for shots in parts:
+                    batch = plan.play(plan.draw(shots), workers=several, on_done=on_done)
+                    _keep(kept, shots, batch, watched)
+                _spread(kept, step)
+                is_seen = True
+                if on_pass is not None:
+                    on_pass(found)
     except KeyboardInterrupt:
-        if played == 0:
+        if not is_seen:
             raise
         raise CutShort(found) from None
     return found
+
+
+def _passes(height: int, width: int) -> Iterator[tuple[int, list[NDArray[np.int_]]]]:
+    """Yield each step from pixel to pixel, and the numbers of its new shots, AT_ONCE together."""
+    numbers, is_new = (
+        np.arange(height * width).reshape(height, width),
+        np.ones((height, width), bool),
+    )
+    for step in STEPS:
+        its = numbers[::step, ::step][is_new[::step, ::step]]
+        is_new[::step, ::step] = False
+        if len(its):
+            yield step, np.array_split(its, -(-len(its) // AT_ONCE))
 
 
 def _nothing(size: tuple[int, int], show: str | None) -> dict[str, NDArray[Any]]:
@@ -158,11 +180,19 @@ def _nothing(size: tuple[int, int], show: str | None) -> dict[str, NDArray[Any]]
     return kept
 
 
-def _keep(kept: dict[str, NDArray[Any]], shots: range, batch: Batch, ball: int) -> None:
+def _spread(kept: dict[str, NDArray[Any]], step: int) -> None:
+    """Let each pixel of a pass stand for those up to the next ones, which are not played yet."""
+    for each in kept.values():
+        if step > 1 and len(each):
+            wide = each[::step, ::step].repeat(step, axis=0).repeat(step, axis=1)
+            each[:] = wide[: len(each), : each.shape[1]]
+
+
+def _keep(kept: dict[str, NDArray[Any]], shots: NDArray[np.int_], batch: Batch, ball: int) -> None:
     """Keep what the maps show of some shots."""
     found = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
     unplayed = batch.status == CANNOT_START
     found["end"][unplayed] = batch.duration[unplayed] = np.nan
     for key, each in kept.items():
         if len(each):
-            each.reshape(-1, *found[key].shape[1:])[shots.start : shots.stop] = found[key]
+            each.reshape(-1, *found[key].shape[1:])[shots] = found[key]

@@ -16,6 +16,7 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.laws import Law
 from pool_pymunk.many import Batch, simulate_many
@@ -86,6 +87,7 @@ class Grid:
 
 
 Distribution = Normal | Uniform | Between | Grid
+Numbers = range | NDArray[np.int_]  # of shots
 
 
 def uniforms(seed: int, name: str, shots: range) -> Array:
@@ -101,9 +103,11 @@ def uniforms(seed: int, name: str, shots: range) -> Array:
 
 
 def numbers(
-    inputs: Mapping[str, Distribution], shots: range | int, seed: int = 0
+    inputs: Mapping[str, Distribution], shots: Numbers | int, seed: int = 0
 ) -> dict[str, Array]:
     """Return the errors or values (S,) of inputs in these shots, by their names.
+
+    Shots of a grid alone may have any numbers (S,).
 
     All points of several grids follow each other; the values of the last one change fastest.
 
@@ -111,16 +115,17 @@ def numbers(
     >>> [values.tolist() for values in both.values()]
     [[1.0, 1.0, 2.0, 2.0], [0.0, 9.0, 0.0, 9.0]]
     """
-    if not isinstance(shots, range):
+    if not isinstance(shots, range | np.ndarray):
         shots = range(argument("shots", shots, whole(0)))
     seed = argument("seed", seed, whole(0))
     found, inner = dict[str, Array](), points(inputs.values())
     for name, its in inputs.items():
         if isinstance(its, Grid):
             inner //= its.count
-            point = np.arange(shots.start, shots.stop) // inner % its.count
+            point = np.asarray(shots) // inner % its.count
             found[name] = np.linspace(its.low, its.high, its.count)[point]
         else:
+            assert isinstance(shots, range), "what is drawn is drawn for shots in a row"
             found[name] = its.at(uniforms(seed, name, shots))
     return found
 

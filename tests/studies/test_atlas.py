@@ -25,6 +25,7 @@ from pool_pymunk import (
     load,
     simulate,
 )
+from pool_pymunk.cli import atlas as commands_atlas
 from pool_pymunk.model.inputs import with_inputs
 from pool_pymunk.render import atlas as drawing
 from pool_pymunk.render.atlas import atlas_picture
@@ -260,17 +261,63 @@ def test_what_nothing_does_is_an_empty_list() -> None:
 
 
 def test_an_interrupt_leaves_the_map_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rows that were not played have no ends."""
-    monkeypatch.setattr(maps, "AT_ONCE", 27)
+    """A pixel that was not played shows the outcome of one close by that was."""
     done = list[int]()
 
     def interrupt(count: int) -> None:
         done.append(count)
-        if sum(done) > 30:
+        if sum(done) > 20:
             raise KeyboardInterrupt
 
     with pytest.raises(maps.CutShort) as cut:
         maps.atlas(load("report"), 1, size=(9, 7), on_done=interrupt)
     whole, found = maps.atlas(load("report"), 1, size=(9, 7)), cut.value.found
-    assert found.end[:3].tobytes() == whole.end[:3].tobytes()
-    assert np.isnan(found.end[3:]).all()
+    coarse = whole.end[::2, ::2].repeat(2, axis=0).repeat(2, axis=1)[:7, :9]
+    assert found.end.tobytes() == coarse.tobytes()
+
+
+def test_an_atlas_goes_from_coarse_to_fine_and_plays_each_pixel_once() -> None:
+    done, seen = list[int](), list[NDArray[np.floating]]()
+    how: dict[str, Any] = {"size": (40, 33), "show": "end"}
+    found = maps.atlas(
+        load("report"), 1, **how, on_done=done.append,
+        on_pass=lambda so_far: seen.append(so_far.end.copy()),
+    )  # fmt: skip
+    assert sum(done) == 40 * 33
+    assert len(seen) == len(maps.STEPS)
+    for step, each in zip(maps.STEPS, seen, strict=True):
+        assert (each[::step, ::step] == found.end[::step, ::step]).all()
+        blocks = np.unique(each.reshape(-1, 2), axis=0)
+        assert len(blocks) <= math.ceil(40 / step) * math.ceil(33 / step)
+
+
+def test_a_long_atlas_has_a_coarse_picture_early(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The picture so far is drawn while the pixels are played, and then the whole one."""
+    monkeypatch.setattr(commands_atlas, "EARLY", 0.0)
+    path = tmp_path / "map.png"
+    line = f"atlas report --shot 1 --size 40x30 --workers 1 --out {path}"
+    assert exit_code(*line.split()) == 0
+    said = capsys.readouterr()
+    assert said.err.splitlines() == [f"the picture so far: {path}"] * len(maps.STEPS)
+    assert said.out.startswith("1,200 shots in ")
+
+
+def test_ctrl_c_keeps_the_picture_of_a_small_atlas(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    kept, play = list[int](), maps._keep
+
+    def interrupt(*about: Any) -> None:
+        kept.append(len(about[1]))
+        if len(kept) == 4:
+            raise KeyboardInterrupt
+        play(*about)
+
+    monkeypatch.setattr(maps, "_keep", interrupt)
+    path = tmp_path / "map.png"
+    line = f"atlas report --shot 1 --size 64x48 --workers 1 --out {path}"
+    assert exit_code(*line.split()) == 130
+    assert kept[:3] == [12, 36, 144]
+    assert path.exists()

@@ -27,6 +27,7 @@ from pool_pymunk.studies.variation import (
     Distribution,
     Grid,
     Normal,
+    Numbers,
     Uniform,
     Variation,
     numbers,
@@ -119,7 +120,7 @@ class Plan:
         """The scene at the moment of the shot, in which nothing varies."""
         return Variation(self.scene, {}, self.shot, self.law, self.aims_anew)
 
-    def draw(self, shots: range) -> Drawn:
+    def draw(self, shots: Numbers) -> Drawn:
         """Return the inputs of these shots."""
         state, position = self.begun.start, self.begun.places(len(shots))
         varied = {key: its for key, its in {**self.grid, **self.vary}.items() if key != "start"}
