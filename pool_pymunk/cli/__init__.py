@@ -44,11 +44,12 @@ COMMANDS = {
     "page": "report --shot 1",
     "play": "eight-ball",
     "check": "nine-ball",
+    "worksheet": "--out worksheet.html",
 }
 
 # an argument of the library, perhaps one of its keys, as errors name it, before its value
 ARGUMENT = r"^(\w+)(?:\['(.+)'\])?(?= = (.*?):)"
-PLAY_NOTHING = ("collide", "check")
+PLAY_NOTHING = ("collide", "check", "worksheet")
 PLAIN = "Warning: the core is plain Python here, ten to twenty times slower than compiled."
 # what serves now, where somebody types an option that was there before
 GONE = {

@@ -389,6 +389,13 @@ class PlayOptions(OfScenario):
     browser: bool = option("Open the page in a browser.", default=True)
 
 
+class WorksheetOptions(Options):
+    """Write ten exercises on collisions as one HTML file, to be printed: an exercise a sheet."""
+
+    answers: bool = flag("Write the answers instead.", "--answers")
+    out: Path | None = option("Default: renders/worksheet.html, or -answers.html.", "FILE.html")
+
+
 def _print_schema(is_asked: bool) -> None:
     if is_asked:
         from pool_pymunk.model.schema import scenario_schema

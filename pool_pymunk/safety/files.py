@@ -86,9 +86,14 @@ def whole(path: Path) -> Iterator[Path]:
             part.unlink(missing_ok=True)
 
 
+def folder_of(name: str, in_sources: str) -> Path:
+    """Return a folder of files that come with the package, which sources have elsewhere."""
+    here = Path(__file__).parent.parent
+    own = here / name
+    return own if own.is_dir() else here.parent / in_sources
+
+
 def bundled() -> dict[str, Path]:
     """Return the scenarios that come with the package, by name."""
-    here = Path(__file__).parent.parent
-    own = here / "scenarios"
-    folder = own if own.is_dir() else here.parent / "scenarios"
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    found = sorted(folder_of("scenarios", "scenarios").glob("*.toml"))
+    return {path.stem: path for path in found}

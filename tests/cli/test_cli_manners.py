@@ -498,6 +498,7 @@ WRITERS = {
 }
 FILE_WRITERS = {
     "page": ("two-balls", ".html"),
+    "worksheet": ("", ".html"),
     "atlas": ("report", ".png"),
 }
 
@@ -519,7 +520,7 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_run(
     words, suffix = WRITERS.get(command), ""
     if words is None:
         scenario, suffix = FILE_WRITERS[command]
-        words = (scenario,)
+        words = (scenario,) if scenario else ()
     out = f"zz{suffix}"
     assert refusal(capsys, command, *words, "--out", out) == f"error: {out}: Permission denied"
     if command != "sweep":  # It has no place of its own.

@@ -1,0 +1,74 @@
+"""The worksheet is printed without a build of the documentation, and gives no answer away."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from commands import exit_code
+
+from pool_pymunk.cli.worksheet import html
+
+HOME = Path(__file__).parent.parent
+
+
+def written(*options: str, folder: Path) -> str:
+    """Return the page that the command writes."""
+    path = folder / "page.html"
+    assert exit_code("worksheet", *options, "--out", str(path)) == 0
+    return path.read_text(encoding="utf-8")
+
+
+def exercise(number: int) -> str:
+    """Return an exercise of the worksheet."""
+    text = (HOME / "docs" / "worksheet.md").read_text(encoding="utf-8")
+    return re.split(r"^## ", text, flags=re.MULTILINE)[number]
+
+
+def test_each_exercise_has_a_sheet_with_a_line_for_the_name(tmp_path: Path) -> None:
+    opening, *sheets = re.findall(
+        r"<section>(.*?)</section>", written(folder=tmp_path), flags=re.DOTALL
+    )
+    assert "<h1>" in opening and "import math" in opening
+    assert [int(re.findall(r"<h2>(\d+)", sheet)[0]) for sheet in sheets] == [*range(1, 11)]
+    for sheet in sheets:
+        assert sheet.count("<h2>") == sheet.count(">Name<") == 1
+
+
+@pytest.mark.parametrize("options", [(), ("--answers",)])
+def test_the_page_needs_nothing_else(options: tuple[str, ...], tmp_path: Path) -> None:
+    page = written(*options, folder=tmp_path)
+    assert "$" not in page and "\ue000" not in page
+    assert not re.search(r"<(a|img|script|link)\b", page)
+    assert "<math" in page
+
+
+def test_the_answers_have_all_exercises_and_the_hit_by_hand(tmp_path: Path) -> None:
+    page = written("--answers", folder=tmp_path)
+    assert page.count("<li>") == 10
+    assert "<h2>A hit by hand</h2>" in page and page.count("<tr>") == 10
+
+
+def test_it_goes_where_commands_put_their_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert exit_code("worksheet", "--answers") == 0
+    assert capsys.readouterr().out == "renders/worksheet-answers.html\n"
+    assert (tmp_path / "renders" / "worksheet-answers.html").exists()
+
+
+def test_formulas_and_code_stay_whole() -> None:
+    assert html("`a < b` and $a < b$").count("&lt;") == 2
+
+
+@pytest.mark.parametrize(("number", "answer"), [(3, "m_A ="), (3, "0.5"), (9, "sqrt"), (9, "mean")])
+def test_an_exercise_does_not_give_its_answer_away(number: int, answer: str) -> None:
+    assert answer not in exercise(number)
+    answers = (HOME / "docs" / "worksheet-answers.md").read_text(encoding="utf-8")
+    assert answer in re.split(r"^\d+\. ", answers, flags=re.MULTILINE)[number]
+
+
+def test_events_are_printed_with_their_kind() -> None:
+    assert "{event.kind} of" in exercise(8)
