@@ -73,6 +73,17 @@ def test_readme_and_docs_are_short() -> None:
     assert sum(len(text_of(page).split()) for page in read) < 22_500
 
 
+def test_a_time_says_what_it_needs() -> None:
+    """Whoever reads that something takes seconds or minutes knows on how many cores."""
+    takes = re.compile(r"\b(takes?|took|in) (\d[\d.]*|two|three|ten) (to \d+ )?(s|minutes|hours)\b")
+    where = re.compile(r"\bcores?\b|reads? |slices? of|of motion|the table's")
+    for page in PAGES:
+        text = re.sub(r"```.*?```", " ", text_of(page), flags=re.DOTALL)
+        said = re.split(r"(?<=[.!?:|]) ", " ".join(text.split()))
+        bare = [one for one in said if takes.search(one) and not where.search(one)]
+        assert not bare, (page.name, bare)
+
+
 def python_blocks(page: Path) -> list[str]:
     """Return the blocks of Python on a page."""
     return re.findall(r"^```python\n(.*?)^```", text_of(page), flags=re.DOTALL | re.MULTILINE)

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 # that needs more is left out.
 MOST_STEPS, QUICK_MOST_STEPS = 2_000_000, 20_000
 MOST_PAIRS, QUICK_MOST_PAIRS = 100_000_000, 20_000_000
+LEFT_OUT = (
+    "Cases are not run that would need too many steps, or would look at too many pairs of balls; "
+    "the CSV file says of each how many."
+)
+ABOUT = 26  # characters of a line of the table's first column
 NOT_OFFERED = "not offered"  # Balls roll, and the solver has no rolling.
 FIELDS = (
     "extreme", "case", "law", "solver", "dt", "status", "contacts", "wall_time", "compared",
@@ -204,7 +209,7 @@ def verdicts(cells: Sequence[Cell]) -> Table:
     ]
     heads = [TableColumn(name, left=True) for name in ("extreme", *solvers)]
     shown = ResultTable(heads, rows).rich()
-    shown.show_lines = True
+    shown.show_lines, shown.columns[0].width = True, ABOUT
     return shown
 
 
@@ -212,17 +217,20 @@ def _styled(cell: Cell) -> str:
     from rich.markup import escape
 
     style = "" if cell.worst is None else "yellow" if cell.reason else "bold red"
-    return f"[{style}]{escape(str(cell))}[/]" if style else str(cell)
+    said = str(cell).partition(" not run: ")  # The notes say why some cases are not run.
+    text = f"{said[0]} not run)" if cell.run and said[1] else str(cell)
+    return f"[{style}]{escape(text)}[/]" if style else text
 
 
-def notes(cells: Iterable[Cell]) -> list[str]:
-    """Return the reasons of all that breaks, each once."""
+def notes(cells: Sequence[Cell]) -> list[str]:
+    """Return the reasons of all that breaks, each once, and why some cases are not run."""
     lines = (
         f"{cell.extreme if cell.because else cell.solver}: {cell.reason}" if cell.reason
         else f"{cell.solver} breaks at {cell.extreme}: {cell}"
         for cell in cells if cell.worst is not None
     )  # fmt: skip
-    return list(dict.fromkeys(lines))
+    is_short = any(cell.run and cell.left_out for cell in cells)
+    return [*dict.fromkeys(lines), *[LEFT_OUT] * is_short]
 
 
 def table(cells: Iterable[Cell]) -> ResultTable:
