@@ -456,6 +456,20 @@ def test_the_table_is_printed_and_its_breaks_are_explained(cells: list[Cell]) ->
     assert not any("breaks at" in line for line in lines)
 
 
+def test_the_table_fits_a_hundred_columns(cells: list[Cell]) -> None:
+    """Cells say how many cases are not run, and a note says why."""
+    not_run = CaseResult("", "coulomb", 1e-9, not_run="would need 1e+09 steps")
+    partly = replace(cells[2], outcomes=(*cells[2].outcomes, not_run))
+    console = Console(width=100)
+    with console.capture() as printed:
+        console.print(suite.verdicts([*cells[:2], partly, *cells[3:]]))
+    lines = printed.get().splitlines()
+    assert max(map(len, lines)) <= 100 and len(lines) < 20
+    said = " ".join(printed.get().split())
+    assert "not run)" in said and "1e+09" not in said
+    assert suite.notes([partly])[-1] == suite.LEFT_OUT != suite.notes(cells)[-1]
+
+
 def test_the_csv_has_every_measure(cells: list[Cell], tmp_path: Path) -> None:
     path = tmp_path / "stability.csv"
     suite.table(cells).csv(path)
