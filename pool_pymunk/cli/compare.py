@@ -125,8 +125,8 @@ def sentences(found: list[Comparison]) -> Iterator[str]:
         ]
         off, ball = max(axes, key=lambda one: one[0])
         text = (
-            f"The published ends are up to {unit.from_si(off, 'length'):.3f} {unit.length} off the "
-            f"exact ones, along x or y (ball {ball})"
+            f"The published ends are up to {unit.text(off, '.3f')} off the exact ones, along x or y "
+            f"(ball {ball})"
         )
         if ZERO_SLIP in reference.policies and is_of_the_report(reference):
             text += "; a slip of exactly zero got its sign from rounding there, see the warning"

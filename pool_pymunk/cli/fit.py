@@ -81,12 +81,9 @@ def _rows(found: fits.Fit) -> Iterator[tuple[str, ...]]:
 
 def sentences(found: fits.Fit) -> list[str]:
     """Say in words how good a fit is."""
-    units, lengths = found.scene.units, (found.sigma, found.rms, found.rms_before)
     sigma, now, before = (
-        f"{units.from_si(each, 'length'):.3g} {units.length}"
-        if math.isfinite(each)
-        else "not known"
-        for each in lengths
+        found.scene.units.text(each, ".3g") if math.isfinite(each) else "not known"
+        for each in (found.sigma, found.rms, found.rms_before)
     )
     return [
         f"Fitted to {counted(int(found.used.sum()), 'place')}: the root mean square of "

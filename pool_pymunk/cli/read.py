@@ -156,10 +156,8 @@ def players(asked: options.Shared) -> Iterator[Any]:
     """Yield what plays many shots: processes on all cores, or a Dask cluster."""
     if asked.workers is not None and asked.cluster is not None:
         raise InputError("--workers: a --cluster has workers of its own")
-    if asked.workers is not None and asked.workers < 1:
-        raise InputError(f"--workers = {asked.workers}: must be 1 or more")
     if asked.cluster is None:
-        with Workers(asked.workers or cores()) as found:
+        with Workers(cores() if asked.workers is None else asked.workers) as found:
             yield found
         return
     if find_spec("distributed") is None:

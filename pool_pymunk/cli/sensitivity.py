@@ -199,10 +199,6 @@ def _pairs(
     return [", ".join(next(texts) or "not known" for _ in row) for row in rows]
 
 
-def _length(units: Units, value: float) -> str:
-    return f"{units.from_si(value, 'length'):.2g} {units.length}"
-
-
 def linear_sentences(line: Linear) -> list[str]:
     """Say in words for which errors the derivatives hold."""
     warnings = [f"Warning: {warning}." for warning in line.warnings]
@@ -210,7 +206,7 @@ def linear_sentences(line: Linear) -> list[str]:
         return warnings
     holds = f"within {line.holds:g} times these errors"
     if line.radius > 0.0:
-        holds += f" (starts within {_length(line.reference.scene.units, line.radius)})"
+        holds += f" (starts within {line.reference.scene.units.text(line.radius)})"
     return [f"The derivatives hold to a tenth {holds}.", *warnings]
 
 
@@ -218,7 +214,7 @@ def sentences(found: Sensitivity, alone: Mapping[str, Sensitivity]) -> list[str]
     """Say in words how far the ends of one shot spread, in all and by each cause alone."""
     units = found.reference.scene.units
     kept, printed = found.kept_digits
-    off = _length(units, found.agree)
+    off = units.text(found.agree)
     parted = f"Half of the runs stay within {off} of the reference run."
     if math.isfinite(found.horizon):
         first = min(found.balls, key=lambda ball: ball.horizon).ball
@@ -252,14 +248,14 @@ def _worst_sentences(found: Sensitivity, alone: Mapping[str, Sensitivity]) -> It
         ratio = f", {times:{form}} x that of the starts"
     yield (
         f"Ball {worst.ball} spreads most: its end has a standard deviation of "
-        f"{_length(units, worst.deviation)}{ratio}; 95 % of its ends lie between {x0:.2f} and "
+        f"{units.text(worst.deviation)}{ratio}; 95 % of its ends lie between {x0:.2f} and "
         f"{x1:.2f} {units.length} along x and between {y0:.2f} and {y1:.2f} {units.length} along y."
     )
     if len(alone) > 1:
         its = found.balls.index(worst)
         deviations = {name: each.balls[its].deviation for name, each in alone.items()}
-        said = ", ".join(f"{name} {_length(units, std)}" for name, std in deviations.items())
+        said = ", ".join(f"{name} {units.text(std)}" for name, std in deviations.items())
         yield f"Its standard deviation by each cause alone: {said}."
     if "starts" in alone:
-        starts = _length(units, found.deviation_of_starts)
+        starts = units.text(found.deviation_of_starts)
         yield f"Amplified: deviation by the starts alone, divided by that of the starts ({starts})."

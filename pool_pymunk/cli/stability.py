@@ -7,7 +7,6 @@ from functools import partial
 from rich.table import Table as Printed
 
 from pool_pymunk.cli import read
-from pool_pymunk.cli.lines import InputError
 from pool_pymunk.cli.options import StabilityOptions
 from pool_pymunk.cli.output import File, Output, Report
 from pool_pymunk.cli.terminal import Bar, draw
@@ -21,8 +20,7 @@ def stability(asked: StabilityOptions) -> int:
     chosen = known if asked.solvers is None else read.names("--solvers", asked.solvers)
     for name in chosen:
         find_solver(name)
-    if asked.processes < 1:
-        raise InputError(f"--processes = {asked.processes}: must be 1 or more")
+    read.at_least(1, processes=asked.processes)
     folder, cells = read.folder(asked.out, "stability"), list[suite.Cell]()
     with Output(folder, "Data and picture") as put:
         put.at_end(_report(cells, asked.quick))

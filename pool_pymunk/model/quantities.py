@@ -48,6 +48,14 @@ class Units(Part):
         """Return an SI ``value`` in the unit of ``kind``."""
         return value / self._factor(kind)
 
+    def text(self, value: float, form: str = ".2g", kind: str = "length") -> str:
+        """Return an SI ``value`` in this form with its unit.
+
+        >>> Units(length="in").text(0.0127)
+        '0.5 in'
+        """
+        return f"{self.from_si(value, kind):{form}} {getattr(self, kind)}"
+
     def _factor(self, kind: str) -> float:
         return UNITS[kind][getattr(self, kind)] if kind in UNITS else 1.0
 

@@ -149,7 +149,7 @@ class Request(NamedTuple):
             said = " (the diagonal of the table)"
         elif sure > 1.0:
             said = f" ({sure:g} times as far as those that were tried)"
-        far = f"{self.scene.units.from_si(shift, 'length'):.2g} {self.scene.units.length}"
+        far = self.scene.units.text(shift)
         trace.warn(
             f"some contacts have no exact answer ({', '.join(sorted(trace.policies))}). With other "
             f"answers the ends may lie up to {far} elsewhere{said}",

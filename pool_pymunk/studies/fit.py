@@ -74,7 +74,7 @@ class Fit:
         found = [f"{name} {self.written(name)} {unit_of(units, name)}" for name in self.values]
         said = ", ".join(map(str.rstrip, found)) or "nothing free"
         if math.isfinite(self.sigma):
-            said += f"; sigma {units.from_si(self.sigma, 'length'):.3g} {units.length}"
+            said += f"; sigma {units.text(self.sigma, '.3g')}"
         return f"<Fit to {len(self.measured)} places: {said}>"
 
     def written(self, name: str) -> str:

@@ -333,8 +333,7 @@ def _implausible(found: Optimum) -> Iterator[str]:
             "what the table did, or the fit has ended in a wrong minimum; try more starts"
         )
     elif found.is_coarse:
-        units = found.forecast.scene.units
-        sigma = f"{units.from_si(found.sigma, 'length'):.3g} {units.length}"
+        sigma = found.forecast.scene.units.text(found.sigma, ".3g")
         yield (
             f"the error of a coordinate comes out as {sigma}, more than {COARSE:g} of a ball's "
             "radius: the fit has probably ended in a wrong minimum; try more starts, or state the "

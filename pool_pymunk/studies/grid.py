@@ -271,8 +271,8 @@ def sentences(result: Tradeoff) -> list[str]:
         return [*_to_tolerances(result), *_without_exact_end(result)]
     lines = [_within(result, digits) for digits in (1.0, 0.1, 0.01, 0.001)]
     lines += [
-        f"Without a step: {one.solver} in {one.time * 1e3:.3g} ms, "
-        f"to {units.from_si(one.largest, 'length'):.1g} {units.length}."
+        f"Without a step: {one.solver} in {one.time * 1e3:.3g} ms, to "
+        f"{units.text(one.largest, '.1g')}."
         for one in result.of(reference_solver().name)
     ]
     if result.spread is not None:
@@ -309,9 +309,8 @@ def _verdict(result: Tradeoff, spread: float) -> str:
     if not finer:
         rules = "and every setting errs by more, so it rules nothing"
     return (
-        f"This uncertainty of the starts alone moves an end by "
-        f"{units.from_si(spread, 'length'):.2g} {units.length} (standard deviation, worst ball). "
-        f"A smaller error than that gains nothing, {rules}."
+        f"This uncertainty of the starts alone moves an end by {units.text(spread)} (standard "
+        f"deviation, worst ball). A smaller error than that gains nothing, {rules}."
     )
 
 

@@ -134,7 +134,7 @@ class Uncertainty:
             both = " to ".join(dict.fromkeys(f"±{h:.3g}" for h in ends))
             said.append(f"starts within {both} {units.length}")
         if self.speed:
-            said.append(f"speed ±{units.from_si(self.speed, 'speed'):.3g} {units.speed}")
+            said.append(f"speed ±{units.text(self.speed, '.3g', 'speed')}")
         if self.angle:
             said.append(f"angle ±{math.degrees(self.angle):.3g}°")
         for name, width in self.inputs.items():
