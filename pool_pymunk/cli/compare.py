@@ -124,10 +124,8 @@ def sentences(found: list[Comparison]) -> Iterator[str]:
             for a, b in zip(reference.final[id_], end, strict=True)
         ]
         off, ball = max(axes, key=lambda one: one[0])
-        text = (
-            f"The published ends are up to {unit.text(off, '.3f')} off the exact ones, along x or y "
-            f"(ball {ball})"
-        )
+        far = unit.text(off, ".3f")
+        text = f"The published ends are up to {far} off the exact ones, along x or y (ball {ball})"
         if ZERO_SLIP in reference.policies and is_of_the_report(reference):
             text += "; a slip of exactly zero got its sign from rounding there, see the warning"
         yield f"{text}.{runs.published_by(reference)}"
