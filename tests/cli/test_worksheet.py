@@ -6,11 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
-from commands import exit_code
 
 from pool_pymunk.cli.worksheet import html
-
-HOME = Path(__file__).parent.parent
+from tests import ROOT
+from tests.shared.commands import exit_code
 
 
 def written(*options: str, folder: Path) -> str:
@@ -22,7 +21,7 @@ def written(*options: str, folder: Path) -> str:
 
 def exercise(number: int) -> str:
     """Return an exercise of the worksheet."""
-    text = (HOME / "docs" / "worksheet.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "worksheet.md").read_text(encoding="utf-8")
     return re.split(r"^## ", text, flags=re.MULTILINE)[number]
 
 
@@ -67,7 +66,7 @@ def test_formulas_and_code_stay_whole() -> None:
 @pytest.mark.parametrize(("number", "answer"), [(3, "m_A ="), (3, "0.5"), (9, "sqrt"), (9, "mean")])
 def test_an_exercise_does_not_give_its_answer_away(number: int, answer: str) -> None:
     assert answer not in exercise(number)
-    answers = (HOME / "docs" / "worksheet-answers.md").read_text(encoding="utf-8")
+    answers = (ROOT / "docs" / "worksheet-answers.md").read_text(encoding="utf-8")
     assert answer in re.split(r"^\d+\. ", answers, flags=re.MULTILINE)[number]
 
 
