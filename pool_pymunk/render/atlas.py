@@ -58,7 +58,7 @@ def atlas_picture(found: Atlas, show: str, path: Path, style: Style = SCREEN) ->
     key = figure.add_axes((right / wide, foot, (wide - right) / wide, height / high))
     key.axis("off")
     _draw_map(axes, found, _colored(found, show, key, size * LETTER), size)
-    scene, shot = found.scene, found.plan.shot
+    scene, shot = found.scene, found.plan.begun.struck
     what = TITLES[show].format(scene.balls[found.ball].id)
     title = f"{scene.title or 'Scene'}, {shot.name if shot else 'shot'}: {what}"
     axes.set_title(title, loc="left", fontsize=size * LETTER, color=style.ink, parse_math=False)

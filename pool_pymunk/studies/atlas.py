@@ -22,7 +22,7 @@ from pool_pymunk.model.plain import argument, read_pair, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.studies.derivatives import ball_number
-from pool_pymunk.studies.sweep.plan import Plan, make_plan
+from pool_pymunk.studies.sweep.plan import Plan, as_begun, make_plan
 
 Ints = NDArray[np.int32]
 Range = tuple[float, float]
@@ -129,7 +129,8 @@ def atlas(
     width, height = argument("width", wide, whole(2)), argument("height", high, whole(2))
     (across, columns), (up, rows) = ranges.items()
     grid = {up: (*rows, height), across: (*columns, width)}
-    plan = make_plan(scene, chosen, None, grid, None, 0, AT_ONCE, law, max_time, aims_anew)
+    begun = as_begun(scene, chosen, law, max_time, aims_anew)
+    plan = make_plan(begun, None, grid, None, 0, AT_ONCE)
     watched = struck = scene.index[chosen.ball]
     if ball is not None or chosen.aim not in (None, NEAREST):
         watched = ball_number(scene, str(chosen.aim) if ball is None else ball)

@@ -48,7 +48,7 @@ from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.render.view import settings
 from pool_pymunk.studies.sensitivity import linear
 from pool_pymunk.studies.sweep.job import begin, play_part
-from pool_pymunk.studies.sweep.plan import make_plan
+from pool_pymunk.studies.sweep.plan import as_begun, make_plan
 
 
 class Damped(Law):
@@ -161,7 +161,8 @@ def test_sweep_and_atlas_have_the_law(asked: str | Law, tmp_path: Path) -> None:
 def test_a_sweep_elsewhere_has_the_law(tmp_path: Path) -> None:
     """A worker needs the class, and no name for it."""
     parquet = pytest.importorskip("pyarrow.parquet")
-    plan = make_plan(laid_out(), 1, None, {"speed": (1.0, 3.0, 2)}, None, 0, 9, DAMPED, None)
+    begun = as_begun(laid_out(), 1, DAMPED)
+    plan = make_plan(begun, None, {"speed": (1.0, 3.0, 2)}, None, 0, 9)
     begin(tmp_path, plan, resume=True)
     play_part(pickle.loads(pickle.dumps(plan)), tmp_path, 0)
     end = played(3.0, DAMPED).final

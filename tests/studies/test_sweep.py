@@ -24,7 +24,7 @@ import pool_pymunk
 from pool_pymunk import Scene, SettingError, load, simulate, sweep
 from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.sweep.job import Done
-from pool_pymunk.studies.sweep.plan import Plan, make_plan
+from pool_pymunk.studies.sweep.plan import Plan, as_begun, make_plan
 from tests.shared.commands import exit_code, refusal, without_remarks
 from tests.shared.scenes import AT_A_TERMINAL, sliding
 
@@ -47,10 +47,10 @@ def same(one: Path, other: Path) -> bool:
 
 def plan(scene: Scene | None = None, shot: int | None = 1, **said: Any) -> Plan:
     how: dict[str, Any] = {
-        "vary": VARY, "grid": None, "samples": 100, "seed": 0, "chunk": 30, "law": None,
-        "max_time": None,
+        "vary": VARY, "grid": None, "samples": 100, "seed": 0, "chunk": 30,
     }  # fmt: skip
-    return make_plan(scene or load("report"), shot, **(how | said))
+    of_shot = {"law": None} | {key: said.pop(key) for key in ("law", "aims_anew") if key in said}
+    return make_plan(as_begun(scene or load("report"), shot, **of_shot), **(how | said))
 
 
 # -- inputs ----------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from pool_pymunk.page.live import answers
 from pool_pymunk.page.live.answers import Answers
 from pool_pymunk.studies import variation
 from pool_pymunk.studies.find import _ShotSearch
-from pool_pymunk.studies.sweep.plan import make_plan
+from pool_pymunk.studies.sweep.plan import as_begun, make_plan
 from pool_pymunk.studies.variation import (
     Between,
     Distribution,
@@ -44,7 +44,7 @@ def errors_of_sensitivity(names: list[str]) -> dict[str, Any]:
 
 def values_of_sweep(names: list[str]) -> dict[str, Any]:
     vary = dict.fromkeys(names, (0.5, 0.6))
-    plan = make_plan(REPORT, 1, vary, None, SHOTS, SEED, SHOTS, None, None)
+    plan = make_plan(as_begun(REPORT, 1, None), vary, None, SHOTS, SEED, SHOTS)
     found = plan.draw(range(SHOTS)).columns
     columns = {name: name.replace(".", "_") for name in names}
     return {

@@ -25,7 +25,7 @@ from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.safety.files import whole
-from pool_pymunk.studies.sweep.plan import UNITS, Drawn, Plan, make_plan
+from pool_pymunk.studies.sweep.plan import UNITS, Drawn, Plan, as_begun, make_plan
 
 if TYPE_CHECKING:
     import pyarrow
@@ -108,7 +108,8 @@ def sweep(
         message = "a sweep needs pyarrow: pip install 'pool-pymunk[sweep]'"
         raise setting_error("out", str(out), message)
     began = time.perf_counter()
-    plan = make_plan(scene, shot, vary, grid, samples, seed, chunk, law, max_time, aims_anew)
+    begun = as_begun(scene, shot, law, max_time, aims_anew)
+    plan = make_plan(begun, vary, grid, samples, seed, chunk)
     folder, tell = Path(out), on_done or (lambda done: None)
     todo = begin(folder, plan, resume)
     missing = sum(len(plan.shots_of(part)) for part in todo)

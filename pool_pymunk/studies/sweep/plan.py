@@ -62,25 +62,27 @@ class Drawn(NamedTuple):
 class Plan:
     """A plan says which shots are played.
 
-    ``vary`` has a range (low, high) for each key that is drawn, or one width: ``start`` moves every
-    ball's start by up to this (m) along x and along y; ``noise.speed`` (m/s) and ``noise.angle``
-    (degrees) are the standard deviations of the player's errors. ``grid`` has (low, high, count)
-    for each key that takes values at equal distances, ends included; all are combined, and those
-    of the last key change fastest. Keys are names of inputs (:mod:`pool_pymunk.model.inputs`);
-    ``angle`` (degrees) is relative to the shot's, and ``mass`` (kg) that of the struck ball. A shot
-    that aims at a ball is aimed once, in the scene as it is, unless it ``aims_anew`` in each shot
-    that is played. The manifest has only the name of the ``law`` of every contact.
+    ``begun`` is the shot as it begins in the scene, in which nothing varies yet. ``vary`` has a
+    range (low, high) for each key that is drawn, or one width: ``start`` moves every ball's start
+    by up to this (m) along x and along y; ``noise.speed`` (m/s) and ``noise.angle`` (degrees) are
+    the standard deviations of the player's errors. ``grid`` has (low, high, count) for each key
+    that takes values at equal distances, ends included; all are combined, and those of the last key
+    change fastest. Keys are names of inputs (:mod:`pool_pymunk.model.inputs`); ``angle`` (degrees)
+    is relative to the shot's, and ``mass`` (kg) that of the struck ball. The manifest has only the
+    name of the law of every contact.
     """
 
-    scene: Scene
-    shot: Shot | None
+    begun: Variation
     vary: Mapping[str, Distribution]
     grid: Mapping[str, Distribution]
     samples: int
     seed: int
     chunk: int
-    law: Law
-    aims_anew: bool = False
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is played."""
+        return self.begun.scene
 
     @property
     def parts(self) -> int:
@@ -96,10 +98,12 @@ class Plan:
         """The manifest has all that determines the dataset; ``hash`` is a hash of all the rest."""
         from pool_pymunk import __version__
 
-        shot, its = self.shot, None
+        begun, its = self.begun, None
+        shot, law = begun.struck, begun.law
+        assert isinstance(law, Law), "whoever plans knows the law"
         if shot is not None:
-            aim = shot.aim if self.aims_anew else None
-            struck = self.begun.start.velocity[self.begun.ball]
+            aim = shot.aim if begun.aims_anew else None
+            struck = begun.start.velocity[begun.ball]
             its = [shot.name, shot.ball, *struck, aim]
             its += [shot.roll] * self.scene.surface.rolls + list(shot.place or ())
         said = {
@@ -107,18 +111,13 @@ class Plan:
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
             "shot": its,
-            "law": self.law.name,
+            "law": law.name,
             "vary": {key: list(vars(its).values()) for key, its in sorted(self.vary.items())},
             "grid": {key: list(vars(its).values()) for key, its in self.grid.items()},
             **{key: getattr(self, key) for key in ("samples", "seed", "chunk")},
         }
         digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
         return said | {"hash": digest}
-
-    @cached_property
-    def begun(self) -> Variation:
-        """The scene at the moment of the shot, in which nothing varies."""
-        return Variation(self.scene, {}, self.shot, self.law, self.aims_anew)
 
     def draw(self, shots: Numbers) -> Drawn:
         """Return the inputs of these shots."""
@@ -160,22 +159,28 @@ class Plan:
         return named | {f"start_{key.replace('.', '_', 1)}": places[key] for key in moved}
 
 
+def as_begun(
+    scene: Scene, shot: Shot | str | int | None, law: str | Law | None,
+    max_time: float | None = None, aims_anew: bool = False,
+) -> Variation:  # fmt: skip
+    """Return a shot as it begins, in a scene that has the latest time; nothing varies yet."""
+    asked = request(scene, reference_solver().name, law=law, max_time=max_time)
+    latest = asked.settings.max_time
+    scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
+    chosen, anew = find_shot(scene, shot), argument("aims_anew", aims_anew, flag)
+    return Variation(scene, {}, chosen, asked.settings.law_of(scene), anew)
+
+
 def make_plan(
-    scene: Scene,
-    shot: Shot | str | int | None,
+    begun: Variation,
     vary: Mapping[str, Any] | None,
     grid: Mapping[str, Any] | None,
     samples: int | None,
     seed: int,
     chunk: int,
-    law: str | Law | None,
-    max_time: float | None,
-    aims_anew: bool = False,
 ) -> Plan:
     """Return the plan of a sweep; raise SettingError, in one line that names the argument."""
-    asked = request(scene, reference_solver().name, law=law, max_time=max_time)
-    latest = asked.settings.max_time
-    scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
+    scene = begun.scene
     varied = {key: _read(scene, "vary", key, value) for key, value in (vary or {}).items()}
     steps = {key: _read(scene, "grid", key, value) for key, value in (grid or {}).items()}
     if both := varied.keys() & steps.keys():
@@ -185,10 +190,8 @@ def make_plan(
     total = points(steps.values()) if samples is None else argument("samples", samples, whole(1))
     if steps and total != points(steps.values()):
         raise setting_error("samples", total, f"the grid has {points(steps.values()):,} points")
-    chosen, seed = find_shot(scene, shot), argument("seed", seed, whole(0))
-    chunk, used = argument("chunk", chunk, whole(1)), asked.settings.law_of(scene)
-    anew = argument("aims_anew", aims_anew, flag)
-    plan = Plan(scene, chosen, varied, steps, total, seed, chunk, used, anew)
+    seed, chunk = argument("seed", seed, whole(0)), argument("chunk", chunk, whole(1))
+    plan = Plan(begun, varied, steps, total, seed, chunk)
     seen: dict[str, str] = {}
     for key in (*plan.vary, *plan.grid):
         other = seen.setdefault(plan.meaning(key), key)
