@@ -25,7 +25,7 @@ LEFT_OUT = (
     "Cases are not run that would need too many steps, or would look at too many pairs of balls; "
     "the CSV file says of each how many."
 )
-ABOUT = 26  # characters of a line of the table's first column
+NARROW = 10  # characters of a line in the columns of exact solvers, which mostly hold
 NOT_OFFERED = "not offered"  # Balls roll, and the solver has no rolling.
 FIELDS = (
     "extreme", "case", "law", "solver", "dt", "status", "contacts", "wall_time", "compared",
@@ -209,7 +209,9 @@ def verdicts(cells: Sequence[Cell]) -> Table:
     ]
     heads = [TableColumn(name, left=True) for name in ("extreme", *solvers)]
     shown = ResultTable(heads, rows).rich()
-    shown.show_lines, shown.columns[0].width = True, ABOUT
+    shown.show_lines = True
+    for column, solver in zip(shown.columns[1:], solvers, strict=True):
+        column.width = NARROW if find_solver(solver).exact else None
     return shown
 
 
