@@ -400,6 +400,7 @@ class Billiards:
         self._check_ball(ball)
         goes, turns = checks.read_strike(velocity, roll, self.live.surface)
         checks.check_speed("velocity", goes, ball.radius, self.live.end_of_step)
+        self.live.touched.add(ball)  # If this refuses it, so does each step.
         ball.as_it_came.refuse_changed()
         self.live.mend(ball)
         self.live.send(ball, SAME, goes, turns)

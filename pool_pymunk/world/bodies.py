@@ -6,9 +6,9 @@ A call for each body takes a hundred times as long as one for all.
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Mapping, Sequence
 from struct import calcsize
-from sys import byteorder
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ MOTION = BodyFields.POSITION | BodyFields.VELOCITY
 ALL = MOTION | BodyFields.ANGULAR_VELOCITY | BodyFields.FORCE | BodyFields.TORQUE
 NAMED = ALL | BodyFields.BODY_ID
 ROW = 4  # numbers of a motion: a place (m) and a velocity (m/s)
-BYTES = calcsize("P")  # of the id of a body
+ID = "Q" if calcsize("P") == 8 else "I"  # as an array calls numbers of this many bytes
 WIDTH = 8  # numbers of a body: its motion first, then its turning and the forces on it
 Index = slice | npt.NDArray[np.intp]
 Rows = npt.NDArray[np.float64]
@@ -30,7 +30,7 @@ Rows = npt.NDArray[np.float64]
 
 def rows_of(motions: bytes) -> Rows:
     """Return motions (m, m/s) as rows."""
-    return np.frombuffer(bytearray(motions)).reshape(-1, ROW)
+    return np.frombuffer(motions).reshape(-1, ROW).copy()
 
 
 def in_a_row(numbers: Sequence[int]) -> Index:
@@ -55,13 +55,13 @@ class Bodies:
     """The bodies of a space are rows of numbers; ``at`` are the rows of balls.
 
     ``numbers`` are those of the balls in these rows. Each table has a buffer of its own, so that
-    tables in two threads do not share one. What was seen last is kept as bytes: they tell in one
-    comparison that nothing has changed.
+    tables in two threads do not share one. What was seen last is kept as it is there: one comparison
+    tells that nothing has changed.
     """
 
     def __init__(self, space: pymunk.Space) -> None:
         self._space, self._buffer = space, Buffer()
-        self._ids, self._shapes, self._seen = b"", -1, b""
+        self._ids, self._shapes, self._seen = array(ID), -1, array("d")
         self.at: Index = slice(0, 0)
         self.numbers: Index = slice(0, 0)
         self._bodies: set[pymunk.Body] = set()
@@ -72,8 +72,8 @@ class Bodies:
         """Read all bodies; tell whether they, and as many shapes, are those that are known."""
         self._buffer.clear()
         get_space_bodies(self._space, NAMED, self._buffer)
-        ids = bytes(self._buffer.int_buf())
-        return ids == self._ids and len(self._space.shapes) == self._shapes
+        is_known: bool = self._buffer.int_buf() == self._ids
+        return is_known and len(self._space.shapes) == self._shapes
 
     def know(self, balls: Mapping[int, TableBall]) -> None:
         """Find the rows of balls, given by the ids of their bodies, after bodies came or went.
@@ -81,8 +81,8 @@ class Bodies:
         To write a body wakes it up, and rounds its place if its middle is elsewhere. Then only
         balls are written.
         """
-        self._ids, self._shapes = bytes(self._buffer.int_buf()), len(self._space.shapes)
-        ids = memoryview(self._ids).cast("P").tolist()
+        self._ids, self._shapes = array(ID, bytes(self._buffer.int_buf())), len(self._space.shapes)
+        ids = self._ids.tolist()
         at = [k for k, body in enumerate(ids) if body in balls]
         self.at, self.numbers = in_a_row(at), in_a_row([balls[ids[k]].number for k in at])
         bodies = set(self._space.bodies)
@@ -93,17 +93,18 @@ class Bodies:
 
     def come(self, ball: TableBall) -> None:
         """Expect that a new ball stands behind all others; the next reading tells if it does."""
-        at, numbers, ids, shapes = self.at, self.numbers, self._ids, self._shapes
+        at, numbers, shapes, body = self.at, self.numbers, self._shapes, ball.body
         self.forget()
-        if ball.body.center_of_gravity != (0.0, 0.0):
+        if shapes < 0 or body.center_of_gravity != (0.0, 0.0):
             return
         if isinstance(at, slice) and isinstance(numbers, slice) and ball.number == numbers.stop:
-            k = at.stop * BYTES
-            self._ids = ids[:k] + ball.body_id.to_bytes(BYTES, byteorder) + ids[k:]
-            self._shapes = shapes + 1
-            self.at = slice(at.start, at.stop + 1)
-            self.numbers = slice(numbers.start, numbers.stop + 1)
-            self._bodies.add(ball.body)
+            k, self._shapes = at.stop, shapes + 1
+            self.at, self.numbers = slice(at.start, k + 1), slice(numbers.start, ball.number + 1)
+            self._bodies.add(body)
+            its = *body.position, *body.velocity, body.angular_velocity, *body.force, body.torque
+            is_sound = sum(map(abs, its)) <= LARGEST
+            self._ids.insert(k, ball.body_id)
+            self._seen[k * WIDTH : k * WIDTH] = array("d", its if is_sound else ())
 
     @property
     def are_known(self) -> bool:
@@ -113,16 +114,17 @@ class Bodies:
     @property
     def are_as_seen(self) -> bool:
         """Tell whether all numbers of all bodies are those that were seen last."""
-        return bytes(self._buffer.float_buf()) == self._seen
+        are_same: bool = self._buffer.float_buf() == self._seen
+        return are_same
 
     def see(self) -> None:
         """Keep the numbers in mind, unless one of them is not finite, or very large."""
         is_sound = float(np.abs(self._rows).sum()) <= LARGEST
-        self._seen = bytes(self._buffer.float_buf()) if is_sound else b""
+        self._seen = array("d", bytes(self._buffer.float_buf()) if is_sound else b"")
 
     def forget(self) -> None:
         """Know no bodies any more, as other balls are on the table."""
-        self._ids, self._shapes = b"", -1
+        self._shapes = -1
 
     @property
     def _rows(self) -> Rows:

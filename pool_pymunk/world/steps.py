@@ -36,7 +36,6 @@ class Steps:
         self._told = -math.inf, 0  # the last time (s) of which callbacks heard, and how often
         # the time (s) since which steps have their present length, and how many have been made
         self._since, self._dt, self._made = 0.0, live.max_dt, 0
-        self._resting = b""  # how balls have moved in the last step, if nobody has touched them
         self._step = live.space.step
         vars(live.space)["step"] = self.step
 
@@ -86,8 +85,10 @@ class Steps:
             live.walls.plan(until)
         live.began = engine.now
         engine.start_step(engine.now)
+        stands = not (live.walls.moving or engine.moving())
+        is_quiet = stands and engine.upcoming() > until
         self._play(until)
-        self._let_pymunk_step(dt)
+        self._let_pymunk_step(dt, is_quiet)
         self.count += 1
         self._made += 1
         self._finish()
@@ -123,22 +124,21 @@ class Steps:
             message = f"a step has at most {MOST_EVENTS:,} events: it stands at {engine.now:g} s"
             raise setting_error("dt", self._dt, message)
 
-    def _let_pymunk_step(self, dt: float) -> None:
+    def _let_pymunk_step(self, dt: float, is_quiet: bool) -> None:
         """Let pymunk take bodies to where balls are now, and everything else in the space act.
 
         It moves bodies first, and looks then who touches whom: so it sees each ball in its exact
-        place, with its true velocity. What it changes of a velocity is a push.
+        place, with its true velocity. What it changes of a velocity is a push. In a step that
+        ``is_quiet`` no ball has moved: bodies show already how they are.
         """
-        live = self.live
-        moves = live.engine.motions()
-        motions = rows_of(moves)
-        is_resting = moves == self._resting
-        if not is_resting:
-            if not live.bodies.are_known:  # Else nobody has touched one since the step began.
+        live, bodies, motions = self.live, self.live.bodies, self.live.written
+        if not is_quiet:
+            motions = rows_of(live.engine.motions())
+            if not bodies.are_known:  # Else nobody has touched one since the step began.
                 live.read()
             steered = motions.copy()
             steered[:, :2] -= dt * motions[:, 2:]
-            live.bodies.write(steered, live.balls)
+            bodies.write(steered, live.balls)
         live.walls.steer(dt)
         live.phase = Phase.STEPPING
         try:
@@ -147,18 +147,15 @@ class Steps:
             live.phase = Phase.BETWEEN
             live.written = motions
         live.read()
-        bodies = live.bodies
-        if is_resting and bodies.are_as_seen:
+        if is_quiet and bodies.are_as_seen:
             return
         gains = bodies.shown(motions) - motions
         gains[:, :2] = 0.0  # Places differ, by rounding or by others; they come from the engine.
         if np.count_nonzero(gains):
             live.push(gains, dt)
             live.show()
-            self._resting = b""
         else:
             live.write(motions)
-            self._resting = moves
 
     def _finish(self) -> None:
         """Let walls stand, do what handlers have asked for, and raise what went wrong."""

@@ -23,7 +23,7 @@ from pool_pymunk.world.bodies import ROW, Bodies, Rows, rows_of
 from pool_pymunk.world.checks import check_sound, is_sound, set_apart
 from pool_pymunk.world.ground import ground_of
 from pool_pymunk.world.outlook import beside, free_spot, is_free
-from pool_pymunk.world.walls import Walls
+from pool_pymunk.world.walls import Obstacle, Walls
 
 NOTHING = (0.0, 0.0)
 ROLLED = 7.0 / 5.0  # A ball that is to roll at once has to be pushed so many times as hard.
@@ -79,7 +79,8 @@ class LiveTable:
         self.widest = max(self.widest, ball.radius)
         self.enter(ball)
         self.engine.add(own)
-        self.written = np.vstack((self.written, (x, y, vx, vy)))
+        self.written.resize((len(self.balls), ROW), refcheck=False)  # It copies no rows, mostly.
+        self.written[-1] = x, y, vx, vy
         return ball
 
     def enter(self, ball: TableBall) -> None:
@@ -147,8 +148,9 @@ class LiveTable:
         """Return place and radius of each ball that a disc may touch."""
         if self.phase is not Phase.BETWEEN:  # Bodies show the beginning of the step.
             return self.discs()
-        off = np.abs(self.written[:, :2] - place).max(axis=1, initial=0.0)
-        near = np.flatnonzero(off <= (1.0 + HAIR) * (radius + self.widest)).tolist()
+        far = (1.0 + HAIR) * (radius + self.widest)
+        along_x, along_y = (abs(self.written[:, k] - place[k]) <= far for k in (0, 1))
+        near = np.flatnonzero(along_x & along_y).tolist()
         its = [self.balls[k] for k in near if self.balls[k].is_on_table]
         return {ball: (self.place_of(ball), ball.radius) for ball in its}
 
@@ -264,13 +266,12 @@ class LiveTable:
         if self.unsound or not self.bodies.are_as_seen:  # Some number is none, or very large.
             for ball in self.on_table():
                 check_sound(ball, self.end_of_step)
-        # One ball or wall is looked at in each step, in turn, as each takes some 4 us.
-        walls, k = self.walls.obstacles, turn % max(len(self.balls) + len(self.walls.obstacles), 1)
-        if k >= len(self.balls) and self.engine.moving():
-            walls[k - len(self.balls)].as_it_came.refuse_changed()
-        for ball in (*self.touched, *self.balls[k : k + 1]):
-            if ball.is_on_table:
-                ball.as_it_came.refuse_changed()
+        looked_at: list[TableBall | Obstacle] = [b for b in self.touched if b.is_on_table]
+        if self.engine.moving():  # One ball or wall in each step, in turn, as each takes some 4 us.
+            its = [*self.ball_of.values(), *self.walls.obstacles]
+            looked_at.append(its[turn % len(its)])
+        for each in looked_at:
+            each.as_it_came.refuse_changed()
         self.touched.clear()
 
     def mend(self, ball: TableBall) -> None:

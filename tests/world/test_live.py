@@ -14,6 +14,8 @@ import pymunk
 import pytest
 
 from pool_pymunk import Run, Scene, Shot, load, simulate
+from pool_pymunk.world.ball import AsItCame
+from pool_pymunk.world.bodies import Bodies
 from tests.shared.core_scenes import BUNDLED, SCENES, drawn
 from tests.shared.scenes import BASE_SEED
 from tests.shared.worlds import STEP, A, ball, plane
@@ -90,6 +92,35 @@ def test_what_a_table_had_says_what_serves() -> None:
         assert one.sensor is one.circle
     with pytest.raises(AttributeError, match="a Billiards has no joints any more: the engine"):
         _ = table.joints  # type: ignore[attr-defined]
+
+
+def fail(*_: object) -> None:
+    raise AssertionError("this takes time that nothing asks for")
+
+
+def test_a_step_in_which_all_balls_rest_writes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    space, table = plane()
+    for k in range(11):
+        ball(table, 0.1 * k)
+    space.step(STEP)
+    for what in ("write", "shown", "see"):
+        monkeypatch.setattr(Bodies, what, fail)
+    monkeypatch.setattr(AsItCame, "refuse_changed", fail)
+    space.step(STEP)
+    assert table.steps == 2
+
+
+def test_another_ball_leaves_those_alone_that_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    space, table = plane()
+    for k in range(20):
+        if k == 2:
+            for what in ("know", "write", "shown", "see"):
+                monkeypatch.setattr(Bodies, what, fail)
+        ball(table, 0.1 * k)
+    monkeypatch.undo()
+    table.balls[7].body.velocity = 1.0, 0.0
+    space.step(STEP)
+    assert [*table.moving] == [7]
 
 
 if __name__ == "__main__":
