@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain
 from operator import attrgetter
@@ -23,29 +23,21 @@ from pool_pymunk.model.problems import setting_error, shown
 SHARE, FROM_ZERO = between(0.0, 1.0), between(0.0)
 HAIR = 1e-9  # This share of lengths and times is wider than rounding in a step.
 Disc = tuple[Vector, float]  # a place and a radius (m)
-TYPES = {
-    pymunk.Body.DYNAMIC: "dynamic", pymunk.Body.KINEMATIC: "kinematic", pymunk.Body.STATIC: "static"
-}  # fmt: skip
-# What stays of a ball: how errors call it, and where a ball has it. Hits ask for the first four.
-IN_HITS = {
-    "body_type": "body.body_type", "mass": "body.mass", "radius": "circle.radius",
-    "filter": "circle.filter",
-}  # fmt: skip
-STAYS = IN_HITS | {
-    "offset": "circle.offset", "center_of_gravity": "body.center_of_gravity",
-    "position_func": "body.position_func",
-}  # fmt: skip
+TYPES = "dynamic", "kinematic", "static"  # as pymunk numbers them
+# What stays of a ball, and where it has that. Hits ask for the first four.
+IN_HITS = "body.body_type", "body.mass", "circle.radius", "circle.filter"
+STAYS = *IN_HITS, "circle.offset", "body.center_of_gravity", "body.position_func"
 
 
 class AsItCame:
     """This is how a ball, wall or pocket came to the table: nobody may change that there.
 
-    ``keys`` say how errors call a feature of the ``thing``, and where it has it.
+    ``places`` say where the ``thing`` has each of its features.
     """
 
-    def __init__(self, what: str, number: int, thing: object, keys: Mapping[str, str]) -> None:
-        self._what, self._number, self._thing, self._keys = what, number, thing, tuple(keys)
-        self._read = attrgetter(*keys.values())
+    def __init__(self, what: str, number: int, thing: object, places: Sequence[str]) -> None:
+        self._whose, self._thing, self._places = (what, number), thing, places
+        self._read = attrgetter(*places)
         self._was = self._read(thing)
 
     def refuse_changed(self) -> None:
@@ -53,14 +45,15 @@ class AsItCame:
         now = self._read(self._thing)
         if now == self._was:
             return
-        each = zip(self._keys, now, self._was, strict=True)
-        key, new, old = next((key, new, old) for key, new, old in each if new != old)
-        is_ball = self._what == "ball"
+        each = zip(self._places, now, self._was, strict=True)
+        place, new, old = next((place, new, old) for place, new, old in each if new != old)
+        (what, number), key = self._whose, place.rpartition(".")[2]
+        key = place if key in ("position", "angle") else key  # of a wall's body, not of the wall
         message = (
-            f"it was {shown(plain(key, old))} when the {self._what} came to the table; to change "
-            f"it, remove the {self._what} and add {'its circle' if is_ball else 'it'} again"
+            f"it was {shown(plain(key, old))} when the {what} came to the table; to change it, "
+            f"remove the {what} and add {'its circle' if what == 'ball' else 'it'} again"
         )
-        raise setting_error(f"{self._what} {self._number}: {key}", plain(key, new), message)
+        raise setting_error(f"{what} {number}: {key}", plain(key, new), message)
 
 
 def plain(key: str, value: object) -> object:
@@ -197,7 +190,7 @@ def same_balls(
 
 
 def of_any_two(pair: Pair, i: int, j: int) -> Pair:
-    """Return the same pair for any two balls."""
+    """Return the same pair for any two balls; unlike a lambda it can be pickled."""
     return pair
 
 

@@ -45,17 +45,11 @@ def in_a_row(numbers: Sequence[int]) -> Index:
     return np.array(numbers, np.intp)
 
 
-def different(some: Rows, others: Rows) -> list[int]:
-    """Return the numbers of the rows that differ."""
-    found: list[int] = np.flatnonzero((some != others).any(axis=1)).tolist()
-    return found
-
-
 class Bodies:
     """The bodies of a space are rows of numbers; ``at`` are the rows of balls.
 
     ``numbers`` are those of the balls in these rows. Each table has a buffer of its own, so that
-    tables in two threads do not share one. What was seen last is kept as it is there: one comparison
+    tables in two threads do not share one. What was seen last is kept as it came: one comparison
     tells that nothing has changed.
     """
 
@@ -142,7 +136,7 @@ class Bodies:
             self._rows[self.at, :ROW] = motions[self.numbers]
             set_space_bodies(self._space, ALL, self._buffer)
             return
-        for k in different(self.shown(motions), motions):
+        for k in np.flatnonzero((self.shown(motions) != motions).any(axis=1)).tolist():
             body, (x, y, vx, vy) = balls[k].body, motions[k].tolist()
             body.position, body.velocity = (x, y), (vx, vy)
         self.read()

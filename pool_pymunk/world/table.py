@@ -22,7 +22,7 @@ from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import ROW, Bodies, Rows, rows_of
 from pool_pymunk.world.checks import check_sound, is_sound, set_apart
 from pool_pymunk.world.ground import ground_of
-from pool_pymunk.world.outlook import beside, free_spot, is_free
+from pool_pymunk.world.outlook import free_spot
 from pool_pymunk.world.walls import Obstacle, Walls
 
 NOTHING = (0.0, 0.0)
@@ -241,9 +241,6 @@ class LiveTable:
         """
         others = list(discs.values())
         solid = [each for each in self.walls.now() if not each.wall.is_pocket]
-        pushed = beside(place, ball.radius, others, solid)
-        if is_free(pushed, ball.radius, others, solid):
-            return pushed
         try:
             return free_spot(place, ball.radius, others, solid, most)
         except SettingError:

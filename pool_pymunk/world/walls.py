@@ -27,15 +27,13 @@ from pool_pymunk.world.checks import Drawn, check_motion, set_apart
 # misjudge none, and 16 lines misjudge five; half or twice OFF misjudges 163 or 8.
 LINES, OFF = 32, 0.25
 
-# What stays of each wall and pocket; how errors call it, and where an Obstacle has it.
-KIND = {"body_type": "body.body_type"}
-STANDS = KIND | {"body.position": "body.position", "body.angle": "body.angle"}
-SHAPE = {key: f"shape.{key}" for key in ("radius", "sensor", "filter", "body")}
-OUTLINES: dict[type[pymunk.Shape], dict[str, str]] = {
-    pymunk.Segment: {"a": "shape.a", "b": "shape.b"},
-    pymunk.Circle: {"offset": "shape.offset"},
-    pymunk.Poly: {"corners": "corners"},
-}
+# What stays of each wall and pocket, and where an Obstacle has it.
+STANDS = "body.body_type", "body.position", "body.angle"
+SHAPE = "shape.radius", "shape.sensor", "shape.filter", "shape.body"
+OUTLINES: dict[type[pymunk.Shape], tuple[str, ...]] = {
+    pymunk.Segment: ("shape.a", "shape.b"), pymunk.Circle: ("shape.offset",),
+    pymunk.Poly: ("corners",),
+}  # fmt: skip
 Pose = tuple[Vector, float]  # the place (m) of a body's center of gravity, and its angle
 STILL = (0.0, 0.0)
 
@@ -78,8 +76,8 @@ class Obstacle:
         """Keep what nobody may change of it any more, and let pymunk leave it out."""
         set_apart(self.shape)
         what = "pocket" if self.wall.is_pocket else "wall"
-        keys = (KIND if self.wall.moves else STANDS) | SHAPE | OUTLINES[type(self.shape)]
-        self.as_it_came = AsItCame(what, self.wall.number, self, keys)
+        places = *STANDS[: 1 if self.wall.moves else 3], *SHAPE, *OUTLINES[type(self.shape)]
+        self.as_it_came = AsItCame(what, self.wall.number, self, places)
 
 
 class Walls:
