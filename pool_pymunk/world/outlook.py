@@ -186,9 +186,12 @@ def free_spot(
     """
     size = (1.0 + HAIR) * radius
 
-    def is_open(spot: Vector) -> bool:
+    def has_room(spot: Vector) -> bool:
         line = sliding(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
-        return not any(each.lies_across(line) for each in obstacles)
+        return not (
+            any(overlap(spot, radius, place, other, TOUCHING) for place, other in discs)
+            or any(each.holds(spot, radius) or each.lies_across(line) for each in obstacles)
+        )
 
     edges: list[Locus] = [Round(place, size + other) for place, other in discs]
     for each in obstacles:
@@ -204,37 +207,9 @@ def free_spot(
         spots = [near, *(edge.nearest(near) for edge in about)]
         spots += [spot for one, other in combinations(about, 2) for spot in crossings(one, other)]
         for spot in sorted(spots, key=lambda spot: math.dist(near, spot)):
-            is_near = math.dist(near, spot) <= within
-            if is_near and is_free(spot, radius, discs, obstacles) and is_open(spot):
+            if math.dist(near, spot) <= within and has_room(spot):
                 return spot
     raise setting_error("near", list(near), "there is no room for a ball near this place")
-
-
-def is_free(
-    spot: Vector, radius: float, discs: Iterable[Disc], obstacles: Iterable[Obstacle]
-) -> bool:
-    """Tell whether a disc at a place (m) overlaps nothing."""
-    if any(overlap(spot, radius, place, other, TOUCHING) for place, other in discs):
-        return False
-    return not any(each.holds(spot, radius) for each in obstacles)
-
-
-def beside(
-    place: Vector, radius: float, discs: Iterable[Disc], obstacles: Iterable[Obstacle]
-) -> Vector:
-    """Return where a disc that overlaps one other disc or wall a little touches it instead (m)."""
-    x, y = place
-    for (u, v), other in discs:
-        touching = radius + other
-        if math.dist((x, y), (u, v)) < touching:
-            nx, ny = unit(x - u, y - v)
-            x, y = u + touching * nx, v + touching * ny
-    for side in [side for each in obstacles for side in each.wall.sides]:
-        gap = side.gap(x, y, radius)
-        if -radius <= gap < 0.0:
-            nx, ny = side.normal(x, y)
-            x, y = x - gap * nx, y - gap * ny
-    return x, y
 
 
 def edge_of(side: Side, size: float) -> Locus | None:
