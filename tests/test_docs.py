@@ -15,9 +15,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from markdown_it import MarkdownIt
 
 import pool_pymunk
-from pool_pymunk import loads
+from pool_pymunk import load, loads, simulate
 from pool_pymunk.cli import app
 from pool_pymunk.model.scenario import bundled
 from tests import ROOT
@@ -28,6 +29,7 @@ DOCS = HOME / "docs"
 README, CONTRIBUTING = HOME / "README.md", HOME / "CONTRIBUTING.md"
 PAGES = [README, *sorted(DOCS.glob("*.md"))]
 NAMES = [page.name for page in PAGES]
+MARKED = [*PAGES, CONTRIBUTING, HOME / "CHANGELOG.md", HOME / "torture" / "README.md"]
 
 # These pages play thousands of shots, or compile the derivatives of shots.
 LONG = ("environments.md", "fit.md", "derivatives.md", "many-shots.md", "shots-in-torch.md",
@@ -236,6 +238,64 @@ def test_every_file_that_contributing_names_is_there() -> None:
     assert len(named) > 20
     for name in named:
         assert (HOME / name).exists() or (HOME / "pool_pymunk" / name).exists(), name
+
+
+def test_the_tour_follows_the_first_shot_of_the_report() -> None:
+    """It takes an hour, its eight files have what it names, and its numbers are the run's."""
+    tour = text_of(CONTRIBUTING).partition("## A tour in an hour")[2].partition("\n## ")[0]
+    stops = re.findall(r"^\| (\d+) \| `([\w/.]+)` \| (.*) \|$", tour, flags=re.MULTILINE)
+    assert (len(stops), sum(int(minutes) for minutes, _, _ in stops)) == (8, 60)
+    for _, name, said in stops:
+        file = HOME / name if (HOME / name).exists() else HOME / "pool_pymunk" / name
+        for word in re.findall(r"`(\w+)`", said) if file.suffix == ".py" else ():
+            assert re.search(rf"\b(def|class|import) .*\b{word}\b", text_of(file)), (name, word)
+    run = simulate(load("report"), 1, solver="event-driven")
+    _, x, _, _, _, pull, _ = run.knots[0][0]
+    t, _, _, vx, vy, _, _ = run.knots[0][1]
+    numbers = f"x = {x:.5g} m", f"by {pull:.6g} m/s^2", f"at {t:.4g} s", f"at {vx:.5g} m/s"
+    for number in (
+        *numbers,
+        f"at {vy:.4g} m/s",
+        f"{len(run.events)} events",
+        f"{run.duration:.4g} s",
+    ):
+        assert number in tour
+    assert run.events[0].balls == ("C", "1")
+
+
+@pytest.mark.parametrize("page", MARKED, ids=lambda page: page.name)
+def test_markup_is_seen(page: Path) -> None:
+    """No line of a table is read as text, or has too many or too few columns; no sign is left."""
+    lines, tables = text_of(page).splitlines(), set[int]()
+    for token in MarkdownIt("commonmark").enable("table").parse(text_of(page)):
+        first, last = token.map or (0, 0)
+        if token.type == "table_open":
+            tables.update(range(first, last))
+            bars = {len(re.findall(r"(?<!\\)\|", line)) for line in lines[first:last]}
+            assert len(bars) == 1, lines[first]
+        elif token.type in ("fence", "code_block"):
+            tables.update(range(first, last))
+        plain = [child.content for child in token.children or () if child.type == "text"]
+        assert not re.search(r"\]\(|\*\*|`|\|\s*:?--", "\n".join(plain)), plain
+    for k, line in enumerate(lines):
+        assert k in tables or not line.lstrip().startswith("|"), line
+
+
+def test_the_readme_has_what_a_newcomer_asks_for() -> None:
+    """It has two commands, one picture, what is exact, what is not, how fast it is, and more."""
+    page = text_of(README)
+    assert re.findall(r"^## (.*)$", page, flags=re.MULTILINE) == [
+        "Start", "What it is exact about", "What it is not exact about",
+        "How fast it is by default", "Where to go on",
+    ]  # fmt: skip
+    assert len(commands_of(README)) == 2
+    assert len(re.findall(r"!\[", page)) == 1
+    fast = page.partition("## How fast")[2].partition("\n## ")[0]
+    known = "".join(text_of(DOCS / name) for name in ("speed.md", "many-shots.md"))
+    for number in re.findall(
+        r"(?<![\w./])\d[\d.,]*(?= (?:ms|s|breaks|of balls|events|exact)\b)", fast
+    ):
+        assert re.search(rf"(?<![\d.,]){re.escape(number)}(?![\d,])", known), number
 
 
 @pytest.fixture(scope="module")
