@@ -265,7 +265,7 @@ def test_the_tour_follows_the_first_shot_of_the_report() -> None:
 
 @pytest.mark.parametrize("page", MARKED, ids=lambda page: page.name)
 def test_markup_is_seen(page: Path) -> None:
-    """No line of a table is read as text, or has too many or too few columns; no sign is left."""
+    """No line of a table is read as text, or has too many or too few columns; no sign stays."""
     lines, tables = text_of(page).splitlines(), set[int]()
     for token in MarkdownIt("commonmark").enable("table").parse(text_of(page)):
         first, last = token.map or (0, 0)
