@@ -119,7 +119,7 @@ def main(argv: Sequence[str] | None = None) -> list[Turn]:
     parser.add_argument("--shots", type=int, default=MOST_SHOTS)
     options = parser.parse_args(argv)
     game, turns, player, drawn = Game(), list[Turn](), "A", -1
-    while len(turns) < options.shots and len(game.table.on_table()) > 1:
+    while len(turns) < options.shots and len(game.table.on_table) > 1:
         scene, state = game.table.to_scene()
         turns.append(turn := game.take_turn(player, options.angles))
         fell = ", ".join(turn.potted) or "nothing"

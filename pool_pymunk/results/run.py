@@ -324,7 +324,7 @@ class Run:
         >>> found = simulate(load("report"), 1, solver="event-driven").derivatives()
         >>> found.final.shape, found.times.shape
         ((11, 2, 44), (24, 44))
-        >>> round(found.amplification()["8"])
+        >>> round(found.amplification["8"])
         672
         """
         from pool_pymunk.studies.derivatives import derivatives

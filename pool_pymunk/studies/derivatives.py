@@ -17,6 +17,7 @@ import numpy as np
 
 from pool_pymunk.model import Scene, Shot
 from pool_pymunk.model.arrays import Array
+from pool_pymunk.model.former import Former
 from pool_pymunk.model.inputs import SHOT, TABLE, Names, chosen, derivable, parts
 from pool_pymunk.model.problems import listed, setting_error, suggestion
 from pool_pymunk.results.run import Run, read_times
@@ -69,14 +70,21 @@ class Derivatives:
             raise setting_error("times", times, "must be a sequence of numbers")
         return self.changes.at(t.tolist(), ball_number(self.run.scene, ball))
 
-    def amplification(self) -> dict[str, float]:
+    @property
+    def amplification(self) -> Amplification:
         """Return the largest singular value of each end's derivatives by all balls' positions."""
         by_place = self.final[:, :, [name[:2] in ("x.", "y.") for name in self.names]]
         sound = np.isfinite(by_place).all(axis=(1, 2)) & (by_place.shape[2] > 0)
         most = np.full(len(by_place), math.nan)
         if sound.any():
             most[sound] = np.linalg.svd(by_place[sound], compute_uv=False)[:, 0]
-        return dict(zip(self.run.scene.index, most.tolist(), strict=True))
+        return Amplification(zip(self.run.scene.index, most.tolist(), strict=True))
+
+
+class Amplification(Former, dict[str, float]):
+    """These are numbers by the ids of balls."""
+
+    name = "amplification"
 
 
 def ball_number(scene: Scene, ball: str, key: str = "ball") -> int:

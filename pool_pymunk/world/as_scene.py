@@ -38,7 +38,7 @@ def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, Sta
 
     ``table`` is the outline; by default it is that of the walls.
     """
-    balls, surface, walls, obstacles = live.on_table(), live.surface, live.walls.solid, live.walls
+    balls, surface, walls, obstacles = live.on_table, live.surface, live.walls.solid, live.walls
     if moving := obstacles.moving:
         message = "a scene has no walls that move: remove them first, and add them again later"
         raise setting_error("walls", f"{len(moving)} of kinematic bodies", message)
@@ -89,7 +89,7 @@ def _of_balls(live: LiveTable) -> tuple[tuple[float | None, float | None, float]
 
     That is the restitution of all hits, that of this ball's, and the friction.
     """
-    balls = [ball.number for ball in live.on_table()]
+    balls = [ball.number for ball in live.on_table]
     pairs: dict[tuple[int, int], Pair] = {
         (i, j): live.engine.table.pair(live.balls[i].core, live.balls[j].core)
         for i, j in combinations(balls, 2)

@@ -29,6 +29,7 @@ from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import Law, Pair, law_in_core
 from pool_pymunk.model import Scene, State, Table
+from pool_pymunk.model.former import Former
 from pool_pymunk.model.plain import argument, check_choice, finite, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.world import checks
@@ -234,7 +235,7 @@ class Billiards:
     @property
     def count(self) -> int:
         """Return the number of balls on the table."""
-        return len(self.on_table())
+        return len(self.on_table)
 
     @property
     def walls(self) -> dict[int, pymunk.Shape]:
@@ -246,9 +247,10 @@ class Billiards:
         """Return the centre and the radius (m) of each pocket, by its number."""
         return self._walls.pockets
 
-    def on_table(self) -> list[TableBall]:
-        """Return the balls that are on the table."""
-        return [ball for ball in self.live.on_table() if self.live.is_there(ball)]
+    @property
+    def on_table(self) -> OnTable:
+        """Return the balls that are on the table, in a list."""
+        return OnTable(ball for ball in self.live.on_table if self.live.is_there(ball))
 
     def ball_of(self, shape: pymunk.Shape) -> TableBall | None:
         """Return the ball on the table to which a shape belongs, or None."""
@@ -301,7 +303,7 @@ class Billiards:
     def clear(self) -> None:
         """Take all balls off the table."""
         self._catch_up(changes_space=True)
-        for ball in self.on_table():
+        for ball in self.on_table:
             self.live.drop(ball)
 
     def _check_ball(
@@ -540,6 +542,12 @@ class Billiards:
         is a latest time: while it moves, not everything rests.
         """
         self._steps.play(on_time, latest)
+
+
+class OnTable(Former, list[TableBall]):
+    """These are balls in a list."""
+
+    name = "on_table"
 
 
 class OwnPairs(CoreTable):

@@ -96,8 +96,9 @@ class LiveTable:
         self.engine.choose(ball.core, own.categories, own.mask)
         ball.come()
 
+    @property
     def on_table(self) -> list[TableBall]:
-        """Return the balls that are on the table."""
+        """The balls that are on the table."""
         return list(self.ball_of.values())
 
     def is_there(self, ball: TableBall) -> bool:
@@ -251,7 +252,7 @@ class LiveTable:
         if self.bodies.read():
             return
         if not self.own <= {*self.space.bodies, *self.space.shapes}:
-            for ball in self.on_table():
+            for ball in self.on_table:
                 if not self.is_there(ball):
                     self.drop(ball)
         self.walls.drop_lost()
@@ -261,7 +262,7 @@ class LiveTable:
     def refuse_changes(self, turn: int) -> None:
         """Refuse changes that the table cannot follow, before anything moves."""
         if self.unsound or not self.bodies.are_as_seen:  # Some number is none, or very large.
-            for ball in self.on_table():
+            for ball in self.on_table:
                 check_sound(ball, self.end_of_step)
         looked_at: list[TableBall | Obstacle] = [b for b in self.touched if b.is_on_table]
         if self.engine.moving():  # One ball or wall in each step, in turn, as each takes some 4 us.
@@ -302,7 +303,7 @@ class LiveTable:
         squeezes = self.engine.squeezes
         for each, wall in self.walls.moving:
             box = each.shape.cache_bb()
-            for ball in self.on_table():
+            for ball in self.on_table:
                 (x, y), far = self.place_of(ball), 2.0 * ball.radius
                 is_near = box.left - far < x < box.right + far
                 if not (is_near and box.bottom - far < y < box.top + far):
@@ -337,14 +338,14 @@ class LiveTable:
 
     def save(self) -> TableState:
         """Return the time, and how balls move now."""
-        states = {ball.number: self.motion_of(ball) for ball in self.on_table()}
+        states = {ball.number: self.motion_of(ball) for ball in self.on_table}
         motions = {i: motion for i, (motion, _) in states.items()}
         rolls = {i: roll for i, (_, roll) in states.items()} if self.surface.rolls else None
         return TableState(self.engine.now, motions, rolls)
 
     def restore(self, saved: TableState) -> None:
         """Put the balls back to where they were, and the time."""
-        for ball in self.on_table():
+        for ball in self.on_table:
             if ball.number not in saved.motions:
                 self.drop(ball)
         for ball in (self.balls[number] for number in saved.motions):

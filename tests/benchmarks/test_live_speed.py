@@ -102,7 +102,7 @@ def steps(step: Any, count: int = STEPS) -> list[float]:
 def bare(table: Billiards) -> pymunk.Space:
     """Return a space with the same discs and segments of pymunk's own."""
     space = pymunk.Space()
-    for ball in table.on_table():
+    for ball in table.on_table:
         body = pymunk.Body(ball.body.mass, math.inf)
         body.position, body.velocity = ball.body.position, ball.body.velocity
         space.add(body, pymunk.Circle(body, ball.radius))

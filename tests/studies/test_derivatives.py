@@ -581,7 +581,7 @@ def test_all_starts_of_eleven_balls_cost_less_than_ten_runs() -> None:
 def test_amplification_is_that_of_the_worst_small_step() -> None:
     run = simulate(load("report"), 1, solver="event-driven")
     found = run.derivatives("position")
-    amplified = found.amplification()
+    amplified = found.amplification
     i = run.scene.index["8"]
     _, _, directions = np.linalg.svd(found.final[i])
     moved = np.hypot(*(found.final[i] @ directions[0]))
@@ -619,7 +619,7 @@ def test_derivatives_that_outgrow_the_numbers_are_lost_and_it_is_said() -> None:
     assert any("the derivatives have grown beyond 1e+150" in each for each in found.warnings)
     known = found.times[np.isfinite(found.times)]
     assert 1e100 < np.abs(known).max() < 1e300
-    assert np.isnan(found.amplification()["0"])
+    assert np.isnan(found.amplification["0"])
 
 
 @pytest.mark.parametrize("roll", [1.0, -0.6, 0.3])

@@ -87,7 +87,7 @@ def test_they_are_known_until_it_begins_and_nan_from_then_on(scene: Scene) -> No
     assert found.warnings == (
         f"{REASON} (at {since:.6g} s): what depends on it has no derivative, and is NaN",
     )
-    assert all(math.isnan(each) for each in found.amplification().values())
+    assert all(math.isnan(each) for each in found.amplification.values())
     cut = play(replace(scene, physics=Physics(max_time=0.9 * since)))
     assert not cut.persistent
     for k, one in enumerate(scene.balls):

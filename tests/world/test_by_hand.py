@@ -780,7 +780,7 @@ def test_a_callback_that_takes_a_ball_out_and_fails_is_heard_of() -> None:
         table.step()
     table.on_contact = None
     table.step()
-    assert table.on_table() == [other]
+    assert table.on_table == [other]
 
 
 @pytest.mark.parametrize("how", ["strike", "by hand", "a new ball"])
@@ -798,14 +798,14 @@ def test_a_ball_that_is_too_fast_for_the_clock_is_refused(how: str) -> None:
             ball(table, 100.0, velocity=(1e12, 0.0))
     one.body.velocity = 0.0, 0.0
     space.step(DT)
-    assert table.on_table() == [one] and one.body.position == (0.0, 0.0)
+    assert table.on_table == [one] and one.body.position == (0.0, 0.0)
 
 
 def test_a_ball_that_is_taken_out_is_on_no_list_at_once() -> None:
     space, table = world(1.0)
     one, other = ball(table, 0.0), ball(table, 100.0)
     space.remove(one.circle, one.body)
-    assert table.on_table() == [other] and table.count == 1
+    assert table.on_table == [other] and table.count == 1
     assert table.ball_of(one.circle) is None and table.ball_of(other.circle) is other
 
 

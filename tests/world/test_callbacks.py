@@ -72,7 +72,7 @@ class World:
         motions = list(self.table.save_state().motions.values())
         for k, one in enumerate(motions):
             assert all(math.dist(one[:2], other[:2]) > 2 * R - 1e-9 for other in motions[:k])
-        for ball in self.table.on_table():
+        for ball in self.table.on_table:
             place, _ = ball.path.at(self.table.time)
             assert math.dist(ball.body.position, place) < 1e-12
 
@@ -304,7 +304,7 @@ def test_a_ball_that_was_pocketed_in_this_step_is_off_the_table() -> None:
     world.step()
     assert len(said) == 3
     assert slow.path.end < STEP
-    assert [ball.body for ball in table.on_table()] == [slow.body, cue.body]
+    assert [ball.body for ball in table.on_table] == [slow.body, cue.body]
 
 
 @every_callback
@@ -429,7 +429,7 @@ def test_a_handler_of_pymunk_may_take_a_ball_out_on_which_forces_act() -> None:
     space.on_collision(7, None, begin=lambda *_: space.remove(ball.circle, body))
     for _ in range(100):
         space.step(STEP)
-    assert table.on_table() == [stays]
+    assert table.on_table == [stays]
     assert stays.body.position.x == pytest.approx(0.5 * (0.5 - A) * 5.0**2, rel=0.02)
 
 

@@ -87,7 +87,7 @@ def test_a_removed_ball_comes_back_unless_its_circle_or_its_id_is_another_balls(
         table.place(one, (1.5, 0.52))
     assert not one.is_on_table
     table.place(one, (0.7, 0.5))
-    assert [each.number for each in table.on_table()] == [twin.number, one.number]
+    assert [each.number for each in table.on_table] == [twin.number, one.number]
 
 
 # -- walls, pockets, what is heard -----------------------------------------------------------------
@@ -236,7 +236,7 @@ def test_a_table_goes_on_as_its_scene_does(radius: float, turns: int) -> None:
     end = simulate(scene, start=state, solver="event-driven").end
     table.play()
     assert end.off == {f"{each.number}" for each in balls if not each.is_on_table}
-    for each in table.on_table():
+    for each in table.on_table:
         there = end.position[scene.index[f"{each.number}"]]
         assert math.dist(there, each.body.position) < 1e-12
 

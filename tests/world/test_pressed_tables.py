@@ -177,7 +177,7 @@ def test_gravity_and_forces_act_on_balls_that_press(pull: float) -> None:
     table = two_that_press()
     table.space.gravity = (0.0, -pull)
     for _ in range(600):
-        for ball in table.on_table():
+        for ball in table.on_table:
             ball.body.apply_force_at_world_point((0.01 * M, 0.0), ball.body.position)
         table.space.step(1 / 60)
     table.space.gravity = (0.0, 0.0)

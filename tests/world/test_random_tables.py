@@ -94,14 +94,14 @@ class RandomTable:
 
     def some(self) -> TableBall:
         """One of the balls on the table, or now and then one that was there."""
-        balls = self.table.on_table() if self.rnd.random() < 0.9 else []
+        balls = self.table.on_table if self.rnd.random() < 0.9 else []
         return self.rnd.choice(balls or self.table.balls[-MOST:])
 
     def rested(self, ball: TableBall) -> None:
         self.at_rest_by_hand.add(ball.number)
 
     def add(self) -> None:
-        if len(self.table.on_table()) < MOST:
+        if len(self.table.on_table) < MOST:
             body = pymunk.Body(M, 1e-4)
             body.position = self.spot()
             body.velocity = self.velocity() if self.rnd.random() < 0.5 else (0.0, 0.0)
@@ -224,7 +224,7 @@ class RandomTable:
         assert len(set(self.stops)) == len(self.stops)
         assert len(table.engine.queue.line) <= 1001
         assert len(table.engine.table.walls) < 60
-        there = {ball.body for ball in table.on_table()}
+        there = {ball.body for ball in table.on_table}
         dynamic = {each for each in self.space.bodies if each.body_type == pymunk.Body.DYNAMIC}
         assert there == dynamic
         shapes = len(there) + len(self.ends) + len(self.holes) + 1
