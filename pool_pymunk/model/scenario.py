@@ -13,21 +13,12 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
+from pool_pymunk.model import parts
 from pool_pymunk.model.outline import Table
-from pool_pymunk.model.parts import (
-    Ball,
-    Friction,
-    Patch,
-    Physics,
-    Pocket,
-    Post,
-    Restitution,
-    Shot,
-    beside,
-)
-from pool_pymunk.model.plain import ABOVE_0, Key, Keys, argument, one_of, read_all, size
+from pool_pymunk.model.parts import Ball, Shot
+from pool_pymunk.model.plain import ABOVE_0, Key, Keys, Part, argument, one_of, read_all, size
 from pool_pymunk.model.problems import (
     LEFT_OUT,
     Location,
@@ -42,7 +33,6 @@ from pool_pymunk.model.racks import KEYS as RACK
 from pool_pymunk.model.scene import Scene, repeated
 from pool_pymunk.safety.files import bundled as bundled
 
-Made = TypeVar("Made")
 Values = dict[str, Any]  # of a section
 
 USUAL = ("radius", "mass", "color")  # the keys of [ball]: balls and racks take them from there
@@ -51,11 +41,46 @@ PLACED, SIZED = {"position": MISSING, "radius": MISSING}, dict.fromkeys(USUAL[:2
 
 
 class Section(NamedTuple):
-    """A section of a file, or each section of a list, has these keys, and needs some of them."""
+    """A section of a file, or each section of a list, has these keys, and needs some of them.
+
+    Its values ``make`` a part of the scene.
+    """
 
     about: str
+    make: Callable[..., Any]
     keys: Keys
     needed: Mapping[str, str] = {}  # what is said where one is missing
+
+
+def _section_of(about: str, kind: type[Part], needed: Mapping[str, str] = {}) -> Section:
+    """Return the section that has the keys of the part that it makes."""
+    return Section(about, kind, kind.KEYS, needed)
+
+
+def _table(**values: Any) -> Table:
+    """Make a table, of an outline or of two sides."""
+    sides = {key: values.pop(key, None) for key in SIDES}
+    if "outline" in values:
+        raise_any(parts.beside("outline", **sides))
+        return Table(**values)
+    if "bulge" in values:
+        message = "needs an outline, whose sides it bends"
+        raise SceneError([Problem("bulge", values["bulge"], message)])
+    missing = [key for key, side in sides.items() if side is None]
+    raise_any(Problem(key, LEFT_OUT, "is missing (or an outline)") for key in missing)
+    return Table.rectangle(**sides, **values)
+
+
+def _rack(**values: Any) -> tuple[Ball, ...]:
+    if not {"rows", "shape"} & values.keys():
+        raise SceneError([Problem("rows", LEFT_OUT, "is missing (or a shape)")])
+    return rack(**values)
+
+
+def _shot(**values: Any) -> Shot:
+    if values["ball"] is None:
+        raise SceneError([Problem("ball", LEFT_OUT, "is missing (there is no cue ball)")])
+    return Shot(from_previous=values.pop("from", "start") == "previous", **values)
 
 
 SIDES = {
@@ -67,25 +92,24 @@ NUMBERS = one_of(
 )
 FROM = one_of(("start", "previous"), "previous: go on from where the last shot ended.")
 SECTIONS = {
-    "units": Section("Units of the file's numbers; SI without it.",
+    "units": Section("Units of the file's numbers; SI without it.", dict,
                      Units.KEYS | {"numbers": NUMBERS}),
-    "table": Section("Left out: an open plane without cushions.", SIDES | Table.KEYS),
-    "physics": Section("The contact law, gravity, and a run's latest end.", Physics.KEYS),
-    "restitution": Section("Coefficients of restitution.", Restitution.KEYS),
-    "friction": Section("Coefficients of friction; left out: not modelled.", Friction.KEYS),
-    "ball": Section("What every ball has that does not say otherwise.",
+    "table": Section("Left out: an open plane without cushions.", _table, SIDES | Table.KEYS),
+    "physics": _section_of("The contact law, gravity, and a run's latest end.", parts.Physics),
+    "restitution": _section_of("Coefficients of restitution.", parts.Restitution),
+    "friction": _section_of("Coefficients of friction; left out: not modelled.", parts.Friction),
+    "ball": Section("What every ball has that does not say otherwise.", dict,
                     {key: Ball.KEYS[key] for key in USUAL}),
 }  # fmt: skip
 LISTS = {
-    "pockets": Section("They take balls off the table.", Pocket.KEYS, PLACED),
-    "posts": Section("Round obstacles.", Post.KEYS, PLACED),
-    "patches": Section("Regions with other friction, such as sand or ice.", Patch.KEYS),
-    "balls": Section("The balls.", Ball.KEYS, {"id": MISSING, "position": MISSING} | SIZED),
-    "racks": Section("Balls in rows, or in rings.", RACK, SIZED),
-    "shots": Section("Each is played on its own. Without any, balls have their own velocities.", {
-        name.removesuffix("_previous"): FROM if name == "from_previous" else key
-        for name, key in Shot.KEYS.items()
-    }),
+    "pockets": _section_of("They take balls off the table.", parts.Pocket, PLACED),
+    "posts": _section_of("Round obstacles.", parts.Post, PLACED),
+    "patches": _section_of("Regions with other friction, such as sand or ice.", parts.Patch),
+    "balls": _section_of("The balls.", Ball, {"id": MISSING, "position": MISSING} | SIZED),
+    "racks": Section("Balls in rows, or in rings.", _rack, RACK, SIZED),
+    "shots": Section("Each is played on its own. Without any, balls have their own velocities.",
+                     _shot, {("from" if name == "from_previous" else name): key
+                             for name, key in (Shot.KEYS | {"from_previous": FROM}).items()}),
 }  # fmt: skip
 PARTS = SECTIONS | LISTS
 # These keys of a rack give these keys of its balls; in a hexagon, center gives the position.
@@ -165,13 +189,13 @@ class _File:
 
     def scene(self) -> Scene:
         """Return the Scene; raises SceneError with all problems of a phase."""
-        parts = self._parts()
+        made = self._parts()
         raise_any(self.problems.values())
         try:
-            return Scene(**parts)
+            return Scene(**made)
         except SceneError:  # Its messages are in SI, but the file's numbers need not be.
             scene = object.__new__(Scene)
-            vars(scene).update(parts)
+            vars(scene).update(made)
             ids = (ball.id for ball in scene.balls)
             self._note(repeated("id", zip(self.places, ids, strict=True)))
             self._note(scene.clashes(self.written))
@@ -182,45 +206,39 @@ class _File:
         with self._noting():
             read_all(TOP, self.raw)
         has_usual = "ball" in self.raw or not self.problems  # It may be there, misspelt.
-        units: Values = self._section("units", dict) or {}
+        units: Values = self._section("units") or {}
         is_si = units.pop("numbers", "units") == "SI"
-        parts: Values = {"title": self.raw.get("title", ""), "units": Units(**units)}
-        self.written = Units() if is_si else parts["units"]
-        usual: Values | None = self._section("ball", dict) if has_usual else None
-        parts["table"] = self._section("table", _table) if "table" in self.raw else None
-        parts["physics"] = self._section("physics", Physics)
-        parts["restitution"] = self._section("restitution", Restitution)
-        parts["friction"] = self._section("friction", Friction)
-        parts["pockets"] = self._list("pockets", Pocket, lambda k: {"id": str(k)})
-        parts["posts"] = self._list("posts", Post)
-        parts["patches"] = self._list("patches", Patch)
-        balls = self._list("balls", Ball, lambda _: usual)
-        racks = self._list("racks", _rack, lambda _: usual)
-        parts["balls"] = balls + sum(racks, ())
+        made: Values = {"title": self.raw.get("title", ""), "units": Units(**units)}
+        self.written = Units() if is_si else made["units"]
+        usual: Values | None = self._section("ball") if has_usual else None
+        made["table"] = self._section("table") if "table" in self.raw else None
+        made |= {name: self._section(name) for name in ("physics", "restitution", "friction")}
+        made["pockets"] = self._list("pockets", lambda k: {"id": str(k)})
+        made |= {name: self._list(name) for name in ("posts", "patches")}
+        balls = self._list("balls", lambda _: usual)
+        racks = self._list("racks", lambda _: usual)
+        made["balls"] = balls + sum(racks, ())
         self.places += [("balls", k) for k in range(len(balls))]
         self.places += [("racks", k) for k, each in enumerate(racks) for _ in each]
         nobody = "" if self.problems or not balls else None
         struck = next((ball.id for ball in balls if ball.cue), nobody)
-        parts["shots"] = self._list("shots", _shot, lambda k: {"name": f"Shot {k}", "ball": struck})
-        return parts
+        made["shots"] = self._list("shots", lambda k: {"name": f"Shot {k}", "ball": struck})
+        return made
 
-    def _section(self, name: str, make: Callable[..., Made]) -> Made | None:
+    def _section(self, name: str) -> Any:
         """Return what a section makes, or None if it is not sound."""
         with self._noting(name):
-            return make(**self._read(name, self.raw.get(name, {})))
+            return PARTS[name].make(**self._read(name, self.raw.get(name, {})))
         return None
 
     def _list(
-        self,
-        name: str,
-        make: Callable[..., Made],
-        usual: Callable[[int], Values | None] = lambda _: {},
-    ) -> tuple[Made, ...]:
+        self, name: str, usual: Callable[[int], Values | None] = lambda _: {}
+    ) -> tuple[Any, ...]:
         """Return what the sound sections of a list make.
 
         They take the ``usual`` values, by their numbers from 1; without these none can be made.
         """
-        found: list[Made] = []
+        found: list[Any] = []
         raw = self.raw.get(name, [])
         if not isinstance(raw, list):
             message = f"must be a list: write [[{name}]] above each of them"
@@ -231,7 +249,7 @@ class _File:
                 given = usual(k + 1)
                 own = self._read(name, one, USUAL if given is None else given)
                 if given is not None:
-                    found.append(make(**given | own))
+                    found.append(PARTS[name].make(**given | own))
         return tuple(found)
 
     def _read(self, name: str, raw: Any, given: Collection[str] = ()) -> Values:
@@ -265,32 +283,6 @@ class _File:
             value = _find(self.raw, where)
             value = problem.value if value is None else value
             self.problems.setdefault(where, Problem(where, value, problem.message))
-
-
-def _table(**values: Any) -> Table:
-    """Make a table, of an outline or of two sides."""
-    sides = {key: values.pop(key, None) for key in SIDES}
-    if "outline" in values:
-        raise_any(beside("outline", **sides))
-        return Table(**values)
-    if "bulge" in values:
-        message = "needs an outline, whose sides it bends"
-        raise SceneError([Problem("bulge", values["bulge"], message)])
-    missing = [key for key, side in sides.items() if side is None]
-    raise_any(Problem(key, LEFT_OUT, "is missing (or an outline)") for key in missing)
-    return Table.rectangle(**sides, **values)
-
-
-def _rack(**values: Any) -> tuple[Ball, ...]:
-    if not {"rows", "shape"} & values.keys():
-        raise SceneError([Problem("rows", LEFT_OUT, "is missing (or a shape)")])
-    return rack(**values)
-
-
-def _shot(**values: Any) -> Shot:
-    if values["ball"] is None:
-        raise SceneError([Problem("ball", LEFT_OUT, "is missing (there is no cue ball)")])
-    return Shot(from_previous=values.pop("from", "start") == "previous", **values)
 
 
 def _find(raw: Any, where: Location) -> Any:

@@ -255,14 +255,7 @@ class Scene(Part):
     @cached_property
     def ground(self) -> Patches:
         """The patches of the table, as solvers ask them."""
-        borders = [
-            border for k, patch in enumerate(self.patches) for border in borders_of(k, patch)
-        ]
-        table, found = self.surface, list[Surface]()
-        for pull, drag in self.patch_rates:
-            pull, drag = pull if pull >= 0.0 else table.pull, drag if drag >= 0.0 else table.drag
-            found.append(Rolling(pull, drag) if table.rolls else Sliding(pull))
-        return Patches(borders, found)
+        return ground_of(self.surface, self.patches, self.physics.gravity)
 
     @property
     def patch_rates(self) -> list[Point]:
@@ -412,6 +405,16 @@ def borders_of(number: int, patch: Patch) -> list[Border]:
         return [Circle(number, patch.center, patch.radius)]
     ends = zip(patch.corners, (*patch.corners[1:], *patch.corners[:1]), strict=True)
     return [Line(number, start, end) for start, end in ends]
+
+
+def ground_of(table: Surface, patches: Sequence[Patch], gravity: float) -> Patches:
+    """Return patches as solvers ask them; what they leave out is that of the table's surface."""
+    found = list[Surface]()
+    for each in patches:
+        pull = table.pull if each.surface is None else each.surface * gravity
+        drag = table.drag if each.rolling is None else each.rolling * gravity
+        found.append(Rolling(pull, drag) if table.rolls else Sliding(pull))
+    return Patches([one for k, each in enumerate(patches) for one in borders_of(k, each)], found)
 
 
 def ball_ball_restitution(restitution: Restitution, with_cue: bool) -> float | None:

@@ -25,6 +25,7 @@ from pool_pymunk.model import (
 )
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.world.ball import TableBall
+from pool_pymunk.world.outlook import Straight, crossings, edge_of
 from pool_pymunk.world.table import LiveTable
 from pool_pymunk.world.walls import Obstacle
 
@@ -172,15 +173,11 @@ def _loop(lines: list[tuple[Line, float]], near: float) -> list[tuple[Line, floa
 
 def _corner(before: tuple[Line, float], after: tuple[Line, float]) -> Vector | None:
     """Return where the surfaces (m) of two walls meet; None where a thick wall has a round end."""
-    ((a, b), r), ((_, c), s) = before, after
-    one, two = face_between(a, b), face_between(b, c)
-    (ux, uy), (vx, vy) = one.tangent, two.tangent
-    turn = ux * vy - uy * vx
+    ((_, b), r), (_, s) = before, after
+    one, two = (edge_of(face_between(*line, radius), 0.0) for line, radius in (before, after))
+    assert isinstance(one, Straight) and isinstance(two, Straight)
+    (nx, ny), (mx, my) = one.normal, two.normal
+    turn = nx * my - ny * mx
     if r == s == 0.0 or (abs(turn) <= STEEP and r == s):
-        return b[0] + r * one.outward[0], b[1] + r * one.outward[1]
-    if turn <= STEEP:
-        return None
-    # The corner lies r from one wall's middle line, and s from the other's.
-    along = (s - r * (ux * vx + uy * vy)) / turn
-    x, y = b[0] + r * one.outward[0], b[1] + r * one.outward[1]
-    return x - along * ux, y - along * uy
+        return b[0] + r * nx, b[1] + r * ny
+    return crossings(one, two)[0] if turn > STEEP else None

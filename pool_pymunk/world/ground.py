@@ -7,14 +7,12 @@ from typing import Any
 
 import pymunk
 
-from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.surface import Surface
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.model import Patch
 from pool_pymunk.model.outline import misdrawn
 from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.model.scene import borders_of
 from pool_pymunk.world.ball import FROM_ZERO
 from pool_pymunk.world.checks import read_surface
 
@@ -48,15 +46,11 @@ def read_patch(shape: Any, deceleration: Any, rolling: Any) -> Patch:
     return Patch(corners, center, radius, pull, drag)
 
 
-def ground_of(table: Surface, patches: Sequence[Patch]) -> Patches:
-    """Return patches on a table with this surface, as the engine asks them; refuse unfit ones."""
+def check_patches(table: Surface, patches: Sequence[Patch]) -> None:
+    """Refuse patches that do not fit on a table with this surface."""
     for each in patches:
         if each.rolling is not None and not table.rolls:
             message = "balls do not roll on a table without rolling"
             raise setting_error("rolling", each.rolling, message)
-    borders = [each for k, patch in enumerate(patches) for each in borders_of(k, patch)]
-    found = list[Surface]()
-    for each in patches:
         drag = table.drag if each.rolling is None else each.rolling
-        found.append(read_surface(each.surface, drag if table.rolls else None))
-    return Patches(borders, found)
+        read_surface(each.surface, drag if table.rolls else None)

@@ -230,10 +230,9 @@ class Steps:
         balls = tuple([self.live.balls[i] for i in (event.a, event.b) if i >= 0])
         if event.kind == STOP:
             return "on_stop", balls, (*balls, event.t)
-        if event.kind == POCKET:
-            return "on_pocket", balls, (*balls, event.wall, event.t)
-        if event.kind == JAM:
-            return "on_jam", balls, (*balls, event.wall, event.t)
+        if event.kind in (POCKET, JAM):
+            name = "on_pocket" if event.kind == POCKET else "on_jam"
+            return name, balls, (*balls, event.wall, event.t)
         wall, since = (event.wall if event.wall >= 0 else None), event.since
         contact = ContactEvent(
             event.t, balls, wall, (event.px, event.py), (event.nx, event.ny), event.closing,

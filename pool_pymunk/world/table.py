@@ -18,10 +18,11 @@ from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.side import OVERLAP
 from pool_pymunk.model import Patch
 from pool_pymunk.model.problems import SettingError
+from pool_pymunk.model.scene import ground_of
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import ROW, Bodies, Rows, rows_of
 from pool_pymunk.world.checks import check_sound, is_sound, set_apart
-from pool_pymunk.world.ground import ground_of
+from pool_pymunk.world.ground import check_patches
 from pool_pymunk.world.outlook import free_spot
 from pool_pymunk.world.walls import Obstacle, Walls
 
@@ -332,9 +333,9 @@ class LiveTable:
 
     def change_surface(self, surface: Surface, patches: tuple[Patch, ...]) -> None:
         """Let all balls go on over another surface and other patches from now on."""
-        ground = ground_of(surface, patches)
+        check_patches(surface, patches)
         self.surface, self.patches = surface, patches
-        self.engine.change_surface(surface, ground)
+        self.engine.change_surface(surface, ground_of(surface, patches, gravity=1.0))
 
     def save(self) -> TableState:
         """Return the time, and how balls move now."""
