@@ -23,18 +23,10 @@ from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, TableBall
 # Balls and walls of a table are in this group of filters, so that pymunk leaves their pairs out.
 GROUP = 0x42616C6C
 
-Readers = Mapping[str, Callable[[Any], object]]
-OF_SPACES: Readers = {"gravity": point, "damping": finite}
-OF_CIRCLES: Readers = {
-    "radius": size, "body.mass": size, "body.position": point, "body.velocity": point
-}  # fmt: skip
-OF_WALLS: Readers = {
-    "position": point, "velocity": point, "angle": finite, "angular_velocity": finite
-}  # fmt: skip
-OF_BALLS: Readers = {
-    "position": point, "velocity": point, "force": point, "angular_velocity": finite,
-    "torque": finite,
-}  # fmt: skip
+OF_SPACES = "gravity", "damping"
+OF_CIRCLES = "body.position", "body.velocity"
+OF_WALLS = "position", "velocity", "angle", "angular_velocity"
+OF_BALLS = "position", "velocity", "force", "angular_velocity", "torque"
 
 Drawn = pymunk.Segment | pymunk.Circle | pymunk.Poly
 
@@ -128,16 +120,19 @@ def check_circle(circle: Any, t: float) -> None:
     if body.mass == 0.0 and circle.mass > 0.0:
         message = "must be greater than 0: the circle's own mass counts once it is in a space"
         raise setting_error("circle.body.mass", 0.0, message)
+    argument("circle.radius", circle.radius, size)
+    argument("circle.body.mass", body.mass, size)
     check_numbers("circle.", circle, OF_CIRCLES)
     check_speed("circle.body.velocity", body.velocity, circle.radius, t)
     _check_filter("circle", circle)
 
 
-def check_numbers(name: str, thing: object, readers: Readers) -> None:
-    """Refuse numbers of a thing that its readers do not take; its ``name`` stands before keys."""
-    for key, read in readers.items():
+def check_numbers(name: str, thing: object, keys: Iterable[str]) -> None:
+    """Refuse numbers and points of a thing that are not finite; its ``name`` stands before keys."""
+    for key in keys:
         value = attrgetter(key)(thing)
-        argument(name + key, tuple(value) if isinstance(value, tuple) else value, read)
+        is_point = isinstance(value, tuple)
+        argument(name + key, tuple(value) if is_point else value, point if is_point else finite)
 
 
 def is_too_fast(velocity: Vector, radius: float, t: float) -> bool:
