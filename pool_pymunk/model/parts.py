@@ -109,14 +109,13 @@ class Patch(Part):
             message = misdrawn(self.corners)
             if message:
                 yield Problem("corners", [list(corner) for corner in self.corners], message)
-        elif self.center is None and self.radius is None:
+            return
+        lacks = [key for key in ("center", "radius") if getattr(self, key) is None]
+        if len(lacks) == 2:
             yield Problem("corners", LEFT_OUT, "is missing (or center and radius)")
-        for key, own, other in (
-            ("center", self.center, self.radius),
-            ("radius", self.radius, self.center),
-        ):
-            if own is None and other is not None and not self.corners:
-                yield Problem(key, LEFT_OUT, "is missing (a round patch has center and radius)")
+        elif lacks:
+            message = "is missing (a round patch has center and radius)"
+            yield Problem(lacks[0], LEFT_OUT, message)
 
 
 @dataclass(frozen=True, slots=True)

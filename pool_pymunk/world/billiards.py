@@ -25,6 +25,7 @@ from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.persistent.scale import TOLERANCE
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table as CoreTable
+from pool_pymunk.core.walls.moving import MovingWall
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import Law, Pair, law_in_core
@@ -39,7 +40,7 @@ from pool_pymunk.world.ground import read_patch
 from pool_pymunk.world.outlook import Prediction, check_free, check_place, free_spot, sketch
 from pool_pymunk.world.steps import Steps
 from pool_pymunk.world.table import LiveTable, Phase
-from pool_pymunk.world.walls import STILL, Obstacle, pocket_of, wall_of
+from pool_pymunk.world.walls import STILL, Obstacle, pocket_of, sides_of
 
 PairOf = Callable[[int, int], Pair]  # the coefficients of a hit of two balls, by their numbers
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
@@ -352,7 +353,9 @@ class Billiards:
             if not isinstance(side, Side):
                 message = "a side of your own is a subclass of Side, with its time_of_contact"
                 raise setting_error("sides", shown(side), message)
-        wall = wall_of(drawn, restitution, friction, self._walls.count, kick)
+        assert drawn.body is not None
+        kind = MovingWall if drawn.body.body_type == pymunk.Body.KINEMATIC else Wall
+        wall = kind(sides_of(drawn), restitution, friction, self._walls.count, kick)
         if wall.moves and sides is not None:
             message = "a wall that moves has the sides of its shape: leave sides out"
             raise setting_error("sides", len(sides), message)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import pymunk
 
@@ -240,14 +239,6 @@ def stand_still(obstacle: Obstacle, wall: MovingWall, now: float) -> Pose:
     return place, angle
 
 
-def wall_of(shape: Drawn, restitution: float, friction: float, number: int, kick: float) -> Wall:
-    """Return the wall of a shape, which moves if its body is kinematic."""
-    assert shape.body is not None
-    is_still = shape.body.body_type != pymunk.Body.KINEMATIC
-    kind = Wall if is_still else MovingWall
-    return kind(sides_of(shape), restitution, friction, number, kick)
-
-
 def pocket_of(space: pymunk.Space, center: Vector, radius: float, number: int) -> Obstacle:
     """Return a pocket, which has a circle in the space that nothing hits."""
     shape = pymunk.Circle(space.static_body, radius, center)
@@ -267,11 +258,6 @@ def enclosed(place: Vector, shapes: Sequence[pymunk.Shape]) -> float:
     return odd / LINES
 
 
-def around(center: Vector, place: Vector) -> Vector:
-    """Return where a place (m) lies from a center."""
-    return place[0] - center[0], place[1] - center[1]
-
-
 def sides_of(shape: Drawn) -> list[Side]:
     """Return the faces and corners of a segment, circle or polygon.
 
@@ -279,9 +265,11 @@ def sides_of(shape: Drawn) -> list[Side]:
     """
     body = shape.body
     assert body is not None
-    put: Callable[[Vector], Vector] = body.local_to_world
-    if body.body_type == pymunk.Body.KINEMATIC:
-        put = partial(around, body.center_of_gravity)
+    (u, v), moves = body.center_of_gravity, body.body_type == pymunk.Body.KINEMATIC
+
+    def put(place: Vector) -> Vector:
+        return (place[0] - u, place[1] - v) if moves else body.local_to_world(place)
+
     if isinstance(shape, pymunk.Circle):
         x, y = put(shape.offset)
         return [RoundSide((x, y), shape.radius)]
