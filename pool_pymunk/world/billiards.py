@@ -344,7 +344,7 @@ class Billiards:
         number. Raises ValueError for a shape that cannot be a wall, and if a ball lies in the wall
         now.
         """
-        self._catch_up(changes_space=True, sees_walls=True)
+        self._catch_up(changes_space=True)
         drawn = checks.check_wall(shape, self.space)
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)

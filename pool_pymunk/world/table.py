@@ -301,19 +301,15 @@ class LiveTable:
 
     def make_room(self) -> None:
         """Keep balls out of walls that have come to lie in them since the last step."""
-        squeezes = self.engine.squeezes
+        now, squeezes = self.engine.now, self.engine.squeezes
         for each, wall in self.walls.moving:
             box = each.shape.cache_bb()
             for ball in self.on_table:
-                (x, y), far = self.place_of(ball), 2.0 * ball.radius
+                (x, y), r, far = self.place_of(ball), ball.radius, 2.0 * ball.radius
                 is_near = box.left - far < x < box.right + far
-                if not (is_near and box.bottom - far < y < box.top + far):
-                    squeezes.free(ball.core, wall)
-                    continue
-                if ball.core.ignores(wall.categories, wall.mask):
-                    continue
-                gap = wall.nearest(x, y, ball.radius, self.engine.now).gap(x, y, ball.radius)
-                if gap >= -OVERLAP * ball.radius:
+                is_near = is_near and box.bottom - far < y < box.top + far
+                meets = is_near and not ball.core.ignores(wall.categories, wall.mask)
+                if not meets or wall.nearest(x, y, r, now).gap(x, y, r) >= -OVERLAP * r:
                     squeezes.free(ball.core, wall)
                     continue
                 most = math.inf if self.walls.is_put(each) else far

@@ -18,7 +18,7 @@ from pool_pymunk.world.ball import AsItCame
 from pool_pymunk.world.bodies import Bodies
 from tests.shared.core_scenes import BUNDLED, SCENES, drawn
 from tests.shared.scenes import BASE_SEED
-from tests.shared.worlds import STEP, A, ball, plane
+from tests.shared.worlds import STEP, A, ball, fence, plane
 
 LENGTHS = 1 / 60, 1 / 37  # s; the steps
 LATEST, MOST = 20.0, 400  # s, and events of a run
@@ -108,6 +108,13 @@ def test_a_step_in_which_all_balls_rest_writes_nothing(monkeypatch: pytest.Monke
     monkeypatch.setattr(AsItCame, "refuse_changed", fail)
     space.step(STEP)
     assert table.steps == 2
+
+
+def test_another_wall_leaves_those_alone_that_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, table = plane()
+    monkeypatch.setattr(AsItCame, "refuse_changed", fail)
+    fence(table, [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)], 0.0, 0.9, 0.0)
+    assert len(table.walls) == 4
 
 
 def test_another_ball_leaves_those_alone_that_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
