@@ -354,6 +354,7 @@ class Billiards:
                 message = "a side of your own is a subclass of Side, with its time_of_contact"
                 raise setting_error("sides", shown(side), message)
         assert drawn.body is not None
+        self._walls.refuse_moved(drawn.body)
         kind = MovingWall if drawn.body.body_type == pymunk.Body.KINEMATIC else Wall
         wall = kind(sides_of(drawn), restitution, friction, self._walls.count, kick)
         if wall.moves and sides is not None:

@@ -212,6 +212,12 @@ class Walls:
         if is_judged and enclosed(old, shapes) > 0.5 and enclosed(new, shapes) < OFF:
             raise setting_error("position", list(new), "the ball would lie off the table")
 
+    def refuse_moved(self, body: pymunk.Body) -> None:
+        """Refuse another wall on a body that has moved since the last one came to it."""
+        last = next((each for each in reversed(self.obstacles) if each.body is body), None)
+        if last is not None:
+            last.as_it_came.refuse_changed()
+
     def refuse_changed(self) -> None:
         """Refuse walls and pockets that somebody has moved or changed."""
         for each in self.obstacles:

@@ -110,11 +110,13 @@ def test_a_step_in_which_all_balls_rest_writes_nothing(monkeypatch: pytest.Monke
     assert table.steps == 2
 
 
-def test_another_wall_leaves_those_alone_that_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_wall_looks_at_one_that_is_there_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     _, table = plane()
-    monkeypatch.setattr(AsItCame, "refuse_changed", fail)
+    looked_at: list[object] = []
+    monkeypatch.setattr(AsItCame, "refuse_changed", lambda its: looked_at.append(its))
     fence(table, [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)], 0.0, 0.9, 0.0)
     assert len(table.walls) == 4
+    assert len(looked_at) == 3
 
 
 def test_another_ball_leaves_those_alone_that_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
