@@ -61,6 +61,19 @@ def bare(scene: Scene, shot: Shot | None, steps: int, dt: float) -> float:
     return min(times)
 
 
+def test_a_table_at_rest(benchmark: Any) -> None:
+    """``extra_info`` has the time of a step beside that of a bare space with the same balls."""
+    table = Billiards(pymunk.Space(), 1 / 60, pair=same_balls(0.9, 0.05), deceleration=1.0)
+    scene = load("report")
+    for ball in scene.balls:
+        body = pymunk.Body(ball.mass, math.inf)
+        body.position = ball.position
+        table.add_ball(pymunk.Circle(body, ball.radius))
+    took = [least(lambda: [table.step() for _ in range(1_000)]), bare(scene, None, 1_000, 1 / 60)]
+    benchmark.extra_info["times bare pymunk"] = round(took[0] / took[1], 1)
+    benchmark(table.step)
+
+
 @pytest.mark.parametrize(
     ("solver", "dt", "options"),
     [
