@@ -13,11 +13,13 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Generator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.doctest import DoctestModule
 from hypothesis import HealthCheck, settings
 
 from pool_pymunk import core
@@ -62,6 +64,10 @@ NEEDING = {
 }
 
 
+TOOK = "pool_pymunk/seconds"  # the name of a file in .pytest_cache/v
+
+Collected = list[pytest.Collector]
+
 STALE = "the core is compiled from other sources than there are now: run `make build`"
 
 
@@ -83,8 +89,19 @@ def pytest_configure(config: pytest.Config) -> None:
     config.option.ignore = [*(config.option.ignore or []), *missing]
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes long, and skip what lacks a library."""
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file() -> Generator[None, Collected, Collected]:
+    """Look for no examples in the docstrings of tests."""
+    return [found for found in (yield) if not isinstance(found, DoctestModule)]
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark what takes long, skip what lacks a library, and begin with what took longest.
+
+    So no processor waits at the end while another plays a long test.
+    """
+    known = seconds_of(config)
+    items.sort(key=lambda item: -known.get(item.nodeid, 0.0))
     for item in items:
         is_example = isinstance(item, pytest.DoctestItem)
         name = item.name if is_example else f"{item.path.name}::{item.name}"
@@ -95,8 +112,28 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
 
 
+def seconds_of(config: pytest.Config) -> dict[str, float]:
+    """Return how long tests took (s) when they were last played, where it was more than a second.
+
+    It is as the run before left it: a run's own processes must all have the same order.
+    """
+    cache = getattr(config, "cache", None)
+    return {} if cache is None else cache.get(TOOK, {})
+
+
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Say whether the core was compiled, and how the same random scenes come again."""
+    """Say whether the core was compiled, and how the same random scenes come again.
+
+    Keep how long tests took.
+    """
+    reports = [
+        report for name in ("passed", "failed") for report in terminalreporter.getreports(name)
+    ]
+    took = {report.nodeid: report.duration for report in reports if report.when == "call"}
+    slow = {name: round(seconds, 1) for name, seconds in took.items() if seconds > 1.0}
+    known = {name: s for name, s in seconds_of(terminalreporter.config).items() if name not in took}
+    if cache := getattr(terminalreporter.config, "cache", None):
+        cache.set(TOOK, {**known, **slow})
     how = "compiled" if core.compiled else "plain Python"
     terminalreporter.write_line(f"The core was tested as it is: {how}.")
     if seed := int(os.environ.get("POOL_SEED", "0")):

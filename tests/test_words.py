@@ -6,9 +6,8 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 import pool_pymunk
 from tests import ROOT
@@ -47,10 +46,13 @@ MEANT_SEVERAL = (
 )
 
 
-def modules() -> Iterator[tuple[str, ast.Module]]:
-    """Yield the path of every module in the package, and its syntax tree."""
-    for path in sorted(HOME.rglob("*.py")):
-        yield path.relative_to(HOME).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+@cache
+def modules() -> list[tuple[str, ast.Module]]:
+    """Return the path of every module in the package, and its syntax tree."""
+    return [
+        (path.relative_to(HOME).as_posix(), ast.parse(path.read_text(encoding="utf-8")))
+        for path in sorted(HOME.rglob("*.py"))
+    ]
 
 
 def files() -> Iterator[Path]:
@@ -78,10 +80,9 @@ def dangles(text: str) -> bool:
     return text.split(maxsplit=1)[0].rstrip(",.:;") in DANGLING
 
 
-@pytest.mark.parametrize("module", [name for name, _ in modules()])
-def test_no_docstring_dangles(module: str) -> None:
-    tree = ast.parse((HOME / module).read_text(encoding="utf-8"))
-    assert [found for found in docstrings(tree) if dangles(found[1])] == []
+def test_no_docstring_dangles() -> None:
+    for name, tree in modules():
+        assert [found for found in docstrings(tree) if dangles(found[1])] == [], name
 
 
 def test_what_was_given_up_does_not_come_back() -> None:
