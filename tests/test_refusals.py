@@ -41,7 +41,7 @@ HOMES = (
     "pool_pymunk", "tests.shared.texts", "tests.shared.worlds", "pymunk", "pool_pymunk.laws.law",
     "pool_pymunk.report.collide", "pool_pymunk.render", "pool_pymunk.solvers",
     "pool_pymunk.studies", "pool_pymunk.page", "dataclasses", "math", "numpy", "builtins",
-    "pool_pymunk.env",
+    "pool_pymunk.env", "pool_pymunk.world",
 )  # fmt: skip
 
 

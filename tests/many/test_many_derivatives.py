@@ -17,7 +17,6 @@ from pool_pymunk import (
     Pair,
     Restitution,
     Scene,
-    SettingError,
     Table,
     load,
     simulate,
@@ -233,27 +232,6 @@ def test_a_struck_ball_is_known_in_each_run() -> None:
     assert batch.derivatives is not None
     np.testing.assert_allclose(batch.derivatives[0, :, :, 0], moved, atol=1e-4)
     assert batch.run(0).struck == "C"
-
-
-@pytest.mark.parametrize(
-    ("asked", "said"),
-    [
-        ("angel", r'^derivatives = angel: there is no such input .*did you mean "angle"'),
-        (["speed", "x.ZZ"], r"^derivatives = x.ZZ: there is no such input"),
-        ("friction.rolling", r"^derivatives = friction.rolling: there is no such input"),
-        (3, r"^derivatives = 3: must be names"),
-        (["speed", 3], r"^derivatives = 3: there is no such input"),
-    ],
-)
-def test_inputs_that_are_not_there_are_refused(asked: Any, said: str) -> None:
-    with pytest.raises(SettingError, match=said):
-        play(load("report"), derivatives=asked)
-
-
-def test_where_no_ball_is_struck_there_is_no_speed() -> None:
-    still = Scene((Ball("a", (0.0, 0.0), 0.05, 0.2),), friction=Friction(0.1))
-    with pytest.raises(SettingError, match=r"^derivatives = speed: there is no such input"):
-        play(still, derivatives="speed")
 
 
 def test_no_shots_have_no_derivatives() -> None:

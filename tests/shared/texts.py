@@ -10,7 +10,7 @@ def text_of(name: str) -> str:
     return (DATA / "scenarios" / f"{name}.toml").read_text("utf-8")
 
 
-GOOD, RACK, POCKETS, PLACE = map(text_of, ("good", "rack", "pockets", "place"))
+GOOD, RACK, POCKETS, PLACE, ROUND = map(text_of, ("good", "rack", "pockets", "place", "round"))
 SIZE = "length = 88\nwidth = 44"
 LAUNCH = "velocity = [-4, 0]"
 HEXAGON = RACK.replace("rows = 3\napex", 'shape = "hexagon"\nrings = 2\ncenter')

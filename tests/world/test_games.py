@@ -196,25 +196,6 @@ def test_a_state_is_the_same_after_json(rolling: float | None) -> None:
         assert math.dist(each.body.position, end) < 1e-12
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "x", "3", "[]", "{}", '{"time": 0, "motions": {}}',
-        '{"time": 0, "motions": {"0": [1, 2, 3]}, "rolls": null}',
-        '{"time": 0, "motions": {"a": [1, 2, 3, 4]}, "rolls": null}',
-        '{"time": 0, "motions": {"0": [1, 2, 3, "4"]}, "rolls": null}',
-        '{"time": 0, "motions": {"0": [1, 2, 3, 4]}, "rolls": {"0": [1]}}',
-        '{"time": NaN, "motions": {}, "rolls": null}',
-        '{"time": null, "motions": {}, "rolls": null}',
-    ],
-)  # fmt: skip
-def test_what_is_no_state_is_refused_in_one_line(text: str) -> None:
-    with pytest.raises(ValueError, match="must be what to_json of a state gave") as error:
-        TableState.from_json(text)
-    assert str(error.value).startswith("text = ")
-    assert "\n" not in str(error.value)
-
-
 def test_json_has_plain_names() -> None:
     saved = TableState(0.5, {3: (0.1, 0.2, 0.0, 0.0)}, {3: (0.0, 0.0)})
     assert json.loads(saved.to_json()).keys() == {"time", "motions", "rolls"}
