@@ -6,12 +6,10 @@ Only scenes with a reference are here.
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from pool_pymunk import (
@@ -32,7 +30,6 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.variants import SURE
 from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, Settings
-from tests import DATA
 from tests.shared.press_scenes import farthest
 from tests.shared.scenes import largest_distance
 
@@ -50,22 +47,6 @@ def play(scene: Scene, tolerance: float = TOLERANCE) -> Trace:
 
 def ends_of(trace: Trace) -> list[complex]:
     return [complex(*rows[-1][1:3]) for rows in trace.knots]
-
-
-def scenes_on_file() -> list[Any]:
-    return [pytest.param(r, id=r["name"]) for r in json.loads((DATA / "press.json").read_text())]
-
-
-@pytest.mark.parametrize("record", scenes_on_file())
-def test_ends_by_tiny_time_steps(record: dict[str, Any]) -> None:
-    scene = Scene(
-        tuple(Ball(**ball) for ball in record["balls"]),
-        record["table"] and Table(**record["table"]),
-        Restitution(**record["restitution"]),
-        Friction(**record["friction"]),
-    )
-    final = [complex(*place) for place in record["final"]]
-    assert farthest(ends_of(play(scene)), final) < 1e-6
 
 
 def follower(e: float) -> Scene:
@@ -100,12 +81,6 @@ def test_so_do_bounces_of_a_ball_that_rolls_along_a_rough_arc(e: float, mu: floa
     scene = Scene((ball,), Table.circle(0.5), Restitution(1.0, None, e), rough)
     ends = [ends_of(play(scene, tolerance)) for tolerance in (1e-5, 1e-7, 1e-10)]
     assert farthest(ends[0], ends[2]) < 1e-6 and farthest(ends[1], ends[2]) < 1e-8
-
-
-def test_the_follower_ends_where_the_reference_has_it() -> None:
-    """The reference, by tiny steps, is good to 3e-8 m."""
-    final = [complex(4.095778492736671), complex(4.152978492736671)]
-    assert farthest(ends_of(play(follower(0.9), 1e-6)), final) < 1e-7
 
 
 def test_a_lone_hit_comes_again_at_a_share_of_its_speed() -> None:
@@ -180,7 +155,7 @@ def test_the_figure_covers_the_reference() -> None:
     for tolerance in (1e-4, 1e-5, 1e-6):
         run = bounced(tolerance)
         ends = [complex(*end) for end in run.final.values()]
-        assert farthest(ends, final) <= run.persistent_shift
+        assert farthest(ends, final) <= min(run.persistent_shift, 0.1 * tolerance)
 
 
 def test_the_run_is_played_again_when_the_figure_is_asked_for_and_once(
@@ -218,28 +193,6 @@ def test_the_log_says_it_if_its_digits_show_it() -> None:
 
     assert said(1e-7) == []
     assert said(1e-3) != []
-
-
-@pytest.mark.parametrize("e", [0.0, 0.5])
-def test_derivatives_end_where_a_contact_begins_to_persist(e: float) -> None:
-    """Ball a pushes b if it does not bounce, while c is alone; without a push, all have some."""
-    balls = (
-        Ball("a", (0.0, 0.0), R, M, velocity=(1.0, 0.05), roll=1.0),
-        Ball("b", (0.1, 0.01), R, M),
-        Ball("c", (0.0, 1.0), R, M, velocity=(1.0, 0.0)),
-    )
-    scene = Scene(balls, None, Restitution(e), Friction(0.2, 0.0, 0.1, rolling=0.02))
-    run = simulate(scene, solver="event-driven")
-    found = run.derivatives("velocity")
-    assert np.isfinite(found.final[2]).all()
-    if e > 0.0:
-        assert not run.persistent and not found.warnings and np.isfinite(found.final).all()
-        return
-    [contact] = run.persistent
-    assert contact.balls == ("a", "b")
-    assert np.isnan(found.final[:2]).all()
-    [line] = found.warnings
-    assert line.startswith(f"a contact is persistent (at {contact.since:.6g} s): what depends on")
 
 
 def test_the_tolerance_is_saved(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from pool_pymunk import Run, load, simulate
+from pool_pymunk import load, simulate
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.path import standing
@@ -93,14 +93,6 @@ def test_a_crowd_never_gains_energy() -> None:
         assert sum(each.energy for each in crowd.members) <= before
 
 
-def energy(run: Run, t: float) -> float:
-    """Return the energy (J) of the motion and of the roll."""
-    total = float(np.sum(np.square(run.at(t)[1])))
-    if run.scene.friction.rolling is not None:
-        total += 0.4 * float(np.sum(np.square(run.roll_at(t))))
-    return total * run.scene.balls[0].mass / 2.0
-
-
 @pytest.mark.parametrize("rolling", [None, 0.01, 1e-4])
 def test_a_pile_comes_to_rest_and_the_run_says_how(rolling: float | None) -> None:
     scene = pile(50, 0.0, rolling)
@@ -110,14 +102,14 @@ def test_a_pile_comes_to_rest_and_the_run_says_how(rolling: float | None) -> Non
     assert len(warnings) == 1 and "their ends are not exact" in warnings[0]
     assert OVER_AND_OVER in "\n".join(shot_lines(run))
     moments = sorted({float(t) for rows in run.knots for t in rows[:, 0]})  # of all new paths
-    left = [energy(run, t) for t in moments]
+    left = run.energy_at(moments)
     assert all(after - before < 1e-5 * left[0] for before, after in itertools.pairwise(left))
-    times = np.linspace(0.0, run.duration, 200)
+    times = np.linspace(0.0, run.duration, 20)
     deepest = min(
         math.dist(a, b) - 2.0 * scene.balls[0].radius
-        for t in times[::10]
-        for k, a in enumerate(run.at(t)[0])
-        for b in run.at(t)[0][:k]
+        for places in run.at(times)[0].tolist()
+        for k, a in enumerate(places)
+        for b in places[:k]
     )
     assert deepest > -0.05 * scene.balls[0].radius
 

@@ -53,12 +53,11 @@ def two_on_a_cushion(friction: float = 0.0) -> Scene:
     )
 
 
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
 @pytest.mark.parametrize("friction", [0.0, 0.1])
-def test_two_balls_frozen_on_a_cushion_say_what_a_gap_does(friction: float, solver: str) -> None:
+def test_two_balls_frozen_on_a_cushion_say_what_a_gap_does(friction: float) -> None:
     scene = two_on_a_cushion(friction)
     found = truth(scene, exact(scene))
-    run = simulate(scene, solver=solver, dt=1 / 60)
+    run = simulate(scene, solver="event-driven")
     assert found.jump > 0.01
     assert "one instant" in run.policies
     assert found.far <= run.policy_shift
@@ -130,11 +129,10 @@ def head_on() -> Scene:
     )
 
 
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
-def test_gaps_that_the_run_amplifies_to_centimetres_are_said(solver: str) -> None:
+def test_gaps_that_the_run_amplifies_to_centimetres_are_said() -> None:
     scene = head_on()
     found = truth(scene, exact(scene))
-    run = simulate(scene, solver=solver, dt=1 / 60)
+    run = simulate(scene, solver="event-driven")
     assert found.far > 0.01
     assert run.policies == {"frozen balls"}
     assert found.far <= run.policy_shift
@@ -233,10 +231,9 @@ def test_moving_balls_that_close_what_they_touch_are_tried(seed: int) -> None:
     assert 1e-3 < far <= hidden.policy_shift
 
 
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
-def test_a_closing_speed_that_rounding_hides_and_friction_makes_grow_is_said(solver: str) -> None:
-    faster = simulate(wedged(1e-11), solver=solver, dt=1 / 60)
-    hidden = simulate(wedged(0.0), solver=solver, dt=1 / 60)
+def test_a_closing_speed_that_rounding_hides_and_friction_makes_grow_is_said() -> None:
+    faster = simulate(wedged(1e-11), solver="event-driven")
+    hidden = simulate(wedged(0.0), solver="event-driven")
     far = max(map(math.dist, faster.end.position, hidden.end.position))
     assert far > 1e-3
     assert far <= hidden.policy_shift

@@ -20,7 +20,6 @@ from pool_pymunk.core.motion.surface import Sliding
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
-from pool_pymunk.core.walls.face import face_between
 from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import LAWS, law_in_core
 from pool_pymunk.laws.contact import NO_BALL, Contact, Pair
@@ -60,21 +59,6 @@ def played(law: Law, rows: Sequence[Row], walls: Sequence[Wall] = (), e: float =
     engine.begin_run()
     engine.advance(engine.upcoming())
     return notes
-
-
-@pytest.mark.parametrize("law", ["coulomb", "published"])
-def test_a_single_hit(law: str) -> None:
-    """J_n = (1 + e) m_eff v, whatever friction does."""
-    notes = played(LAWS[law], [(0.0, 0.0, 2.0, 0.0, 0.3), (0.3, 0.03, 0.0, 0.0, 0.1)])
-    normal = math.sqrt(1.0 - 0.3**2)  # The line of centres leans by 0.03 of 0.1 m.
-    assert notes.impulses == {(0, 1, 0): pytest.approx(1.8 * 0.075 * 2.0 * normal)}
-
-
-def test_a_cushion() -> None:
-    """J_n = (1 + e) m v_n."""
-    wall = Wall([face_between((0.0, 1.0), (0.0, -1.0))], 0.5, 0.2, 7)
-    notes = played(Coulomb(), [(0.5, 0.0, -2.0, 0.3, 0.2)], [wall])
-    assert notes.impulses == {(0, 7): pytest.approx(0.2 * 1.5 * 2.0)}
 
 
 class Mean(Law):

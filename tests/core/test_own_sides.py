@@ -95,20 +95,15 @@ def ends(run: Run) -> np.ndarray:
     return np.array([run.final[ball.id] for ball in run.scene.balls])
 
 
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
-def test_solvers_play_a_side_of_ones_own(solver: str) -> None:
-    run = simulate(table(), solver=solver)
+def test_solvers_play_a_side_of_ones_own() -> None:
+    run = simulate(table(), solver="event-driven")
     met = {event.cushion for event in run.events}
     assert met & {1, 3} and met & {0, 2}
     position, _ = run.at(np.linspace(0.0, run.duration, 3000))
     for i, ball in enumerate(run.scene.balls):
         for side in (Hollow(2.0, 1.0), Hollow(0.0, -1.0)):
             assert min(side.gap(x, y, ball.radius) for x, y in position[:, i]) > -1e-9
-
-
-def test_both_exact_solvers_agree_on_it() -> None:
-    one, other = (ends(simulate(table(), solver=solver)) for solver in ("event-driven", "pymunk"))
-    assert one == pytest.approx(other, abs=1e-9)
+    assert ends(simulate(table(), solver="pymunk")) == pytest.approx(ends(run), abs=1e-9)
 
 
 def test_many_shots_play_it() -> None:

@@ -11,22 +11,13 @@ import numpy as np
 import pytest
 
 from pool_pymunk import Friction, Physics, Restitution, Run, Scene, Table
-from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.contact.contact import Contact as CoreContact
-from pool_pymunk.core.contact.laws import Coulomb
-from pool_pymunk.core.engine import Engine
-from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.path import sliding
-from pool_pymunk.core.motion.surface import Sliding
-from pool_pymunk.core.persistent.persistence import Persistence
-from pool_pymunk.core.record import Recorder
-from pool_pymunk.core.table import Table as CoreTable
 from pool_pymunk.core.walls.face import Face, face_between
 from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import LAWS, Law
-from pool_pymunk.laws.contact import NT, Contact, Pair, Respond, Vector, Velocities
+from pool_pymunk.laws.contact import NT, Contact, Pair, Respond, Velocities
 from pool_pymunk.results.trace import COLLAPSE
 from pool_pymunk.results.variants import Variant
 from tests.shared.hard_scenes import R, disc, exact, persistent, squeezed
@@ -225,72 +216,6 @@ def test_a_persistent_contact_is_no_row_of_events_and_each_ball_stops_once() -> 
     for ball, t in last.items():
         k = run.scene.index[ball]
         assert run.knots[k][-1, 0] == t
-
-
-# -- the engine ------------------------------------------------------------------------------------
-
-
-class Notes(Recorder):
-    """This recorder keeps what balls met, and which ones stopped."""
-
-    def __init__(self) -> None:
-        self.met: list[tuple[int, ...]] = []
-        self.stopped: list[int] = []
-
-    def contact(self, one: CoreContact, t: float) -> None:
-        assert one.b is not None
-        self.met.append((one.a.ball.number, one.b.ball.number))
-
-    def stop(self, ball: Ball, t: float, place: Vector) -> None:
-        self.stopped.append(ball.number)
-
-
-def row(*velocities: float, gap: float = 0.5) -> tuple[Engine, Notes]:
-    """Return balls in a row along x, equal and elastic, on an open plane."""
-    balls = [
-        Ball(k, R, 1.0, sliding(0.0, (gap * k, 0.0), (v, 0.0), 0.0))
-        for k, v in enumerate(velocities)
-    ]
-    notes, table = Notes(), CoreTable([], Sliding(0.0), Patches([], []), 1.0, 1.0, 0.0)
-    engine = Engine(table, balls, Coulomb(), notes, Persistence())
-    engine.begin_run()
-    return engine, notes
-
-
-def remove_at(engine: Engine, t: float, i: int) -> None:
-    """Take a ball off the table at a time (s)."""
-    engine.now, ball = t, engine.balls[i]
-    engine.remove(ball, ball.path.place(t))
-
-
-def test_a_hit_runs_down_a_row() -> None:
-    engine, notes = row(1.0, 0.0, 0.0)
-    engine.advance(2.0)
-    assert notes.met == [(0, 1), (1, 2)]
-    assert notes.stopped == [0, 1]
-
-
-@pytest.mark.parametrize("when", [0.0, 0.2, 0.45])
-def test_a_ball_that_is_removed_is_met_by_nobody(when: float) -> None:
-    """A ball is removed at the start, in motion, or between its hits.
-
-    The balls behind it then pass where it was.
-    """
-    engine, notes = row(1.0, 0.0, 0.0)
-    engine.advance(when)
-    met = list(notes.met)
-    remove_at(engine, when, 1)
-    engine.advance(3.0)
-    passes = [(0, 2)] if when < 0.4 else []
-    assert notes.met == met + passes
-
-
-def test_a_moving_ball_that_is_removed_meets_nobody() -> None:
-    engine, notes = row(1.0, 0.0)
-    remove_at(engine, 0.0, 0)
-    engine.advance(3.0)
-    assert notes.met == []
-    assert engine.upcoming() == math.inf
 
 
 # -- sides -----------------------------------------------------------------------------------------

@@ -96,22 +96,6 @@ def cushion(x: float, e: float = 0.0, mu: float = 0.0) -> Wall:
 
 
 @pytest.mark.parametrize("dt", STEPS)
-@pytest.mark.parametrize("e", [0.0, 0.5])
-def test_a_paddle_pushes_a_disc_on_until_it_stops(e: float, dt: float) -> None:
-    """N = m pull while it pushes, in one spell; then the disc slides on for u^2 / (2 pull)."""
-    play = Pushed(Sliding(PULL), [((R + 0.02, 0.0), (0.0, 0.0), (0.0, 0.0))], paddle(e))
-    play.go(2.0, dt, going((0.4, 0.0)))
-    x, y, vx, vy = play.motion()
-    assert (x, y, vx, vy) == pytest.approx((0.8 + R, 0.0, 0.4, 0.0), abs=1e-12)
-    play.go(1.0, dt, going(x=0.8))
-    assert play.motion() == pytest.approx((0.8 + R + 0.16 / (2.0 * PULL), 0.0, 0.0, 0.0), abs=1e-12)
-    [(_, _, wall, since, until, push, across)] = play.persisted()
-    assert wall == across == 0
-    assert until == pytest.approx(2.0)
-    assert push == pytest.approx(M * PULL * (until - since), abs=1e-4)  # and the last faint hit
-
-
-@pytest.mark.parametrize("dt", STEPS)
 @pytest.mark.parametrize(("mu", "along"), [(0.5, 0.1), (0.2, 0.3)])
 def test_a_paddle_that_drifts_across_takes_a_disc_along_by_friction(
     mu: float, along: float, dt: float

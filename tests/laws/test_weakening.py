@@ -21,10 +21,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.report.listing import modelled
 from tests.shared.shots import (
-    KINDS,
-    check_bits,
     check_derivatives,
-    shots_of,
     some_scene,
 )
 
@@ -36,25 +33,6 @@ def scene_of(kind: str, seed: int) -> Scene:
     scene = some_scene(kind, seed)
     friction = replace(scene.friction, ball_ball=0.3)
     return replace(scene, friction=friction, physics=replace(scene.physics, law=NAME))
-
-
-def compare(kind: str, seed: int, count: int) -> int:
-    batch = simulate_many(scene_of(kind, seed), *shots_of(some_scene(kind, seed), count, seed))
-    assert batch.law == NAME
-    check_bits(batch, range(count))
-    return batch.by_reference
-
-
-@pytest.mark.parametrize("kind", ["rectangle", "hexagon", "pockets"])
-def test_shots_have_the_bits_of_the_exact_solver(kind: str) -> None:
-    assert sum(compare(kind, seed, 10) for seed in range(5)) <= 5
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
-def test_many_shots_have_the_bits_of_the_exact_solver(kind: str) -> None:
-    for seed in range(1 if kind == "crowd" else 8):
-        compare(kind, seed, 5)
 
 
 def test_contacts_of_one_instant_take_the_mean_over_their_orders() -> None:

@@ -29,6 +29,7 @@ from tests.oracle.press_reference import PressRun, press_run
 from tests.oracle.reference import Refused, scene_from_dict
 from tests.shared.scenes import seeds
 
+pytestmark = pytest.mark.slow  # No change of the engine reaches the reference.
 G, R, M = 9.80665, 0.0286, 0.17
 DEAD = Restitution(0.0, cushion=0.0)
 Vec = tuple[float, float]

@@ -153,9 +153,8 @@ def test_what_is_not_sampled_has_no_factor(speed: float) -> None:
 # -- persistent contact ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
-def test_a_persistent_contact_is_no_policy_and_has_a_figure(solver: str) -> None:
-    run = simulate(persistent(0.0), solver=solver, dt=1 / 60)
+def test_a_persistent_contact_is_no_policy_and_has_a_figure() -> None:
+    run = simulate(persistent(0.0), solver="event-driven", dt=1 / 60)
     assert run.policies == set() and run.policy_shift == 0.0
     assert not any("have no exact answer" in line for line in run.warnings)
     assert 0.0 < run.persistent_shift < 1e-5

@@ -12,34 +12,21 @@ import numpy as np
 
 from pool_pymunk import Ball, Batch, Friction, Physics, Pocket, Restitution, Scene, Table, rack
 from tests.oracle.reference import OUTLINES, random_round_scene
+from tests.shared.core_scenes import ROLLS, rolling
 from tests.shared.frozen import FORMS, random_frozen_scene
 from tests.shared.hard_kinds import random_hard_scene
 from tests.shared.scenes import TABLES, random_scene
 
 KINDS = [*TABLES, "pockets", "rack", "no friction", "crowd", "frozen", "hard", "round"]
 LATE = ("hard", "round")  # These take long.
-ROLLS = " that rolls"
 SAME = 1e-13  # of a shot's largest derivative
 ROLLING = [kind + ROLLS for kind in KINDS]
-
-
-def rolling(scene: Scene, seed: int) -> Scene:
-    """Return the scene with balls that slide, then roll, some of them without end."""
-    rnd, friction = random.Random(f"roll {seed}"), scene.friction
-    rolls = [rnd.choice((0.0, 1.0, rnd.uniform(-3.0, 3.0))) for _ in scene.balls]
-    least = friction.surface * rnd.choice((0.0, 0.02, 0.1, rnd.random()))
-    return replace(
-        scene,
-        balls=tuple(replace(b, roll=roll) for b, roll in zip(scene.balls, rolls, strict=True)),
-        friction=replace(friction, rolling=least),
-        physics=scene.physics if least else replace(scene.physics, max_time=3.0),
-    )
 
 
 def some_scene(kind: str, seed: int) -> Scene:
     """Return a random scene of a kind, with balls of different sizes and masses."""
     if kind in ROLLING:
-        return rolling(some_scene(kind.removesuffix(ROLLS), seed), seed)
+        return rolling(random.Random(f"roll {seed}"), some_scene(kind.removesuffix(ROLLS), seed))
     rnd = random.Random(seed)
     law = rnd.choice(("coulomb", "published"))
     if kind == "round":

@@ -23,6 +23,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.solvers.pymunk_builtin import LOOKS
+from tests.shared.hard_scenes import exact
 from tests.shared.scenes import (
     INCH,
     asymmetry,
@@ -39,7 +40,6 @@ R, V = 0.05, 1.5  # m, m/s
 EXACT: list[How] = [{"solver": "event-driven"}, {"solver": "pymunk", "dt": 1 / 60}]
 STEPS = {"time-slice": 1e-3, "pymunk-builtin": 1 / 240}  # s
 every_solver = pytest.mark.parametrize("solver", SOLVERS)
-by_exact_solvers = pytest.mark.parametrize("how", EXACT, ids=lambda how: how["solver"])
 
 
 class Mean(Law):
@@ -60,8 +60,7 @@ def one_ball(velocity: tuple[float, float], surface: float = 0.1, walled: bool =
 
 STOPS: list[tuple[How, float, float]] = [
     ({"solver": "event-driven"}, 1e-14, 1e-14),
-    *(({"solver": "pymunk", "dt": dt, "friction": friction}, 1e-14, 1e-14)
-      for dt in (1 / 60, 1 / 240, 0.3) for friction in ("joint", "callback")),
+    *(({"solver": "pymunk", "dt": dt}, 1e-14, 1e-14) for dt in (1 / 60, 1 / 240, 0.3)),
     # The step in which it stops errs by a dt^2 / 8 at most, and the sum of others by rounding.
     *(({"solver": solver, "dt": dt}, 0.13 * dt**2 + 1e-12, dt * (1 + 1e-9))
       for dt in (1e-2, 1e-3, 1e-4) for solver in ("pymunk-discrete", "time-slice")),
@@ -115,17 +114,14 @@ def test_without_losses_a_ball_goes_on_until_max_time_and_keeps_its_energy(solve
     assert run.energy["final"] == run.energy["initial"]  # Signs turn, and nothing is rounded.
 
 
-# -- exact solvers ---------------------------------------------------------------------------------
+# -- the exact solver: `pymunk` has its bits (tests/world/test_live.py) ---------------------------
 
 
 @pytest.mark.parametrize("shot", [1, 2, 3, 4])
 @pytest.mark.parametrize(
     ("name", "law"), [("report", "published"), ("report-corrected", "coulomb")]
 )
-@pytest.mark.parametrize(
-    "how",
-    [*EXACT, *({"solver": "pymunk", "dt": dt} for dt in (1 / 30, 1 / 240, 1e-3))], ids=str,
-)  # fmt: skip
+@pytest.mark.parametrize("how", EXACT, ids=lambda how: how["solver"])
 def test_ends_and_events_of_the_report_are_exact(how: How, name: str, law: str, shot: int) -> None:
     """Rounding is amplified by the scene."""
     run, events = simulate(load(name), shot, **how), exact_run(law, shot)["events"]
@@ -142,23 +138,21 @@ RACKS = [
 ]  # fmt: skip
 
 
-@by_exact_solvers
 @pytest.mark.parametrize(("limit", "e", "gap", "law"), RACKS)
 def test_a_head_on_break_of_a_rack_stays_symmetric(
-    limit: float, e: float, gap: float, law: Any, how: How
+    limit: float, e: float, gap: float, law: Any
 ) -> None:
     """Rounding breaks the mirror by 1e-16, and the break amplifies that by less than 1e6.
 
     This also holds where balls press on each other; all are answered as if at once. Their pieces
     err by more than rounding.
     """
-    run = simulate(frozen_rack(gap, e), law=law, contact_tolerance=1e-8, **how)
+    run = simulate(frozen_rack(gap, e), law=law, contact_tolerance=1e-8, solver="event-driven")
     assert run.status == "settled"
     assert asymmetry(run) < limit
 
 
-@by_exact_solvers
-def test_the_mean_over_orders_does_not_depend_on_the_listing_order(how: How) -> None:
+def test_the_mean_over_orders_does_not_depend_on_the_listing_order() -> None:
     """The stability matrix has the answer of Coulomb's law to one ball on two, in any order."""
     dx, dy = 2 * R * math.cos(math.pi / 6), 2 * R * math.sin(math.pi / 6)
     balls = (
@@ -169,26 +163,24 @@ def test_the_mean_over_orders_does_not_depend_on_the_listing_order(how: How) -> 
     first = None
     for order in permutations(balls):
         scene = Scene(order, None, Restitution(1.0), physics=Physics(max_time=2.0))
-        run = simulate(scene, law=Mean(), **how)
+        run = simulate(scene, law=Mean(), solver="event-driven")
         first = first or run
         assert largest_distance(first, run) < 1e-12
 
 
-@by_exact_solvers
 @pytest.mark.parametrize("seed", range(100, 105))
-def test_listing_order_does_not_matter(seed: int, how: How) -> None:
+def test_listing_order_does_not_matter(seed: int) -> None:
     scene = random_scene(seed)
     shuffled = random.Random(seed).sample(scene.balls, len(scene.balls))
-    other = simulate(replace(scene, balls=tuple(shuffled)), **how)
-    assert largest_distance(simulate(scene, **how), other) < 1e-8
+    runs = [exact(scene), exact(replace(scene, balls=tuple(shuffled)))]
+    assert largest_distance(*runs) < 1e-8
 
 
-@by_exact_solvers
 @pytest.mark.parametrize("count", range(2, 8))
-def test_newtons_cradle(count: int, how: How) -> None:
+def test_newtons_cradle(count: int) -> None:
     balls = [Ball("0", (-0.5, 0), R, 1, velocity=(1, 0))]
     balls += [Ball(str(k), (2 * R * k, 0), R, 1) for k in range(1, count)]
     for e, ends in ((1.0, [0.0] * (count - 1) + [1.0]), (0.0, [1 / count] * count)):
         scene = Scene(tuple(balls), None, Restitution(e), physics=Physics(max_time=2.0))
-        for end, v in zip(simulate(scene, **how).end.velocity, ends, strict=True):
+        for end, v in zip(exact(scene).end.velocity, ends, strict=True):
             assert end == pytest.approx((v, 0.0), abs=1e-12)

@@ -13,7 +13,6 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise, permutations
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,11 +38,12 @@ from pool_pymunk.solvers.in_core import balls_of, table_of
 from tests import DATA
 from tests.oracle.reference import made, reference_run
 from tests.shared.amplified import amplification
-from tests.shared.hard_scenes import R, disc, exact, persistent
+from tests.shared.hard_scenes import R, disc, exact
 from tests.shared.scenes import (
     BASE_SEED,
     frozen_rack,
     largest_distance,
+    random_scene,
     seeds,
     some_slow,
     takes_long,
@@ -124,31 +124,10 @@ def test_three_balls_that_meet_at_one_instant_in_any_order() -> None:
             assert velocities(run)[str(k)] == pytest.approx((ux, uy), abs=1e-12)
 
 
-def crowd(seed: int) -> Scene:
-    """Return a dozen balls of different masses in a box."""
-    rnd = random.Random(seed)
-    balls = tuple(
-        disc(
-            str(k),
-            (0.2 + 0.4 * (k % 4) + rnd.uniform(0, 0.2), 0.2 + 0.3 * (k // 4)),
-            (rnd.uniform(-2, 2), rnd.uniform(-2, 2)),
-            rnd.uniform(0.5, 2),
-        )
-        for k in range(12)
-    )
-    return Scene(
-        balls=balls,
-        table=Table.rectangle(2.0, 1.0),
-        restitution=Restitution(0.9, cushion=0.8),
-        friction=Friction(0.1, 0.1, 0.1),
-        physics=Physics(max_time=0.8),
-    )
-
-
 @pytest.mark.seeded
 @pytest.mark.parametrize("seed", seeds(3))
 def test_mirror_and_shift_of_the_table_mirror_and_shift_the_ends(seed: int) -> None:
-    scene = crowd(seed)
+    scene = random_scene(seed)
     run = exact(scene)
     allowed = 1e-13 * amplification(scene, run, 3)[0]
     mirrored = exact(changed(scene, lambda x, y: (2.0 - x, y), lambda vx, vy: (-vx, vy)))
@@ -317,86 +296,6 @@ def test_a_ball_in_a_wedge_comes_out_or_to_rest(e: float, heavy: bool) -> None:
     assert table is not None
     for ball in run.scene.balls:
         assert all(edge.height(*run.final[ball.id]) > ball.radius - 1e-9 for edge in table.edges)
-
-
-# -- balls that friction presses together ----------------------------------------------------------
-
-
-def pressed_pair(e: float, mu: float = 0.0, heavy: float = 1.0) -> Scene:
-    """Return a slow ball that catches up with another at an angle, and pushes on."""
-    scene = replace(persistent(e), friction=Friction(0.1, 0.0, mu), physics=Physics(max_time=5.0))
-    behind, ahead = scene.balls
-    return replace(scene, balls=(replace(behind, mass=heavy), ahead))
-
-
-def pushed(scene: Scene, until: float, steps: int = 2000) -> np.ndarray[Any, Any]:
-    """Return where the pair is at a time if it touches without end.
-
-    This is a constraint, integrated by Runge and Kutta.
-    """
-    a, b = scene.balls
-    g, mu, m_eff = scene.deceleration, scene.friction.ball_ball, 1 / (1 / a.mass + 1 / b.mass)
-
-    def rates(y: Any) -> Any:
-        va, vb = y[4:6], y[6:8]
-        n, w = (y[2:4] - y[0:2]) / (2 * R), vb - va
-        t = np.array([-n[1], n[0]])
-        drag_a, drag_b = (-g * v / math.hypot(*v) for v in (va, vb))
-        force = -m_eff * ((drag_b - drag_a) @ n + (w @ t) ** 2 / (2 * R))
-        assert force > 0.0
-        push = force * n - mu * force * math.copysign(1.0, w @ t) * t
-        return np.concatenate([va, vb, drag_a - push / a.mass, drag_b + push / b.mass])
-
-    (ax, ay), (bx, by) = (ball.velocity for ball in scene.balls)
-    # This is the plastic hit at the start.
-    common = (a.mass * ax + b.mass * bx) / (a.mass + b.mass)
-    j_t = min(mu * m_eff * (ax - bx), m_eff * abs(ay - by)) * math.copysign(1.0, ay - by)
-    y = np.array([*a.position, *b.position, common, ay - j_t / a.mass, common, by + j_t / b.mass])
-    h = until / steps
-    for _ in range(steps):
-        k1 = rates(y)
-        k2 = rates(y + h / 2 * k1)
-        k3 = rates(y + h / 2 * k2)
-        k4 = rates(y + h * k3)
-        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return y[:4]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("mu", "heavy"), [(0.0, 1.0), (0.2, 1.0), (0.0, 4.0)])
-def test_a_ball_that_is_pushed_along_stays_in_contact(mu: float, heavy: float) -> None:
-    """It stays to the contact tolerance; no hit is listed, and a warning says so."""
-    scene = pressed_pair(0.0, mu, heavy)
-    run = exact(scene)
-    assert run.status == "settled"
-    assert len(run.events) < 8
-    assert any("presses balls a, b together" in text for text in run.warnings)
-    for t in (0.02, 0.05):
-        assert run.at([t])[0].ravel() == pytest.approx(pushed(scene, t), abs=1e-8)
-    gaps = np.linalg.norm(np.diff(run.at(np.linspace(0, run.duration, 300))[0], axis=1), axis=2)
-    assert gaps.min() > 2 * R - 1e-8 * R
-
-
-def test_a_small_ball_in_persistent_contact_hardly_sinks() -> None:
-    """It sinks by less than 1e-8 of its radius."""
-    behind, ahead = pressed_pair(0.0).balls
-    radius = 1e-4 * R
-    small = replace(ahead, radius=radius, position=(R + radius, 0.0))
-    run = exact(plane(behind, small, e=0.0, friction=(0.1, 0.0)))
-    assert any("presses balls a, b together" in text for text in run.warnings)
-    position, _ = run.at(np.linspace(0.0, run.duration, 50_001).tolist())
-    gaps = np.hypot(*(position[:, 1] - position[:, 0]).T) - R - radius
-    assert -1e-8 * radius < gaps.min() < 1e-8 * radius
-
-
-@pytest.mark.parametrize("e", [0.2, 0.5, 0.9])
-def test_bounces_that_die_down_end_in_a_push(e: float) -> None:
-    """A bouncing ball does the same: it hits infinitely often in finite time, then stays."""
-    run = exact(pressed_pair(e))
-    assert run.status == "settled"
-    assert run.steps < 2000
-    energies = run.energy_at(np.linspace(0.0, run.duration, 500))
-    assert all(b <= a * (1 + 1e-12) for a, b in pairwise(energies))
 
 
 # -- frozen racks ----------------------------------------------------------------------------------

@@ -29,17 +29,14 @@ EASY = json.loads((DATA / "reference_runs.json").read_text())
 BY_NAME = {record["name"]: record for record in ANSWERS}
 
 
-def ends_off(
-    scene: Scene, solver: str, final: Sequence[Sequence[Any]]
-) -> tuple[float, tuple[str, ...]]:
-    """Return how far (m) a solver ends from an answer, and its warnings."""
-    run = simulate(scene, solver=solver, dt=1 / 60)
+def ends_off(scene: Scene, final: Sequence[Sequence[Any]]) -> tuple[float, tuple[str, ...]]:
+    """Return how far (m) the exact solver ends from an answer, and its warnings."""
+    run = simulate(scene, solver="event-driven")
     ends = zip(scene.balls, final, strict=True)
     far = max(math.dist(run.final[ball.id], (float(x), float(y))) for ball, (x, y) in ends)
     return far, run.warnings
 
 
-@pytest.mark.parametrize("solver", ["event-driven", pytest.param("pymunk", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "record",
     [
@@ -47,9 +44,9 @@ def ends_off(
         for k, record in enumerate(ANSWERS)
     ],
 )
-def test_hard_contacts_in_many_digits(record: dict[str, Any], solver: str) -> None:
+def test_hard_contacts_in_many_digits(record: dict[str, Any]) -> None:
     """A run agrees within rounding, 1e-12 m times the scene's amplification, or has warnings."""
-    far, warnings = ends_off(scene_from_dict(record["scene"]), solver, record["final"])
+    far, warnings = ends_off(scene_from_dict(record["scene"]), record["final"])
     allowed = max(1e-12 * record["amplification"], record["trusted"])
     assert far <= allowed or warnings, f"{far:.1e} m off, and no warning"
 
@@ -57,14 +54,17 @@ def test_hard_contacts_in_many_digits(record: dict[str, Any], solver: str) -> No
 # -- the reference against itself ------------------------------------------------------------------
 
 QUICK = ("squeeze 0", "corner 0", "row 5", "packed 2", "moving 0", "struck 4", "found corner 113")
+SLOWEST = ("slow 0", "slow 1", "slow 2", "row 0", "row 1", "packed 0")
+
+
+def marks(name: str) -> list[pytest.MarkDecorator]:
+    """Return the marks of a record's test: no change of the engine makes it another."""
+    return [] if name in QUICK else [pytest.mark.slow, *[takes_long] * (name in SLOWEST)]
 
 
 @pytest.mark.parametrize(
     "record",
-    [
-        pytest.param(record, marks=[] if name in QUICK else pytest.mark.slow, id=name)
-        for name, record in BY_NAME.items()
-    ],
+    [pytest.param(record, marks=marks(name), id=name) for name, record in BY_NAME.items()],
 )
 def test_the_reference_has_the_answers_on_file_to_their_last_digit(record: dict[str, Any]) -> None:
     run = hard_run(scene_from_dict(record["scene"]))
@@ -179,7 +179,7 @@ def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
 ) -> None:
     """Balls that touch and part may close again within one step under contact forces."""
     scene = checked(kind, k)
-    far, _ = ends_off(scene, "event-driven", [(p.real, p.imag) for p in hard_run(scene).final])
+    far, _ = ends_off(scene, [(p.real, p.imag) for p in hard_run(scene).final])
     assert far < 2e-6
 
 
@@ -196,7 +196,7 @@ def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> Non
     """A ball is hit that presses on another: their tiny gap decides the order of the hits."""
     scene = checked("packed", 168)
     run = simulate(scene, solver="event-driven")
-    far, _ = ends_off(scene, "event-driven", [(p.real, p.imag) for p in hard_run(scene).final])
+    far, _ = ends_off(scene, [(p.real, p.imag) for p in hard_run(scene).final])
     assert 1e-3 < far < run.policy_shift
 
 

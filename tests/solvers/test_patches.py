@@ -32,10 +32,9 @@ from pool_pymunk.solvers.request import request
 from tests.oracle.patch_reference import patch_run
 from tests.oracle.reference import Refused
 from tests.shared.patch_scenes import M, R, random_scene
-from tests.shared.scenes import seeds
+from tests.shared.scenes import seeds, some_slow
 
 G = 9.80665  # m/s^2
-EXACT = ("event-driven", "pymunk")
 SAND = Patch(((1.0, -1.0), (2.0, -1.0), (2.0, 1.0), (1.0, 1.0)), surface=0.6)
 CLOTH = Friction(0.1)
 
@@ -69,9 +68,8 @@ def far(run: Run) -> float:
 # -- closed forms ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("solver", EXACT)
-def test_a_ball_slides_straight_across_sand(solver: str) -> None:
-    run = played(plane(ball(0.0, 0.2, 4.0)), solver=solver)
+def test_a_ball_slides_straight_across_sand() -> None:
+    run = played(plane(ball(0.0, 0.2, 4.0)))
     at_sand = math.sqrt(16.0 - 2 * 0.1 * G)
     after = math.sqrt(at_sand**2 - 2 * 0.6 * G)
     assert crossings(run) == [0, None]
@@ -84,31 +82,26 @@ def test_a_ball_slides_straight_across_sand(solver: str) -> None:
     assert far(run) == pytest.approx(2.0 + after**2 / (2 * 0.1 * G), rel=1e-14)
 
 
-@pytest.mark.parametrize("solver", EXACT)
-def test_a_ball_stops_in_sand(solver: str) -> None:
-    run = played(plane(ball(0.5, 0.0, 2.0)), solver=solver)
+def test_a_ball_stops_in_sand() -> None:
+    run = played(plane(ball(0.5, 0.0, 2.0)))
     assert crossings(run) == [0]
     assert far(run) == pytest.approx(1.0 + (4.0 - 0.1 * G) / (2 * 0.6 * G), rel=1e-14)
 
 
-@pytest.mark.parametrize("solver", EXACT)
-def test_a_ball_rolls_over_ice(solver: str) -> None:
+def test_a_ball_rolls_over_ice() -> None:
     ice = replace(SAND, surface=None, rolling=0.005)
     rolls = Friction(0.2, rolling=0.05)
-    run = played(
-        plane(ball(0.0, 0.0, 1.5, roll=1.0), patches=(ice,), friction=rolls), solver=solver
-    )
+    run = played(plane(ball(0.0, 0.0, 1.5, roll=1.0), patches=(ice,), friction=rolls))
     after = 2.25 - 2 * G * (0.05 + 0.005)
     assert crossings(run) == [0, None]
     assert far(run) == pytest.approx(2.0 + after / (2 * 0.05 * G), rel=1e-14)
 
 
-@pytest.mark.parametrize("solver", EXACT)
-def test_ice_without_friction_takes_no_speed(solver: str) -> None:
+def test_ice_without_friction_takes_no_speed() -> None:
     scene = plane(
         ball(0.0, 0.0, 2.0), patches=(replace(SAND, surface=0.0),), physics=Physics(max_time=9.0)
     )
-    run = played(scene, solver=solver)
+    run = played(scene)
     assert far(run) == pytest.approx(1.0 + 4.0 / (2 * 0.1 * G), rel=1e-14)
 
 
@@ -167,13 +160,10 @@ def test_a_ball_that_slides_across_its_roll_begins_to_roll_before_or_behind_a_bo
 # -- borders ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("solver", EXACT)
 @pytest.mark.parametrize(("vx", "patch"), [(1.0, 0.6), (-1.0, 0.1)])
-def test_a_ball_that_is_struck_on_a_border_goes_where_it_is_headed(
-    solver: str, vx: float, patch: float
-) -> None:
+def test_a_ball_that_is_struck_on_a_border_goes_where_it_is_headed(vx: float, patch: float) -> None:
     for x in (1.0, math.nextafter(1.0, 0.0), math.nextafter(1.0, 2.0)):
-        run = played(plane(ball(x, 0.0, vx)), solver=solver)
+        run = played(plane(ball(x, 0.0, vx)))
         assert far(run) == pytest.approx(1.0 + vx / (2 * patch * G), abs=1e-14)
         assert len(run.events) <= 2
 
@@ -286,7 +276,7 @@ def test_a_ball_held_along_a_cushion_crosses_a_border() -> None:
 # -- an independent reference ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", seeds(60))
+@pytest.mark.parametrize("seed", some_slow(60, quick=20))
 def test_random_scenes_end_where_the_reference_ends(seed: int) -> None:
     scene = random_scene(seed)
     run = played(scene)
@@ -301,7 +291,7 @@ def test_random_scenes_end_where_the_reference_ends(seed: int) -> None:
     assert max(off) < 1e-10 + run.rounding + run.policy_shift + run.persistent_shift
 
 
-@pytest.mark.parametrize("seed", seeds(20))
+@pytest.mark.parametrize("seed", some_slow(20, quick=8))
 def test_soft_scenes_whose_contacts_persist_end_where_the_reference_ends(seed: int) -> None:
     scene = random_scene(("soft", seed), restitution=Restitution(0.0, cushion=0.0))
     run = played(scene)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import random
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,8 +38,6 @@ G = 9.80665
 R, MASS = 0.03, 0.2
 BODIES: list[pymunk.Body] = []  # A shape of pymunk's does not keep its body alive.
 SLIDING, ROLLING = 0.2, 0.01
-EXACT: list[tuple[str, float | None]] = [("event-driven", None)]
-EXACT += [("pymunk", 1 / 30), ("pymunk", 1 / 60), ("pymunk", 1 / 240)]
 
 
 def ball(id_: str = "C", x: float = 0.0, y: float = 0.0, **parts: Any) -> Ball:
@@ -114,24 +111,6 @@ def rest(table: Billiards, *lengths: float) -> list[float]:
             break
         table.space.step(lengths[k % len(lengths)])
     return [number for each in table.balls for number in each.body.position]
-
-
-@pytest.mark.parametrize("lengths", [(1 / 30,), (1 / 30, 1e-3, 1 / 240)])
-def test_ends_of_tables_are_those_of_the_exact_solver(lengths: tuple[float, ...]) -> None:
-    """The object ball bounces off a side of the box and comes back to the one that follows it."""
-    table = table_of(1 / 30)
-    corners = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
-    for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
-        table.add_wall(pymunk.Segment(table.space.static_body, a, b, 0.0), 0.8, 0.1)
-    cue, _ = table.add_ball(circle()), table.add_ball(circle(0.5, 0.02))
-    table.strike(cue, (2.0, 0.3), roll=-0.7)
-    what = scene(
-        replace(ball(), velocity=(2.0, 0.3), roll=-0.7), ball("1", 0.5, 0.02),
-        table=Table(corners), restitution=Restitution(0.95, None, 0.8),
-        friction=Friction(2.0 / G, 0.1, 0.0, 0.1 / G),
-    )  # fmt: skip
-    ends = [number for place in exact(what).final.values() for number in place]
-    assert rest(table, *lengths) == pytest.approx(ends, abs=1e-12)
 
 
 def test_a_ball_does_not_stop_while_it_has_a_roll() -> None:

@@ -97,16 +97,6 @@ def test_a_scene_that_is_put_back_by_hand_is_played_again() -> None:
         assert still.body.position == pytest.approx((9.0, 0.0), abs=1e-12)
 
 
-def test_a_ball_that_is_put_back_in_every_frame_is_where_it_was_put() -> None:
-    space, table = world(1.0)
-    one = ball(table, 0.0, velocity=(300.0, 0.0))
-    for _ in range(5):
-        one.body.position, one.body.velocity = (0.0, 0.0), (300.0, 0.0)
-        assert one.path.at(table.time) == ((0.0, 0.0), (300.0, 0.0))
-        space.step(DT)
-        assert one.body.position == pytest.approx((5.0, 0.0), abs=1e-12)
-
-
 # -- two threads -----------------------------------------------------------------------------------
 
 
@@ -364,19 +354,6 @@ def test_a_number_that_is_none_is_refused_and_touches_nobody_else(what: str) -> 
     assert two.body.position == pytest.approx((112.5, 0.0), abs=1e-9)
 
 
-def test_a_number_that_is_none_is_refused_beside_a_change_of_another_ball() -> None:
-    space, table = world(1.0, deceleration=100.0)
-    one, two = ball(table, 0.0), ball(table, 0.0, 200.0)
-    one.body.velocity, two.body.velocity = (math.nan, 0.0), (50.0, 0.0)
-    for _ in range(3):
-        with pytest.raises(ValueError, match=r"^ball 0: velocity = \[nan"):
-            space.step(DT)
-    table.strike(one, (0.0, 0.0))
-    for _ in range(300):
-        space.step(DT)
-    assert two.body.position == pytest.approx((12.5, 200.0), abs=1e-9)
-
-
 def test_a_number_that_is_none_in_a_callback_is_refused_when_the_step_is_over() -> None:
     space, table = world(1.0)
     one, two = ball(table, 0.0), ball(table, 100.0)
@@ -408,22 +385,6 @@ def test_a_velocity_function_that_returns_no_number_is_refused() -> None:
 
 
 # -- step and play ---------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("how", ["velocity", "impulse", "position"])
-def test_a_step_follows_what_is_set_by_hand(how: str) -> None:
-    _, table = world(1.0, deceleration=100.0)
-    one = ball(table, 0.0)
-    table.step(DT)
-    if how == "velocity":
-        one.body.velocity = 300.0, 0.0
-    elif how == "impulse":
-        one.body.apply_impulse_at_local_point((300.0, 0.0))
-    else:
-        one.body.position = 450.0, 0.0
-    for _ in range(300):
-        table.step(DT)
-    assert one.body.position == pytest.approx((450.0, 0.0), abs=1e-9)
 
 
 def test_play_follows_what_is_set_by_hand() -> None:
@@ -603,20 +564,6 @@ def test_the_clock_stands_at_a_contact_that_is_refused(what: str) -> None:
 # -- more that belongs to the table ----------------------------------------------------------------
 
 
-def test_a_handler_of_pymunk_may_remove_a_ball() -> None:
-    space, table = world(1.0, deceleration=50.0)
-    one, guest = (
-        ball(table, 0.0, velocity=(900.0, 0.0)),
-        pymunk.Circle(space.static_body, 5.0, (60, 0)),
-    )
-    guest.sensor, guest.collision_type = True, 7
-    space.add(guest)
-    space.on_collision(7, None, begin=lambda *_: table.remove_ball(one))
-    for _ in range(60):
-        space.step(DT)
-    assert not one.is_on_table and one.body.space is None
-
-
 @pytest.mark.parametrize("steps_between", [0, 1])
 def test_a_ball_that_was_taken_out_comes_back_whole(steps_between: int) -> None:
     space, table = world(1.0)
@@ -662,26 +609,6 @@ def test_a_spring_gains_no_energy_at_a_wall() -> None:
         gains.append(max(energies) / (10.0 * 1600.0 + 450.0) - 1.0)
     assert gains[1] < 0.02
     assert gains[0] < 0.2
-
-
-def test_a_function_of_ones_own_acts_beside_friction_by_callbacks() -> None:
-    def limit(body: pymunk.Body, gravity: Point, damping: float, dt: float) -> None:
-        pymunk.Body.update_velocity(body, gravity, damping, dt)
-        if body.velocity.length > 200.0:
-            body.velocity *= 200.0 / body.velocity.length
-
-    for settings in ({"friction": "callback"}, {"rolling": 10.0}):
-        space, table = world(1.0, deceleration=50.0, **settings)
-        wall_at(table, 200.0, 1.0)
-        one = ball(table, 0.0)
-        one.body.velocity_func = limit
-        table.strike(one, (400.0, 0.0))
-        speeds = []
-        for _ in range(90):
-            space.step(DT)
-            speeds.append(math.hypot(*one.path.at(table.time)[1]))
-        assert max(speeds) <= 200.0 * (1.0 + 1e-12)
-        assert one.body.velocity_func == limit or one.number in table.moving
 
 
 def test_a_wall_on_a_body_that_has_moved_is_no_way_around_the_refusal() -> None:

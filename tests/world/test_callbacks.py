@@ -322,22 +322,6 @@ def test_a_state_saved_in_a_callback_goes_on_as_the_table_did(kind: str) -> None
         assert motion == pytest.approx(ends[number], abs=1e-9)
 
 
-def test_paths_and_bodies_in_on_contact_are_those_after_the_contact() -> None:
-    world = World()
-    seen: list[Any] = []
-
-    def look(contact: Any) -> None:
-        seen.extend((ball.path.at(contact.t), ball.body) for ball in contact.balls)
-        for (place, velocity), body in seen:
-            assert body.position == place and body.velocity == velocity
-        seen.append(world.table.predict(contact.balls[0], (0.0, 1.0)).way[0])
-
-    world.table.on_contact = look
-    world.play(FIRST["contact"])
-    assert len(seen) == 3 and seen[2] == seen[0][0][0]
-    assert world.balls["hit"].path.at(world.table.time)[1][0] > 1.0
-
-
 @pytest.mark.parametrize("what", ["strike", "place", "add", "wall", "pocket"])
 def test_the_pair_function_changes_nothing(what: str) -> None:
     """While a contact is answered nobody may touch the table; the error comes out."""

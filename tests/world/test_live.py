@@ -85,15 +85,6 @@ def test_former_settings_do_nothing(settings: dict[str, Any]) -> None:
     assert not space.constraints
 
 
-def test_what_a_table_had_says_what_serves() -> None:
-    _, table = plane()
-    one = ball(table, 0.0)
-    with pytest.warns(DeprecationWarning, match="a ball has no sensor any more: ball.circle"):
-        assert one.sensor is one.circle
-    with pytest.raises(AttributeError, match="a Billiards has no joints any more: the engine"):
-        _ = table.joints  # type: ignore[attr-defined]
-
-
 def fail(*_: object) -> None:
     raise AssertionError("this takes time that nothing asks for")
 

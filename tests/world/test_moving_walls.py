@@ -86,10 +86,12 @@ def test_a_hit_is_that_of_the_law_in_the_walls_frame(e: float, mu: float) -> Non
     """v_n' - u_n = -e (v_n - u_n), and friction slows the slip relative to the wall (Eq. 9)."""
     _, table = bare()
     table.add_wall(upright(mover(velocity=(0.4, -0.3))), e, mu)
-    one = ball(table, 0.5, 0.0, (-1.0, 0.5))
+    one, heard = ball(table, 0.5, 0.0, (-1.0, 0.5)), list[ContactEvent]()
+    table.on_contact = heard.append
     go(table, 0.5)
     assert one.path.vx == pytest.approx(0.4 + e * 1.4, abs=1e-12)
     assert one.path.vy == pytest.approx(0.5 - mu * (1 + e) * 1.4, abs=1e-12)
+    assert heard[0].impulse == pytest.approx(M * (1 + e) * 1.4, abs=1e-12)
 
 
 @pytest.mark.parametrize(("turns", "speed"), [(1.0, 1.0), (8.0, 0.5), (-30.0, 2.0)])
@@ -183,19 +185,6 @@ def test_a_ball_that_a_wall_pushes_on_goes_as_fast_as_the_wall(e: float, dt: flo
     assert not table.moving
 
 
-@pytest.mark.parametrize("dt", [1 / 30, 1 / 240])
-def test_a_ball_on_an_arm_that_turns_flies_outwards(dt: float) -> None:
-    """On an arm at w its distance is s cosh(w t): s'' = w^2 s, and nothing else acts along it."""
-    _, table = bare(dt, 0.0)
-    w, s, time = 2.0, 0.2, 0.5
-    table.add_wall(pymunk.Segment(mover(turns=w), (0.0, -R), (2.0, -R), 0.0), 0.0)
-    one = ball(table, s, 0.0, (0.0, w * s))
-    go(table, time)
-    far = s * math.cosh(w * time)
-    there = far * math.cos(w * time), far * math.sin(w * time)
-    assert math.dist(one.path.at(table.time)[0], there) < 1e-9
-
-
 def test_a_belt_drags_a_ball_that_its_roll_presses_on() -> None:
     """A wall that moves along itself drags a ball along by friction."""
     _, table = bare(1 / 60, 0.0, deceleration=1.0, rolling=0.5)
@@ -256,14 +245,6 @@ def test_steps_of_any_length_end_at_the_same_places(seed: int) -> None:
     assert max(math.dist(p, q) for p, q in zip(coarse, other, strict=True)) < 1e-9 * max(grown, 1.0)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(6))
-def test_steps_of_a_tenth_of_a_millisecond_end_there_too(seed: int) -> None:
-    coarse, fine, nudged = end_of(seed, 1 / 30), end_of(seed, 1e-4), end_of(seed, 1 / 30, 1e-7)
-    grown = max(math.dist(p, q) for p, q in zip(coarse, nudged, strict=True)) / 1e-7
-    assert max(math.dist(p, q) for p, q in zip(coarse, fine, strict=True)) < 1e-9 * max(grown, 1.0)
-
-
 def test_a_new_velocity_counts_from_the_next_step() -> None:
     _, table = bare(1 / 60)
     body = mover(velocity=(0.5, 0.0))
@@ -304,30 +285,6 @@ def test_no_puck_is_in_a_mallet_or_off_the_table(seed: int, turns: bool) -> None
     assert played.deepest < 1e-6 * R
     assert played.outside < 1e-6 * R
     assert played.fastest < 100.0
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_air_hockey_with_a_mouse_that_jumps(seed: int) -> None:
-    """A mouse puts the mallet elsewhere in each frame: the puck lies beside it, on the table."""
-    import random
-
-    rnd = random.Random(seed)
-    _, table = table_around(1 / 60, 0.8, deceleration=0.1)
-    body, one = mover(0.5, 0.5), ball(table, 1.0, 0.5)
-    table.add_wall(pymunk.Circle(body, 0.06), 0.8)
-    table.strike(one, (-1.0, 0.3))
-    for _ in range(120):
-        to = rnd.uniform(0.06, 1.94), rnd.uniform(0.06, 0.94)
-        if rnd.random() < 0.7:  # it follows the puck
-            x, y = one.body.position
-            to = min(max(x + rnd.gauss(0, 0.03), 0.06), 1.94), min(max(y, 0.06), 0.94)
-        body.position = to
-        go(table, 1 / 60)
-        x, y = one.path.at(table.time)[0]
-        assert R - 1e-9 <= x <= 2.0 - R + 1e-9
-        assert R - 1e-9 <= y <= 1.0 - R + 1e-9
-        assert table.engine.squeezes.jams or math.dist((x, y), body.position) >= 0.06 + R - 1e-7
-        assert one.path.speed < 10.0
 
 
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
