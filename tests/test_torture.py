@@ -36,7 +36,12 @@ def answered(name: str, setting: str) -> dict[str, Any]:
     return common._answer(request, by_ours.OFFERS, by_ours.SETTINGS, by_ours.play)
 
 
-@pytest.mark.parametrize("setting", by_ours.SETTINGS)
+# Steps in a pymunk space have the bits of the exact solver (tests/world/test_live.py).
+@pytest.mark.parametrize(
+    "setting",
+    [pytest.param(each, marks=[pytest.mark.slow] if "pymunk" in each else [])
+     for each in by_ours.SETTINGS],
+)  # fmt: skip
 @pytest.mark.parametrize(
     "name",
     [

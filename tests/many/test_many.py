@@ -33,12 +33,8 @@ from pool_pymunk.many import play
 from pool_pymunk.many.source import read_source
 from pool_pymunk.studies.compare import contact_order, play_beside, reference_of
 from tests.shared.hard_scenes import squeezed
-from tests.shared.scenes import AT_A_TERMINAL, frozen_rack, seeds
+from tests.shared.scenes import AT_A_TERMINAL, frozen_rack
 from tests.shared.shots import (
-    KINDS,
-    LATE,
-    ROLLING,
-    ROLLS,
     check_bits,
     great_crowd,
     shots_of,
@@ -53,35 +49,12 @@ def compare(kind: str, seed: int, count: int) -> Batch:
     return batch
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind in LATE)) for kind in KINDS]
-)
-def test_a_thousand_random_shots_are_those_of_the_exact_solver_bit_for_bit(kind: str) -> None:
-    for seed in range(13):
-        compare(kind, seed, 2 if kind == "crowd" else 10)
-
-
 def test_shots_of_a_great_crowd() -> None:
     crowd = great_crowd(70)
     position, velocity = shots_of(crowd, 1, 3)
     batch = simulate_many(crowd, position, velocity, max_time=0.1)
     check_bits(batch, range(1))
     assert batch.by_reference == 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ROLLING)
-def test_a_hundred_random_shots_that_roll(kind: str) -> None:
-    for seed in range({"crowd": 2, "hard": 3}.get(kind.removesuffix(ROLLS), 6)):
-        compare(kind, seed, 2)
-
-
-@pytest.mark.slow
-@pytest.mark.seeded
-@pytest.mark.parametrize("kind", [*KINDS, *ROLLING])
-def test_twenty_thousand_random_shots(kind: str) -> None:
-    for seed in seeds(20 if kind == "crowd" or kind in ROLLING else 250):
-        compare(kind, seed, 11)
 
 
 def report(rolls: bool) -> Scene:
@@ -249,19 +222,6 @@ def test_two_cushions_at_once_slow_a_roll(law: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_ball_that_its_roll_holds_to_a_cushion() -> None:
-    scene = Scene(
-        (Ball("C", (0.5, 0.93), 0.03, 0.2, cue=True),), Table.rectangle(2.0, 1.0),
-        Restitution(0.9, None, 0.1), Friction(0.2, 0.0, 0.0, 0.01),
-    )  # fmt: skip
-    velocity = np.array([[[0.5, 1.0]]])
-    batch = simulate_many(scene, velocity=velocity, roll=velocity * [[[0.0]], [[1.0]]])
-    assert batch.handed_back.tolist() == [False, False]
-    assert batch.run(1).persistent
-    check_bits(batch, range(2))
-
-
-@pytest.mark.slow
 def test_balls_begin_with_the_rolls_that_are_given() -> None:
     balls = (
         Ball("C", (0.5, 0.5), 0.03, 0.2, cue=True),
@@ -289,17 +249,6 @@ def test_balls_begin_with_the_rolls_that_are_given() -> None:
                                     start.velocity[1]))  # fmt: skip
     run = simulate(alone, solver="event-driven", start=slow)  # Vectors stay as they are given.
     np.testing.assert_allclose(fixed.final[1], run.end.position, atol=1e-12)
-
-
-def test_a_law_of_ones_own() -> None:
-    class Plastic(Law):
-        def ball_ball(self, a: Any, b: Any, pair: Any) -> Any:
-            return super().ball_ball(a, b, pair._replace(restitution=0.0))
-
-    scene = load("two-balls")
-    batch = simulate_many(scene, velocity=[[1.0, 0.0], [0.0, 0.0]], law=Plastic(), max_time=2.0)
-    assert batch.law == "Plastic"
-    check_bits(batch, range(1))
 
 
 def test_no_shots_and_resting_ones() -> None:

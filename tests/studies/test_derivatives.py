@@ -141,7 +141,7 @@ def differences(low: ReferenceRun, high: ReferenceRun) -> tuple[np.ndarray, np.n
     return np.array(ends), np.array(times)
 
 
-def assert_agrees(scene: Scene, rng: random.Random, solver: str = "event-driven") -> bool:
+def assert_agrees(scene: Scene, rng: random.Random) -> bool:
     """Compare one random direction.
 
     Return False for a scene that the reference refuses, or whose contacts come in another order
@@ -158,7 +158,7 @@ def assert_agrees(scene: Scene, rng: random.Random, solver: str = "event-driven"
     before, after = inputs_of(low), inputs_of(high)
     with mp.workdps(DIGITS):  # Rounding leaves the steps that were really made.
         change = {name: float(mpf(after[name]) - mpf(before[name])) for name in direction}
-    run = simulate(scene, solver=solver)
+    run = simulate(scene, solver="event-driven")
     ends, times, warnings = along(run, change)
     assert warnings == ()
     true_ends, true_times = differences(*runs)
@@ -211,12 +211,8 @@ def test_derivatives_of_many_scenes_agree_with_forty_digits(law: str, table: str
     compared(law, table, 3, exactly_rolling_scene)
 
 
-def test_derivatives_by_pymunk_and_with_pockets_agree_with_forty_digits() -> None:
+def test_derivatives_with_pockets_agree_with_forty_digits() -> None:
     compared("coulomb", "rectangle", 3, random_pocket_scene)
-    rng = random.Random(7)
-    done = 0
-    while done < 3:
-        done += assert_agrees(random_scene("coulomb", "hexagon", rng), rng, solver="pymunk")
 
 
 # -- closed forms ------------------------------------------------------------------------------
@@ -335,14 +331,6 @@ def test_what_hangs_on_nothing_lost_stays_known() -> None:
     alone = simulate(head_on(*pair), solver="event-driven").derivatives()
     columns = [found.names.index(name) for name in alone.names]
     assert np.allclose(found.final[3:, :, columns], alone.final, rtol=1e-12, atol=1e-12)
-
-
-def test_a_graze_has_none() -> None:
-    scene = head_on(ball("a", 0, 0, 2.0), ball("b", 0.5, math.nextafter(0.1, 0.0)))
-    run = simulate(scene, solver="event-driven")
-    found = run.derivatives()
-    assert run.events[0].is_contact
-    assert any("graze" in text for text in found.warnings)
 
 
 def test_zero_slip_under_the_published_law_has_none() -> None:

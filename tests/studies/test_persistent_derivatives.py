@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -260,14 +259,6 @@ def test_a_run_that_is_cut_while_it_lasts() -> None:
     found = run.derivatives()
     assert run.persistent[0].until == run.duration
     assert np.isnan(found.final).all() and len(found.warnings) == 1
-
-
-def test_a_loaded_run_has_the_same(tmp_path: Path) -> None:
-    run = play(with_others(ball(2, (0.0, 1.0), (1.0, 0.0), 1.0)))
-    run.save(tmp_path / "run.npz")
-    found, own = Run.load(tmp_path / "run.npz").derivatives(), run.derivatives()
-    np.testing.assert_array_equal(found.final, own.final)
-    assert found.warnings == own.warnings
 
 
 def test_another_solver_and_many_shots_say_the_same() -> None:

@@ -56,23 +56,6 @@ def plan(scene: Scene | None = None, shot: int | None = 1, **said: Any) -> Plan:
 # -- inputs ----------------------------------------------------------------------------------------
 
 
-def test_a_shots_input_depends_on_its_number_alone() -> None:
-    whole = plan().draw(range(100))
-    part = plan(chunk=7, samples=5000).draw(range(40, 50))
-    assert whole.columns.keys() == part.columns.keys()
-    for name, values in part.columns.items():
-        np.testing.assert_array_equal(whole.columns[name][40:50], values)
-    np.testing.assert_array_equal(whole.position[40:50], part.position)
-    np.testing.assert_array_equal(whole.velocity[40:50], part.velocity)
-
-
-def test_an_input_does_not_change_if_others_are_varied_too() -> None:
-    few = plan(vary={"angle": (-5, 5)}).draw(range(10))
-    np.testing.assert_array_equal(few.columns["angle"], plan().draw(range(10)).columns["angle"])
-    other = plan(vary={"angle": (-5, 5)}, seed=1).draw(range(10))
-    assert not np.array_equal(few.columns["angle"], other.columns["angle"])
-
-
 def test_what_is_varied_lies_in_its_range() -> None:
     every: dict[str, Any] = {
         "speed": (1, 2), "angle": (-30, 10), "mass": (0.1, 0.4), "restitution.cushion": (0.5, 0.6),
@@ -120,13 +103,6 @@ def test_an_aimed_shot_may_aim_at_where_the_ball_is() -> None:
     velocity = found.velocity[:, cue]
     cross = offset[:, 0] * velocity[:, 1] - offset[:, 1] * velocity[:, 0]
     np.testing.assert_allclose(cross, 0.0, atol=1e-12)
-
-
-def test_a_grid_combines_all_values() -> None:
-    grid = {"angle": (-1.0, 1.0, 3), "speed": (1.0, 4.0, 4)}
-    found = plan(vary=None, grid=grid, samples=None).draw(range(12))
-    pairs = list(zip(found.columns["angle"].tolist(), found.columns["speed"].tolist(), strict=True))
-    assert pairs == [(a, s) for a in (-1.0, 0.0, 1.0) for s in (1.0, 2.0, 3.0, 4.0)]
 
 
 # -- the dataset -----------------------------------------------------------------------------------
