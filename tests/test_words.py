@@ -102,11 +102,12 @@ def test_each_class_has_a_name_of_its_own() -> None:
     """The core has its own Path, Wall and Law until the old engine is gone."""
     for is_core in (True, False):
         names = Counter(
-            node.name
-            for name, tree in modules()
-            for node in ast.walk(tree)
-            if isinstance(node, ast.ClassDef) and name.startswith("core") == is_core
+            name
+            for path in HOME.rglob("*.py")
+            if path.is_relative_to(HOME / "core") == is_core
+            for name in re.findall(r"^ *class (\w+)[(:]", path.read_text(encoding="utf-8"), re.M)
         )
+        assert len(names) > 50
         assert [name for name, count in names.items() if count > 1] == []
 
 
