@@ -221,7 +221,8 @@ class Present:
 
     def remove(self, ball: Ball, place: Vector) -> None:
         """Take a ball off the table, and let it lie at a place (m)."""
-        ball.path = self.table.surface.path(self.now, place, (0.0, 0.0), (0.0, 0.0))
+        x, y = place
+        ball.path = standing(self.now, x, y)
         ball.speed = 0.0
         ball.rested = self.now
         ball.is_off = True

@@ -177,6 +177,11 @@ def time_to_leave(
     return t
 
 
+def parts_for_ever(x: float, y: float, vx: float, vy: float, ax: float, ay: float) -> bool:
+    """Tell whether an offset (m) only grows from now on: no rate of its square is negative."""
+    return x * vx + y * vy >= 0.0 and x * ax + y * ay >= 0.0 and vx * ax + vy * ay >= 0.0
+
+
 def time_of_impact(
     offset: Vector, velocity: Vector, acceleration: Vector, touching: float, horizon: float,
     noise: float,
@@ -226,10 +231,10 @@ def time_of_impact(
         root = math.sqrt(rate * rate + 2.0 * pull * gap)
         if rate < 0.0:
             step = 2.0 * gap / (root - rate)
-        elif pull > 0.0:
-            step = (rate + root) / pull
-        else:
+        elif pull == 0.0 or parts_for_ever(x, y, vx + t * ax, vy + t * ay, ax, ay):
             return INF
+        else:
+            step = (rate + root) / pull
         before, t = t, t + step
         if t > horizon:
             return INF

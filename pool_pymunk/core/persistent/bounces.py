@@ -11,7 +11,7 @@ import math
 
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import Vector, length_of
-from pool_pymunk.core.persistent.member import ROLL, SHARE, Member
+from pool_pymunk.core.persistent.member import FREE, ROLL, SHARE, Member
 from pool_pymunk.core.persistent.touch import Touch
 
 
@@ -39,6 +39,18 @@ def count_bounces(one: Touch, parting: float) -> None:
         b.spare_drag(slip_time(b, slip_b) * hits)
     elif one.wrings:
         one.rub(missed(one) * hits)
+
+
+def time_of_bounces(one: Touch, parting: float) -> float:
+    """Return how long (s) sides bounce that part at a speed (m/s), or close if it is negative.
+
+    Each bounce takes 2 v / press, and the next one parts at e v. On other surfaces than those of a
+    user's own, and under gravity, friction ends a motion later than its bounces.
+    """
+    e, press = one.pair.restitution, one.press_on
+    if one.a.phase != FREE or press <= 0.0 or e == 1.0:
+        return 0.0
+    return 2.0 * max(parting, -e * parting) / (press * (1.0 - e))
 
 
 def missed(one: Touch) -> float:

@@ -7,7 +7,7 @@ from typing import final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
-from pool_pymunk.core.persistent.bounces import count_bounces
+from pool_pymunk.core.persistent.bounces import count_bounces, time_of_bounces
 from pool_pymunk.core.persistent.crowds import Crowds
 from pool_pymunk.core.persistent.gathering import joined
 from pool_pymunk.core.persistent.gatherings import SUNK
@@ -77,6 +77,7 @@ class Forming(Crowds):
             group.decide(now, True)
             for one, v in zip(touches, parting):
                 count_bounces(one, v)
+                one.bounces = now + time_of_bounces(one, v)
             if group.strike():
                 group.decide(now, True)
             group.join()

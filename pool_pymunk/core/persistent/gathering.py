@@ -32,6 +32,7 @@ class Gathering(Company):
         self.looked = -INF  # s; when somebody has last asked for the states of the members
         self.states: list[State] = []
         self.until = min([one.until for one in touches], default=INF)
+        self.sleeps = False  # Forces hold its balls in their places until something comes.
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether a contact of its members is one of its own."""
@@ -47,7 +48,9 @@ class Gathering(Company):
 
     def go_to(self, t: float) -> None:
         """Let the state be that at a time (s) of the piece."""
-        if t < self.began + self.time:
+        if self.sleeps:
+            self.played = max(t - self.began, 0.0)
+        elif t < self.began + self.time:
             self.played = 0.0
             for each in self.members:
                 each.mode = each.phase
@@ -63,6 +66,17 @@ class Gathering(Company):
             if each.ball is ball:
                 return (x, y, vx, vy), (wx, wy)
         raise ValueError("the ball is no member")
+
+    def sleep(self, now: float) -> None:
+        """Let all members lie still from now (s) on, with the forces that hold them."""
+        self.sleeps, self.leader = True, None
+        self.began, self.time, self.played = now, INF, 0.0
+        self.halts = self.until < INF
+        for each in self.members:
+            each.vx = each.vy = 0.0
+            each.begin()
+        for one in self.touches:
+            one.at_start = one.halfway = one.push
 
     def states_at(self, t: float) -> list[State]:
         """Return the states of the members at a time (s) of the piece."""

@@ -80,6 +80,8 @@ class Gatherings(Persistence):
             if group.answers_all:
                 wear_out(member.ball, present.now)
                 self.braked[member.ball.number] = group.began + group.time
+            if group.sleeps:  # If it rests again at this instant, nobody hears of it.
+                member.ball.stopped = present.now
             if not any(member.ball is ball for ball in changed):
                 self._let_go(present, member)
 

@@ -84,11 +84,13 @@ class Group(Gathering):
             pull = max(pull, abs(one.lift) if one.b is None else 0.0)
         self.weak = WEAK * pull
 
-    @property
-    def is_still(self) -> bool:
-        """This tells whether the forces hold all its balls in their places."""
+    def is_still(self, now: float) -> bool:
+        """Tell whether the forces hold all its balls in their places, and none bounces unseen."""
+        for one in self.touches:
+            if one.bounces - now > self.scale.least:
+                return False
         for each in self.members:
-            if each.phase == FREE:
+            if each.phase == FREE and each.slows:
                 return False
             u, v, p, q = each.rates
             if max(abs(u), abs(v), abs(p), abs(q)) > 10.0 * self.weak:
@@ -403,6 +405,8 @@ class Group(Gathering):
         for one in self.touches:
             if one.free > now:
                 h = min(h, one.free - now)
+            if one.bounces > now:
+                h = min(h, one.bounces - now)
         h = min(max(h, self.least), self.until - now)
         for one in self.touches:
             one.at_start, one.kept = one.push, one.struck
@@ -422,7 +426,7 @@ class Group(Gathering):
 
     def states_at(self, t: float) -> list[State]:
         """Play up to a time (s) of the piece, look, and play to its end again."""
-        if t >= self.began + self.time:
+        if self.sleeps or t >= self.began + self.time:
             return [each.state for each in self.members]
         if t <= self.began:
             return [each.start for each in self.members]

@@ -18,7 +18,7 @@ from pool_pymunk.core.persistent.forming import Cluster, Forming, jam_around, pa
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SHORTEST, put
 from pool_pymunk.core.persistent.group import NEVER, Group
-from pool_pymunk.core.persistent.member import REST, ROLL, SLIP, Member
+from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST
@@ -373,11 +373,8 @@ class Groups(Forming):
 
     def _play(self, present: Present, group: Group) -> None:
         """Play the next piece of a group, and lead its balls along it, or let all of them rest."""
-        if group.is_still:
-            group.add_up(self.spells)
-            for member in group.members:
-                member.ball.group = None
-                self._rest(present, member)
+        if group.is_still(present.now):
+            self._let_rest(present, group)
             return
         if group.until - present.now < SHORTEST * self.scale.least:
             self.take_apart(present, group.members[0].ball)
@@ -395,6 +392,17 @@ class Groups(Forming):
             first = member.ball if first is None else first
         if first is not None:
             group.leader = first
+
+
+    def _let_rest(self, present: Present, group: Group) -> None:
+        """Let the balls of a group rest; where a surface goes on pulling them, it sleeps."""
+        group.add_up(self.spells)
+        if any(member.phase == FREE for member in group.members):
+            group.sleep(present.now)
+        for member in group.members:
+            if not group.sleeps:
+                member.ball.group = None
+            self._rest(present, member)
 
 
 def pass_on(present: Present, each: Member) -> None:

@@ -29,17 +29,18 @@ class Touch:
     roll into a cushion. ``slides`` and ``turns`` have the signs of the slip and of that roll; where
     they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
     without bounces have given to the last ball is ``struck`` (N s). Friction does not act before
-    ``free`` (s), so long that N would have given the ``spared`` impulse (N s).
+    ``free`` (s), so long that N would have given the ``spared`` impulse (N s). Bounces that go
+    unseen end at ``bounces`` (s).
 
     The normal turns at ``swing`` (rad/s). A wall that moves has the ``drift`` (m/s) along the
     normal, and the ``shear`` along the tangent. If the ball had no acceleration, the speed at which
     the gap opens would change by ``lift`` (m/s^2), and the slip by ``tug``.
     """
 
-    __slots__ = ("a", "at_start", "b", "closed", "drift", "free", "halfway", "i", "kept", "later",
-                 "least", "lift", "mu", "n", "nx", "ny", "on", "pair", "shear", "side", "slides",
-                 "slip", "spared", "struck", "swing", "t", "tug", "turns", "unit", "wall",
-                 "wrings")  # fmt: skip
+    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "free", "halfway", "i",
+                 "kept", "later", "least", "lift", "mu", "n", "nx", "ny", "on", "pair", "shear",
+                 "side", "slides", "slip", "spared", "struck", "swing", "t", "tug", "turns", "unit",
+                 "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
@@ -64,7 +65,7 @@ class Touch:
         self.struck: Vector = (0.0, 0.0)
         self.kept: Vector = (0.0, 0.0)  # what was struck before the present piece
         self.spared = 0.0
-        self.free = -INF
+        self.free = self.bounces = -INF
 
     # -- where it is ---------------------------------------------------------------------------
 
