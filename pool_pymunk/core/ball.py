@@ -17,13 +17,14 @@ NEARLY_NOW: Final = 1e-6  # radii; contacts this near in time may be of one inst
 class Company:
     """Balls that go on together are a company; what ends the present piece is due for its leader.
 
-    It ``halts`` where the motion of a wall ends. The engine asks it, and
+    It ``halts`` where the motion of a wall ends, and ``sleeps`` while forces hold its balls in
+    their places. The engine asks it, and
     :class:`~pool_pymunk.core.persistent.gathering.Gathering` is one.
     """
 
     def __init__(self) -> None:
         self.leader: Ball | None = None
-        self.halts = False
+        self.halts = self.sleeps = False
 
     @property
     def answers_all(self) -> bool:
@@ -85,6 +86,11 @@ class Ball:
         self.crossings = self.hits = self.seen = 0
         self.noise = self.speed = self.creep = 0.0
         self.group = None
+
+    def forget_hits(self) -> None:
+        """Let the ball have met nothing of late."""
+        self.hits, self.hit = 0, -INF
+        self.creep = 0.0
 
     def lead(self, path: Path, noise: float) -> None:
         """Put the ball on a path; ``noise`` (m/s) of its velocity may be rounding."""

@@ -138,7 +138,7 @@ class LiveEngine(Engine):
         velocity = (vx, vy) if velocity == SAME else velocity
         roll = own if roll == SAME else roll
         ball.is_off = False
-        ball.hits, ball.hit, ball.creep = 0, -INF, 0.0
+        ball.forget_hits()
         self._begin_on(ball, place, velocity, roll)
         self.recorder.path(ball, ball.path)
         self._settle(ball)
@@ -173,7 +173,7 @@ class LiveEngine(Engine):
         self.now = now
         for ball, (x, y, vx, vy), roll in zip(balls, motions, rolls, strict=True):
             ball.is_off = False
-            ball.hits, ball.hit, ball.creep = 0, -INF, 0.0
+            ball.forget_hits()
             ball.crossed = -INF
             self._begin_on(ball, (x, y), (vx, vy), roll)
         self.loosened = [ball for ball in balls if ball.path.moves]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.laws import Law
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
+from pool_pymunk.model.outline import NEVER_RESTS
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.run import Run
@@ -317,6 +318,7 @@ def _check_that_it_ends(source: Source) -> None:
     moves = source.velocity.any() or (source.roll is not None and source.roll.any())
     its = [getattr(patch, kind) for patch in scene.patches]
     slows = (least * scene.physics.gravity > 0.0).all() and 0.0 not in its
-    if not slows and source.asked.settings.max_time is None and moves:
+    if not slows and source.asked.settings.max_time is None and (moves or scene.is_tilted):
         message = f"is missing: without {kind} friction the balls of these shots never come to rest"
+        message = f"is missing: {NEVER_RESTS}" if scene.is_tilted else message
         raise setting_error("max_time", None, message)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.model.arrays import Array
+from pool_pymunk.model.outline import NO_FRICTION
 from pool_pymunk.model.parts import Ball, Shot
 from pool_pymunk.model.problems import Point, listed, no_such_ball, setting_error, suggestion
 from pool_pymunk.model.quantities import Units
@@ -261,6 +262,8 @@ def row_of(
         raise setting_error(key, name, no_such_ball(scene.index))
     if kind in ("roll", "friction.rolling") and not scene.surface.rolls:
         raise setting_error(key, name, NO_ROLLING)
+    if kind == "friction.surface" and scene.is_tilted:
+        raise setting_error(key, name, NO_FRICTION)
     if shot is not None and row.group == "velocity" and whose == shot.ball:
         message = "the shot gives the velocity of its ball: write speed or angle instead"
         raise setting_error(key, name, message)

@@ -14,13 +14,24 @@ from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.core.walls.wall import Wall
-from pool_pymunk.model.plain import Bulges, Color, Corners, Part, problems_of, size
+from pool_pymunk.model.plain import (
+    Acceleration,
+    Bulges,
+    Color,
+    Corners,
+    Part,
+    problems_of,
+    size,
+)
 from pool_pymunk.model.problems import COORDINATE_ROUNDING, Point, Problem, raise_any
 
 PIECES = 360  # chords of a whole circle in the polyline; they lie up to 4e-5 radii inside the arc
 # The radius of a flatter or rounder arc is so large that its rounding moves the cushion by more
 # than 6e-13 of the length between the corners (2^-52 b / 4 or 2^-52 / (4 b), with the bulge b).
 FLATTEST, ROUNDEST = 1e-4, 1e4
+LEVEL: Point = (0.0, 0.0)  # a tilt (m/s^2)
+NO_FRICTION = "on a tilted table with friction of the surface, paths have no closed form"
+NEVER_RESTS = "on a tilted table balls may never come to rest"
 STRAIGHT_ON = 1e-12  # rad; where an arc meets a side at a smaller angle, there is no corner
 
 
@@ -135,7 +146,8 @@ class Table(Part):
     A cushion may be an arc. Its ``bulge`` is the tangent of a quarter of the arc's angle: 0 is
     straight, 1 a half circle outwards, and negative numbers bulge into the table. If both cushions
     bulge outwards, two corners are enough. ``color`` ("#rrggbb") is that of the cloth or board in
-    pictures; by default the table is green.
+    pictures; by default the table is green. Balls fall along a table that is tilted, all at the
+    acceleration ``tilt`` (m/s^2): an upright board has (0, -9.80665).
 
     >>> table = Table.rectangle(2.0, 1.0)
     >>> [edge.normal for edge in table.edges][1]
@@ -147,12 +159,17 @@ class Table(Part):
     outline: Annotated[Corners, "Corners of any simple polygon, counter-clockwise."]
     bulge: Annotated[Bulges, "Of each side: 0 straight, 1 a half circle out, -1 in."] = ()
     color: Annotated[Color, "Of a board in pictures; default: green cloth."] | None = None
+    tilt: Annotated[Acceleration, "m/s^2, in which balls fall; without surface friction."] = LEVEL
 
     @classmethod
-    def rectangle(cls, length: float, width: float, color: str | None = None) -> Table:
+    def rectangle(
+        cls, length: float, width: float, color: str | None = None, tilt: Point = LEVEL
+    ) -> Table:
         """Return a rectangle: x from 0 to ``length``, y from 0 to ``width`` (m)."""
         _check_sizes(length=length, width=width)
-        return cls(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)), color=color)
+        return cls(
+            ((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)), color=color, tilt=tilt
+        )
 
     @classmethod
     def stadium(cls, length: float, width: float) -> Table:

@@ -274,6 +274,7 @@ Share = Annotated[float, Key(between(0.0, 1.0), limits=(*FROM_0, ("maximum", 1))
 Number = Annotated[float, Key(between(0.0), limits=FROM_0)]  # from 0 on
 Place = Annotated[Point, Key(point, "length")]  # m
 Velocity = Annotated[Point, Key(point, "speed")]  # m/s
+Acceleration = Annotated[Point, Key(point)]  # m/s^2, in every file
 Corners = Annotated[tuple[Point, ...], Key(many(point, "corners, [[x, y], ...]"), "length")]  # m
 Bulges = Annotated[tuple[float, ...], Key(many(finite, "numbers, [0.0, 1.0, ...]"))]
 Ends = Annotated[Mapping[str, Point], Key(ends, "length")]  # m

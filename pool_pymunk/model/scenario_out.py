@@ -96,7 +96,8 @@ def _table(table: Table | None, units: Units) -> Values:
         return {}
     corner = table.outline[2:3]
     said = _unusual(table, units)
-    if corner and min(corner[0]) >= SMALLEST and table == Table.rectangle(*corner[0], table.color):
+    is_sound = bool(corner) and min(corner[0]) >= SMALLEST
+    if is_sound and table == Table.rectangle(*corner[0], table.color, table.tilt):
         del said["outline"]
         sides = _in_units(corner[0], "length", units)
         return dict(zip(("length", "width"), sides, strict=True)) | said

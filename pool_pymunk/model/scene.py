@@ -13,11 +13,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, overload
 
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.patches import Border, Circle, Line, Patches
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
 from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws.contact import Pair
-from pool_pymunk.model.outline import Table
+from pool_pymunk.model.outline import LEVEL, NEVER_RESTS, NO_FRICTION, Table
 from pool_pymunk.model.parts import (
     NEAREST,
     Ball,
@@ -121,6 +122,7 @@ class Scene(Part):
         yield from self._of_coefficients(len(cues))
         for k, patch in enumerate(self.patches):
             yield from (each.under("patches", k) for each in self._of_patch(patch))
+        yield from self._of_tilt()
         yield from self._of_time()
 
     def _of_places(self, units: Units) -> Iterator[Problem]:
@@ -177,6 +179,8 @@ class Scene(Part):
 
     def _of_patch(self, patch: Patch) -> Iterator[Problem]:
         """Find coefficients of a patch that do not fit those of the scene."""
+        if self.is_tilted and patch.surface:
+            yield Problem("surface", patch.surface, f"must be 0: {NO_FRICTION}")
         surface = self.friction.surface if patch.surface is None else patch.surface
         rolling = self.friction.rolling if patch.rolling is None else patch.rolling
         if self.friction.rolling is None and patch.rolling is not None:
@@ -192,15 +196,27 @@ class Scene(Part):
                 "rolling", patch.rolling, f"must not be above surface ({surface:g}{whose})"
             )
 
+    def _of_tilt(self) -> Iterator[Problem]:
+        """Find friction of a surface that is tilted."""
+        friction = self.friction
+        if not self.is_tilted:
+            return
+        if friction.surface != 0.0 or friction.rolling is not None:
+            key = "surface" if friction.surface != 0.0 else "rolling"
+            message = f"leave out friction.{key} ({getattr(friction, key):g}): {NO_FRICTION}"
+            yield Problem(("table", "tilt"), list(self.tilt), message)
+
     def _of_time(self) -> Iterator[Problem]:
         """Find that a run needs a latest end, because balls may never come to rest."""
-        moves = self.shots or any(ball.velocity != (0.0, 0.0) for ball in self.balls)
+        moves = self.is_tilted or self.shots or any(b.velocity != (0.0, 0.0) for b in self.balls)
         if not moves or self.physics.max_time is not None:
             return
         key = "surface" if self.friction.rolling is None else "rolling"
         ice = [k for k, patch in enumerate(self.patches) if getattr(patch, key) == 0.0]
         why = ""
-        if slowest(self.friction, self.physics) == 0.0:
+        if self.is_tilted:
+            why = NEVER_RESTS
+        elif slowest(self.friction, self.physics) == 0.0:
             why = f"friction.{key} or gravity is 0, so balls never come to rest"
         elif ice:
             why = f"patches[{ice[0]}].{key} is 0, so a ball may never come to rest"
@@ -248,6 +264,8 @@ class Scene(Part):
     @cached_property
     def surface(self) -> Surface:
         """The surface says how balls move on the table between contacts."""
+        if self.is_tilted:
+            return Falling(*self.tilt)
         if self.friction.rolling is None:
             return Sliding(self.deceleration)
         return Rolling(self.deceleration, self.friction.rolling * self.physics.gravity)
@@ -265,6 +283,16 @@ class Scene(Part):
         """
         g, own = self.physics.gravity, [(patch.surface, patch.rolling) for patch in self.patches]
         return [(-1.0 if mu is None else mu * g, -1.0 if w is None else w * g) for mu, w in own]
+
+    @property
+    def tilt(self) -> Point:
+        """The acceleration (m/s^2) in which balls fall along the table."""
+        return LEVEL if self.table is None else self.table.tilt
+
+    @property
+    def is_tilted(self) -> bool:
+        """Tell whether balls fall along the table."""
+        return self.tilt != LEVEL
 
     @property
     def deceleration(self) -> float:
@@ -413,7 +441,8 @@ def ground_of(table: Surface, patches: Sequence[Patch], gravity: float) -> Patch
     for each in patches:
         pull = table.pull if each.surface is None else each.surface * gravity
         drag = table.drag if each.rolling is None else each.rolling * gravity
-        found.append(Rolling(pull, drag) if table.rolls else Sliding(pull))
+        own = Rolling(pull, drag) if table.rolls else Sliding(pull)
+        found.append(table if isinstance(table, Falling) else own)  # There no patch slows balls.
     return Patches([one for k, each in enumerate(patches) for one in borders_of(k, each)], found)
 
 

@@ -37,8 +37,10 @@ def solve(scene: Scene, start: State, settings: Settings, *, friction: str = "jo
 def set_up(scene: Scene, start: State, settings: Settings) -> Billiards:
     """Return a space with the scene's cushions, and its balls in motion."""
     assert settings.dt is not None
+    space = pymunk.Space()
+    space.gravity = scene.tilt
     table = Billiards(
-        pymunk.Space(),
+        space,
         settings.dt,
         pair=scene.pair,
         law=settings.law_of(scene),
@@ -47,6 +49,7 @@ def set_up(scene: Scene, start: State, settings: Settings) -> Billiards:
     own = new_table_of(scene)
     walls, own.walls = own.walls[: len(scene.cushions)], []
     table.live.lay(own)
+    table.live.gravity = scene.tilt  # The table of the core has it already.
     for wall, shape in zip(walls, cushion_shapes(scene, table.space), strict=True):
         table.put_wall(shape, wall)
     for hole in scene.pockets:

@@ -82,6 +82,7 @@ class Solver:
     own_law: bool = False  # It does not use the scene's contact law.
     rolls: bool = False  # It plays scenes in which balls roll.
     patches: bool = False  # It plays scenes that have patches.
+    tilts: bool = False  # It plays scenes whose balls fall.
     to_tolerance: bool = False  # It plays contacts that persist as exactly as a tolerance asks.
     engine: bool = False  # It has the contact engine, so it can play variants of a run.
     limits: str = ""  # It says why the method must break at extremes. Empty: it must not break.
@@ -116,7 +117,8 @@ class Solver:
     def plays(self, scene: Scene) -> bool:
         """Tell whether it plays all that a scene has."""
         plays_motion = self.rolls or not scene.surface.rolls
-        return plays_motion and (self.patches or not scene.patches)
+        plays_ground = (self.patches or not scene.patches) and (self.tilts or not scene.is_tilted)
+        return plays_motion and plays_ground
 
     @property
     def is_reference(self) -> bool:

@@ -13,7 +13,7 @@ PYMUNK = Solver(
     name="pymunk", solve=InFile("pymunk_space"),
     about="in a pymunk space, contacts inside the step", dt=1 / 240,
     options={"friction": ("joint", "callback")}, exact=True, engine=True, rolls=True, patches=True,
-    to_tolerance=True, finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
+    tilts=True, to_tolerance=True, finest=1e-4, ladder=(1 / 30, 1 / 60, 1 / 120, 1 / 240, 1e-3),
     stability_steps=(1 / 60, 1 / 240, 1 / 1000), quick_stability_steps=(1 / 60,),
     color="#009e73", marker="o",
 )  # fmt: skip
@@ -40,7 +40,7 @@ BUILTIN = Solver(
 EVENT_DRIVEN = Solver(
     name="event-driven", solve=InFile("event_driven"),
     about="exact: from contact to contact", dt=None, exact=True, engine=True, rolls=True,
-    patches=True, to_tolerance=True,
+    patches=True, tilts=True, to_tolerance=True,
     no_tolerance="it is exact and has no step: no tolerance is needed",
     color="#000000", marker="*",
 )  # fmt: skip

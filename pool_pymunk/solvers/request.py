@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from pool_pymunk.core.record import POCKET
 from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene, Shot, State
+from pool_pymunk.model.outline import NEVER_RESTS
 from pool_pymunk.model.plain import (
     Reader,
     Value,
@@ -41,6 +42,7 @@ NO_ROLLS = (
     "only slide, with every solver)"
 )
 NO_PATCHES = "does not play patches, and the scene has some (these do: {})"
+NO_TILT = "does not let balls fall, and the table has a tilt (these do: {})"
 QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
 
 
@@ -88,9 +90,11 @@ class Request(NamedTuple):
         scene, settings = self.scene, self.settings
         state = self.start(shot, start)
         drifts = settings.max_time is None and not scene.always_rests
-        if drifts and any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ()))):
+        moves = any(v != (0.0, 0.0) for v in (*state.velocity, *(state.roll or ())))
+        if drifts and (scene.is_tilted or moves):
             friction = "rolling" if scene.surface.rolls else "surface"
             never = f"without {friction} friction the balls of this start never come to rest"
+            never = NEVER_RESTS if scene.is_tilted else never
             raise setting_error("max_time", None, f"is missing: {never}")
         self.solver.load()
         began = time.perf_counter()
@@ -239,6 +243,7 @@ def request(
     for can, is_asked, message in (
         ("rolls", scene.surface.rolls, NO_ROLLS),
         ("patches", scene.patches, NO_PATCHES),
+        ("tilts", scene.is_tilted, NO_TILT),
     ):
         if is_asked and not getattr(method, can):
             others = ", ".join(name for name, other in SOLVERS.items() if getattr(other, can))

@@ -17,7 +17,7 @@ from pool_pymunk.model.problems import setting_error
 def check_surface(scene: Scene) -> None:
     """Raise SettingError for a scene with a surface of somebody's own."""
     if type(scene.surface) not in (Sliding, Rolling):
-        message = "is a surface of your own, and has no derivatives"
+        message = "has no derivatives: only surfaces on which balls slide or roll have them"
         raise setting_error("surface", type(scene.surface).__name__, message)
 
 

@@ -19,6 +19,7 @@ import pymunk
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair as CorePair
 from pool_pymunk.core.live import SAME, LiveEngine
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.patches import Patches
 from pool_pymunk.core.motion.surface import Surface
 from pool_pymunk.core.motion.times import Vector
@@ -197,7 +198,7 @@ class Billiards:
     @property
     def deceleration(self) -> float:
         """Return the deceleration (m/s^2) of a ball that slides, mu_s g; you may set it in play."""
-        return self.live.surface.pull
+        return 0.0 if isinstance(self.live.surface, Falling) else self.live.surface.pull
 
     @deceleration.setter
     def deceleration(self, pull: float) -> None:
@@ -220,6 +221,8 @@ class Billiards:
         surface = checks.read_surface(pull, drag)
         self._catch_up(changes_space=True)
         self.live.change_surface(surface, self.live.patches)
+        self.live.gravity = STILL  # It is followed anew.
+        self.live.follow()
 
     @property
     def least_closing(self) -> float:

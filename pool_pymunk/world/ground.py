@@ -7,10 +7,11 @@ from typing import Any
 
 import pymunk
 
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.surface import Surface
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.model import Patch
-from pool_pymunk.model.outline import misdrawn
+from pool_pymunk.model.outline import NO_FRICTION, misdrawn
 from pool_pymunk.model.plain import argument, point, size
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.world.ball import FROM_ZERO
@@ -54,3 +55,5 @@ def check_patches(table: Surface, patches: Sequence[Patch]) -> None:
             raise setting_error("rolling", each.rolling, message)
         drag = table.drag if each.rolling is None else each.rolling
         read_surface(each.surface, drag if table.rolls else None)
+        if isinstance(table, Falling) and each.surface:
+            raise setting_error("deceleration", each.surface, f"must be 0: {NO_FRICTION}")

@@ -10,17 +10,26 @@ from typing import Any
 import numpy as np
 
 from pool_pymunk.core.live import MOST_EVENTS
+from pool_pymunk.core.motion.times import EPSILON
 from pool_pymunk.core.news import JAM, Event
 from pool_pymunk.core.record import POCKET, STOP
 from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.world.ball import ContactEvent, TableBall
-from pool_pymunk.world.bodies import rows_of
+from pool_pymunk.world.bodies import Rows, rows_of
 from pool_pymunk.world.checks import check_space, check_step
-from pool_pymunk.world.table import LiveTable, Phase
+from pool_pymunk.world.table import NOTHING, LiveTable, Phase
 
 # Callbacks may hear so often of one time, after which a game would not notice their end. A thousand
 # calls take half a second; no test of games has more than five.
 MOST_TOLD = 1000
+ROUNDING = 4.0 * EPSILON  # of speeds: pymunk adds what gravity gives, and here it is taken off
+
+
+def without(gains: Rows, falls: Rows, velocities: Rows) -> Rows:
+    """Return gains of velocities (m/s) without what balls gain as they fall, to rounding."""
+    left = gains - falls
+    left[np.abs(left) <= ROUNDING * (np.abs(velocities) + np.abs(falls))] = 0.0
+    return left
 
 
 class Steps:
@@ -151,6 +160,8 @@ class Steps:
             return
         gains = bodies.shown(motions) - motions
         gains[:, :2] = 0.0  # Places differ, by rounding or by others; they come from the engine.
+        if live.falls != NOTHING:
+            gains[:, 2:] = without(gains[:, 2:], dt * np.array(live.falls), motions[:, 2:])
         if np.count_nonzero(gains):
             live.push(gains, dt)
             live.show()

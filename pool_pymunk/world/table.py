@@ -11,8 +11,9 @@ import pymunk
 
 from pool_pymunk.core import ball as core
 from pool_pymunk.core.live import SAME, LiveEngine
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.path import Motion
-from pool_pymunk.core.motion.surface import Surface
+from pool_pymunk.core.motion.surface import Sliding, Surface
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.side import OVERLAP
@@ -21,7 +22,7 @@ from pool_pymunk.model.problems import SettingError
 from pool_pymunk.model.scene import ground_of
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import ROW, Bodies, Rows, rows_of
-from pool_pymunk.world.checks import check_sound, is_sound, set_apart
+from pool_pymunk.world.checks import check_sound, check_space, is_sound, set_apart
 from pool_pymunk.world.ground import check_patches
 from pool_pymunk.world.outlook import free_spot
 from pool_pymunk.world.walls import Obstacle, Walls
@@ -51,6 +52,7 @@ class LiveTable:
         self.bodies, self.walls = Bodies(space), Walls(space, engine)
         self.patches: tuple[Patch, ...] = ()
         self.surface: Surface = engine.table.surface
+        self.gravity: Vector = NOTHING  # of the space, as far as it is followed
         self.balls: list[TableBall] = []
         self.own: set[pymunk.Body | pymunk.Shape] = set()  # bodies and circles of these balls
         self.widest = 0.0  # m; the largest radius of a ball
@@ -194,6 +196,8 @@ class LiveTable:
         """Take what differs from what was last written as new starts."""
         if self.phase in (Phase.STEPPING, Phase.PLAYING):
             return
+        if self.space.gravity != self.gravity:
+            self._follow_gravity()
         self.read()
         if self.bodies.are_as_seen:
             return
@@ -221,6 +225,21 @@ class LiveTable:
             for ball in tuple(self.unsound):
                 self.unsound.discard(ball)
                 check_sound(ball, self.end_of_step)
+
+    def _follow_gravity(self) -> None:
+        """Let balls fall as the space's gravity says, unless friction slows them."""
+        check_space(self.space)
+        gx, gy = gravity = self.space.gravity
+        if not self.surface.rolls and self.surface.drag == 0.0:
+            surface = Sliding(0.0) if gravity == NOTHING else Falling(gx, gy)
+            self.change_surface(surface, self.patches)
+        self.gravity = gravity
+
+    @property
+    def falls(self) -> Vector:
+        """The acceleration (m/s^2) in which balls fall; gravity pushes those that slide."""
+        surface = self.surface
+        return (surface.gx, surface.gy) if isinstance(surface, Falling) else NOTHING
 
     def _move(self, moved: dict[TableBall, tuple[Motion, bool, bool]]) -> None:
         """Set balls off that others have put elsewhere, or have given another velocity."""
@@ -290,7 +309,7 @@ class LiveTable:
         for k in np.flatnonzero(gains.any(axis=1)).tolist():
             ball, (_, _, gx, gy) = self.balls[k], gains[k].tolist()
             surface = self.engine.table.surface_of(ball.core.patch)
-            holds = min(surface.pull, ROLLED * surface.drag) if surface.rolls else surface.pull
+            holds = min(surface.pull, ROLLED * surface.drag) if surface.rolls else surface.drag
             rests = ball.core.path.end <= self.engine.now
             if rests and math.sqrt(gx * gx + gy * gy) <= holds * dt:
                 continue

@@ -22,6 +22,10 @@ from pool_pymunk.core.walls.wall import Wall
 
 LONGEST: Final = 10.0
 SWEEPS: Final = 60
+SHIFTS: Final = 300
+APART: Final = 1.4  # Balls are moved apart by so many times what they have sunk in.
+SUNK: Final = 1e-10  # radii
+LEAST: Final = 1e-9  # of the speed that the surface gives in a step; slower ones are none
 ENOUGH: Final = 5e-2  # of the speed that the surface takes in a step; the impulses are as exact
 
 
@@ -51,7 +55,7 @@ class Crowd(Gathering):
 
     def states_at(self, t: float) -> list[State]:
         """Return the states at a time (s): velocities are those of the whole step."""
-        if t <= self.began:
+        if self.sleeps or t <= self.began:
             return [each.start for each in self.members]
         found = list[State]()
         for each in self.members:
@@ -61,7 +65,9 @@ class Crowd(Gathering):
 
     def go_to(self, t: float) -> None:
         """Let the state be that at a time (s): its velocities are those of the whole step."""
-        if t < self.began + self.time:
+        if self.sleeps:
+            super().go_to(t)
+        elif t < self.began + self.time:
             for each, state in zip(self.members, self.states_at(t)):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
                 each.time = max(t, self.began)
@@ -100,14 +106,24 @@ class Crowd(Gathering):
         if self._energy > before:
             for each in self.members:
                 each.go_back()
+            for one in self.touches:
+                one.n = one.t = one.i = 0.0
             self._press(h, 0.0)
         self.played = h
         for one in self.touches:
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
-        for one in self.touches:
-            one.part()
+        self._make_room()
         return 0.0
+
+    def _make_room(self) -> None:
+        """Move balls apart that the errors of a step have left too near, one after another."""
+        for _ in range(SHIFTS):
+            deepest = 0.0
+            for one in self.touches:
+                deepest = max(deepest, one.part(APART))
+            if deepest <= SUNK:
+                break
 
     @property
     def _energy(self) -> float:
@@ -119,16 +135,20 @@ class Crowd(Gathering):
 
     def _press(self, h: float, bounces: float) -> None:
         """Find the forces of a step (s), and the state after it; ``bounces`` is 0 or 1."""
-        enough = 0.0
+        gain = speed = 0.0
         for each in self.members:
             each.fx = each.fy = each.cx = each.cy = 0.0
             each.face()
-            each.brake(h)
-            enough = max(enough, ENOUGH * h * each.pull)
+            gain, speed = max(gain, h * each.pull), max(speed, abs(each.vx), abs(each.vy))
+        enough = ENOUGH * min(gain, max(speed, LEAST * gain))
         for one in self.touches:
+            n, t, i = one.n, one.t, one.i  # as in the step before
             one.n = one.t = one.i = 0.0
             one.look()
             one.aim(h, bounces)
+            one.press(n, t, i)
+        for each in self.members:
+            each.brake(h)
         for _ in range(SWEEPS):
             change = 0.0
             for one in self.touches:

@@ -11,6 +11,7 @@ from pool_pymunk.core.persistent.crowd import Crowd
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SHORTEST, SOON, is_worn, put, wear_out
 from pool_pymunk.core.persistent.member import Member
+from pool_pymunk.core.persistent.persistence import sides_of
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.persistent.unseen import CROWD, MOST, Unseen
@@ -20,6 +21,7 @@ from pool_pymunk.core.queue import Due
 MANY: Final = 1000  # CROWD balls or fewer are a crowd after so many hits, together.
 LARGE: Final = 16  # balls; more that press on each other are a crowd at once
 STRIDE: Final = 0.05  # radii; a step of a crowd moves no ball farther
+CALM: Final = 0.25  # s; balls that fall rest once they have not moved for so long
 
 
 class Crowds(Unseen):
@@ -28,6 +30,9 @@ class Crowds(Unseen):
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
         self.crowds = 0  # steps, so far
+        self.pushes: dict[tuple[int, int], tuple[float, float, float]] = {}  # N, in the last step
+        # where a ball of a crowd has been for how long: a place (m), since a time (s)
+        self.places: dict[int, tuple[float, float, float]] = {}
 
     def _crowds(self, present: Present, dues: list[Due]) -> bool:
         """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
@@ -90,6 +95,8 @@ class Crowds(Unseen):
                 pace = STRIDE * each.ball.radius / speed
         pace = self._pace_beside_movers(present, members, pace)
         touches = self._reach(present, members)
+        for one in touches:
+            one.n, one.t, one.i = self.pushes.get(sides_in(one), (0.0, 0.0, 0.0))
         crowd = Crowd(members, touches, present.now, self.scale, pace)
         crowd.halts = present.now + pace >= self._motions_end(present)
         for each in members:
@@ -163,16 +170,45 @@ class Crowds(Unseen):
             for one in crowd.touches:
                 if one.on and one.wall is not None and one.wall.moves:
                     present.jam(one.a.ball, one.wall)
+        self.pushes = {sides_in(one): (one.n, one.t, one.i) for one in crowd.touches if one.on}
         room = 2.0 * MOST * self.tolerance
         least = math.sqrt(room / self.scale.pull)
         for part in crowd.parts(self.tolerance):
             moves = any(not crowd.rests(each) for each in part)
+            if self._is_calm(present, part):
+                self._let_sleep(present, crowd, part)
+                continue
             if moves and is_crowd([each.ball for each in part], present.now):
                 self._begin_crowd(present, part, crowd.next_pace(room, least))
                 continue
             for each in part:
                 self._let_go(present, each)
                 put(self.seeds, each.ball)
+
+    def _is_calm(self, present: Present, part: list[Member]) -> bool:
+        """Tell whether no ball of a part that falls has moved visibly for a while."""
+        is_calm, now = True, present.now
+        for each in part:
+            x, y, since = self.places.get(each.ball.number, (INF, INF, now))
+            if abs(each.x - x) + abs(each.y - y) > self.tolerance:
+                since = now
+                self.places[each.ball.number] = each.x, each.y, now
+            is_calm = is_calm and not each.slows and now - since >= CALM
+        return is_calm
+
+    def _let_sleep(self, present: Present, crowd: Crowd, part: list[Member]) -> None:
+        """Let balls of a crowd rest that hold each other, until something comes."""
+        touches = [one for one in crowd.touches if one.a in part]
+        asleep = Crowd(part, touches, present.now, self.scale, crowd.pace)
+        asleep.sleep(present.now)
+        for each in part:
+            each.ball.group = asleep
+            self._rest(present, each)
+
+
+def sides_in(one: Touch) -> tuple[int, int]:
+    """Return the numbers of the two sides of a touch."""
+    return sides_of(one.a.ball, None if one.b is None else one.b.ball, one.wall)
 
 
 def place_along(each: Member) -> float:

@@ -73,6 +73,9 @@ class Forming(Crowds):
             for one in touches:
                 one.struck = 0.0, 0.0
                 one.spared = 0.0
+            for one, v in zip(touches, parting):
+                b = None if one.b is None else one.b.ball
+                one.is_dull = abs(v) <= self._dullest(present, one.a.ball, b)
             group = Group(members, touches, now, self.scale)
             group.decide(now, True)
             for one, v in zip(touches, parting):
@@ -190,13 +193,14 @@ class Forming(Crowds):
         e = one.pair.restitution
         v = parting if parting > 0.0 else -e * parting
         press = one.n * one.softness
-        if v <= self.scale.none:
+        a, b = one.a.ball, None if one.b is None else one.b.ball
+        if v <= self.scale.none or one.is_dull:
             return True
-        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
+        room = self._tolerance(present, a, b)
         lost = max(1.0 - e * e, TINY if group.has_alone(one) else SHARED)
         if press <= 0.0 or v * v > 2.0 * press * lost * room:
             return False
-        if v <= self._hushed(present, one.a.ball, None if one.b is None else one.b.ball):
+        if v <= self._hushed(present, a, b):
             return True
         bounces = 2.0 * v / (press * (1.0 - math.sqrt(1.0 - lost)))
         for each in (one.a, one.b):

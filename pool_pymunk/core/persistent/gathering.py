@@ -32,7 +32,6 @@ class Gathering(Company):
         self.looked = -INF  # s; when somebody has last asked for the states of the members
         self.states: list[State] = []
         self.until = min([one.until for one in touches], default=INF)
-        self.sleeps = False  # Forces hold its balls in their places until something comes.
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether a contact of its members is one of its own."""

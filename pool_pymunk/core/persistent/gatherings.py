@@ -44,7 +44,7 @@ class Gatherings(Persistence):
     def begin_step(self, present: Present) -> None:
         for ball in present.balls:
             group = ball.group
-            if group is not None and (group.halts or group.answers_all):
+            if group is not None and (group.halts or (group.answers_all and not group.sleeps)):
                 self.take_apart(present, ball)
 
     def persisted(self, present: Present) -> list[Persisted]:

@@ -154,7 +154,7 @@ class Group(Gathering):
                 for one in self.touches:
                     if one.closed:
                         one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
-            self._adopt()
+            self._adopt(joins)
             self.solve(False)
             fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now))
             if fits:
@@ -172,11 +172,11 @@ class Group(Gathering):
         self.solve(True)
         return self._fits(now)
 
-    def _adopt(self) -> None:
+    def _adopt(self, joins: bool) -> None:
         """Take the mode of the forces that relaxing has found: which are at their bounds."""
         none = self.scale.none
         for one in self.touches:
-            one.on = one.closed and one.n > self.weak * one.unit
+            one.on = one.closed and (one.n > self.weak * one.unit or (joins and one.is_dull))
             if not one.on:
                 one.press(0.0, 0.0, 0.0)
                 continue

@@ -60,6 +60,8 @@ class Groups(Forming):
         self.quiet.clear()
         self.opened.clear()
         self.braked.clear()
+        self.pushes.clear()
+        self.places.clear()
         self.spells.clear()
         self.is_hushed = False
         self.tried = self.formed = self.freed = -INF
@@ -124,7 +126,9 @@ class Groups(Forming):
         """Tell whether a lone hit may be more than that: it is faint, or a group's."""
         if one.a.ball.group is not None or (one.b is not None and one.b.ball.group is not None):
             return True
-        return not self._is_loud(present, one, one.closing) and self._is_faint(present, one)
+        if self._is_loud(present, one, one.closing):
+            return False
+        return self._is_faint(present, one) or self._is_dull(present, one)
 
     def loud(self, present: Present, dues: list[Due]) -> list[Due]:
         """Return the hits that are to be answered.
@@ -163,6 +167,8 @@ class Groups(Forming):
                 put(seeds, ball)
         for due in dues:
             one = self._contact(present, due.a, due.b, due.wall)
+            if self._is_dull(present, one):
+                continue
             may = len(seeds) > CROWD or (
                 self._is_pressed(present, one) and not self._goes_on(present, one)
             )
@@ -392,7 +398,6 @@ class Groups(Forming):
             first = member.ball if first is None else first
         if first is not None:
             group.leader = first
-
 
     def _let_rest(self, present: Present, group: Group) -> None:
         """Let the balls of a group rest; where a surface goes on pulling them, it sleeps."""

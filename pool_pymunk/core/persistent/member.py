@@ -281,9 +281,10 @@ class Member:
 
     @property
     def energy(self) -> float:
-        """Twice its energy (J)."""
+        """Twice its energy (J), with that of its height where it falls."""
         roll = GYRATION * (self.wx * self.wx + self.wy * self.wy)
-        return self.mass * (self.vx * self.vx + self.vy * self.vy + roll)
+        fall = 0.0 if self.slows else 2.0 * (self.px * self.x + self.py * self.y)
+        return self.mass * (self.vx * self.vx + self.vy * self.vy + roll - fall)
 
     @property
     def stands(self) -> bool:

@@ -30,7 +30,8 @@ class Touch:
     they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
     without bounces have given to the last ball is ``struck`` (N s). Friction does not act before
     ``free`` (s), so long that N would have given the ``spared`` impulse (N s). Bounces that go
-    unseen end at ``bounces`` (s).
+    unseen end at ``bounces`` (s). Sides that hit over and over are joined though nothing presses
+    them: then the touch ``is_dull``.
 
     The normal turns at ``swing`` (rad/s). A wall that moves has the ``drift`` (m/s) along the
     normal, and the ``shear`` along the tangent. If the ball had no acceleration, the speed at which
@@ -38,7 +39,7 @@ class Touch:
     """
 
     __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "free", "halfway", "i",
-                 "kept", "later", "least", "lift", "mu", "n", "nx", "ny", "on", "pair", "shear",
+                 "is_dull", "kept", "later", "least", "lift", "mu", "n", "nx", "ny", "on", "pair", "shear",
                  "side", "slides", "slip", "spared", "struck", "swing", "t", "tug", "turns", "unit",
                  "wall", "wrings")  # fmt: skip
 
@@ -53,7 +54,7 @@ class Touch:
         self.mu = pair.friction
         self.unit = a.mass if b is None else a.mass * b.mass / (a.mass + b.mass)
         self.wrings = b is None and a.rolls and pair.friction > 0.0
-        self.on = self.closed = False
+        self.on = self.closed = self.is_dull = False
         self.later = -INF
         self.least = 0.0
         self.slides = self.turns = 0.0
@@ -300,16 +301,19 @@ class Touch:
         """Tell whether the sides have sunk into each other by so many radii."""
         return self.gap < -depth * self.a.ball.radius
 
-    def part(self) -> None:
-        """Move sides out of each other that have sunk in by the error of a step."""
+    def part(self, times: float) -> float:
+        """Move sides apart by so many times what they have sunk in; return that, in radii."""
         gap = self.gap
-        if gap < 0.0:
-            a, b = self.a, self.b
-            part = (-gap if b is None else gap) * self.unit / a.mass
-            a.shift(part * self.nx, part * self.ny)
-            if b is not None:
-                part = -gap * self.unit / b.mass
-                b.shift(part * self.nx, part * self.ny)
+        if gap >= 0.0:
+            return 0.0
+        a, b = self.a, self.b
+        far = -times * gap * self.unit
+        if b is None:
+            a.shift(far / a.mass * self.nx, far / a.mass * self.ny)
+        else:
+            a.shift(-far / a.mass * self.nx, -far / a.mass * self.ny)
+            b.shift(far / b.mass * self.nx, far / b.mass * self.ny)
+        return -gap / a.ball.radius
 
     # -- forces --------------------------------------------------------------------------------
 

@@ -144,6 +144,20 @@ class Unseen(Gatherings):
             present, one, parting
         )
 
+    def _is_dull(self, present: Present, one: Contact) -> bool:
+        """Tell whether a hit of balls that hit over and over moves them unseen until the next one.
+
+        Where nothing slows balls, only such hits without bounces end what would have no end.
+        """
+        b = None if one.b is None else one.b.ball
+        return one.closing <= self._dullest(present, one.a.ball, b)
+
+    def _dullest(self, present: Present, a: Ball, b: Ball | None) -> float:
+        """Return the speed (m/s) up to which hits of two sides are dull."""
+        often = self._wear(present, a, b)
+        slows = present.table.surface.drag > 0.0
+        return 0.0 if slows or often == 1.0 else often * self.tolerance / SOON
+
     def are_faint(self, present: Present, contacts: list[Contact]) -> bool:
         """Tell whether all these hits are so faint that a group may begin instead."""
         for one in contacts:
