@@ -22,7 +22,8 @@ from pool_pymunk.core.walls.wall import Wall
 
 LONGEST: Final = 10.0
 SWEEPS: Final = 60
-SHIFTS: Final = 300
+FEW_SHIFTS: Final = 10  # after a step
+SHIFTS: Final = 1000  # where balls come to rest
 APART: Final = 1.4  # Balls are moved apart by so many times what they have sunk in.
 SUNK: Final = 1e-10  # radii
 LEAST: Final = 1e-9  # of the speed that the surface gives in a step; slower ones are none
@@ -113,12 +114,16 @@ class Crowd(Gathering):
         for one in self.touches:
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
-        self._make_room()
+        self._make_room(FEW_SHIFTS)
         return 0.0
 
-    def _make_room(self) -> None:
+    def sleep(self, now: float) -> None:
+        self._make_room(SHIFTS)
+        super().sleep(now)
+
+    def _make_room(self, most: int) -> None:
         """Move balls apart that the errors of a step have left too near, one after another."""
-        for _ in range(SHIFTS):
+        for _ in range(most):
             deepest = 0.0
             for one in self.touches:
                 deepest = max(deepest, one.part(APART))
