@@ -158,7 +158,7 @@ def compile_core(root: Path, folder: Path) -> Path:
         command.ensure_finalized()
         command.run()
     made = folder / "made"
-    (made / STAMP).write_text(stamp(root), "utf-8")
+    (made / STAMP).write_text(stamp(folder), "utf-8")  # Somebody may be writing in the root.
     return made
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.surface import Rolling, Sliding
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.touches import Corner
@@ -16,8 +17,8 @@ from pool_pymunk.model.problems import setting_error
 
 def check_surface(scene: Scene) -> None:
     """Raise SettingError for a scene with a surface of somebody's own."""
-    if type(scene.surface) not in (Sliding, Rolling):
-        message = "has no derivatives: only surfaces on which balls slide or roll have them"
+    if type(scene.surface) not in (Sliding, Rolling, Falling):
+        message = "has no derivatives: only surfaces on which balls slide, roll or fall have them"
         raise setting_error("surface", type(scene.surface).__name__, message)
 
 

@@ -30,7 +30,7 @@ class Crowds(Unseen):
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
         self.crowds = 0  # steps, so far
-        self.pushes: dict[tuple[int, int], tuple[float, float, float]] = {}  # N, in the last step
+        self.last: dict[tuple[int, int], Touch] = {}  # of crowds, by their sides
         # where a ball of a crowd has been for how long: a place (m), since a time (s)
         self.places: dict[int, tuple[float, float, float]] = {}
 
@@ -95,8 +95,6 @@ class Crowds(Unseen):
                 pace = STRIDE * each.ball.radius / speed
         pace = self._pace_beside_movers(present, members, pace)
         touches = self._reach(present, members)
-        for one in touches:
-            one.n, one.t, one.i = self.pushes.get(sides_in(one), (0.0, 0.0, 0.0))
         crowd = Crowd(members, touches, present.now, self.scale, pace)
         crowd.halts = present.now + pace >= self._motions_end(present)
         for each in members:
@@ -132,13 +130,26 @@ class Crowds(Unseen):
                 if dx * dx + dy * dy <= near * near and not ball.ignores(
                     other.categories, other.mask
                 ):
-                    found.append(Touch(a, b, None, None, present.table.pair(ball, other)))
+                    found.append(self._beside(present, a, b))
             for wall in present.table.walls:
                 far = 2.0 * STRIDE * r if wall.moves else STRIDE * r
                 one = self._touch_of(present, a, wall, far)
                 if one is not None:
                     found.append(one)
+        for one in found:
+            key = sides_in(one)
+            known = self.last.get(key)
+            if known is not None and known.a.time == present.now:  # It goes on pressing as it did.
+                one.n, one.t, one.i = known.n, known.t, known.i
+            self.last[key] = one
         return found
+
+    def _beside(self, present: Present, a: Member, b: Member) -> Touch:
+        """Return the touch of two members; a table of a user's is not asked again and again."""
+        known = self.last.get(sides_of(a.ball, b.ball, None))
+        if known is not None and present.now - known.a.time < SOON:
+            return Touch(a, b, None, None, known.pair)
+        return Touch(a, b, None, None, present.table.pair(a.ball, b.ball))
 
     def _pace_beside_movers(self, present: Present, members: list[Member], pace: float) -> float:
         """Return how long (s) a step may be, so that walls that move come no farther than balls."""
@@ -170,7 +181,6 @@ class Crowds(Unseen):
             for one in crowd.touches:
                 if one.on and one.wall is not None and one.wall.moves:
                     present.jam(one.a.ball, one.wall)
-        self.pushes = {sides_in(one): (one.n, one.t, one.i) for one in crowd.touches if one.on}
         room = 2.0 * MOST * self.tolerance
         least = math.sqrt(room / self.scale.pull)
         for part in crowd.parts(self.tolerance):

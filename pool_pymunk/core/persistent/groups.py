@@ -60,7 +60,7 @@ class Groups(Forming):
         self.quiet.clear()
         self.opened.clear()
         self.braked.clear()
-        self.pushes.clear()
+        self.last.clear()
         self.places.clear()
         self.spells.clear()
         self.is_hushed = False

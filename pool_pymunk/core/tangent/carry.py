@@ -7,6 +7,7 @@ from typing import Final, final
 
 from mypy_extensions import mypyc_attr
 
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.table import Table
@@ -36,6 +37,8 @@ class Ground:
         else:
             self.rate, row = surface.drag, DRAG
             is_own = patch >= 0 and inputs.own_drag[patch]
+        if isinstance(surface, Falling):  # Its acceleration is no input, and the same everywhere.
+            self.rate, is_own = 0.0, True
         self.by = inputs.numbers[UNCHANGED if is_own else row]
 
     def carry(self, path: Path, changes: list[Change], t: float) -> None:

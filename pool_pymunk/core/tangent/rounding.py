@@ -95,10 +95,13 @@ class RoundingErrors:
         x, y = path.place(t)
         far_x, far_y = self.moved(path, x, y, t)
         turned = 3.0 * UNIT * (t - path.t) if self.rolls else 0.0
+        vx, vy = abs(path.vx), abs(path.vy)
+        if self.falls(path):
+            vx, vy = vx + (t - path.t) * abs(path.ax), vy + (t - path.t) * abs(path.ay)
         self.add(changes, 0, UNIT * (abs(x) + 2.0 * far_x) if far_x > 0.0 else 0.0, PLACES, 0)
         self.add(changes, 1, UNIT * (abs(y) + 2.0 * far_y) if far_y > 0.0 else 0.0, PLACES, 1)
-        self.add(changes, 2, self.pull * abs(path.vx) + turned * abs(path.ax), PLACES, 2)
-        self.add(changes, 3, self.pull * abs(path.vy) + turned * abs(path.ay), PLACES, 3)
+        self.add(changes, 2, self.pull * vx + turned * abs(path.ax), PLACES, 2)
+        self.add(changes, 3, self.pull * vy + turned * abs(path.ay), PLACES, 3)
         if self.rolls:
             spun = turned if path.slows else turned / GYRATION
             self.add(changes, 4, UNIT * abs(path.wx) + spun * abs(path.ax), PLACES, 4)
@@ -120,9 +123,13 @@ class RoundingErrors:
                 c.vx += nx * by
                 c.vy += ny * by
 
+    def falls(self, path: Path) -> bool:
+        """Tell whether a ball falls: its speed may grow, and it may turn back."""
+        return not (self.rolls or path.slows)
+
     def moved(self, path: Path, x: float, y: float, t: float) -> tuple[float, float]:
         """Return how far (m) a ball has moved to (x, y), even if its roll turned it back."""
-        if not self.rolls:
+        if not (self.rolls or self.falls(path)):
             return abs(x - path.x), abs(y - path.y)
         time = t - path.t
         return (
