@@ -94,8 +94,8 @@ def _circle(center: tuple[float, float], radius: float, color: str) -> object:
     return Circle(center, radius, color=color)
 
 
-def main(words: Sequence[str] | None = None) -> None:
-    """Drop the balls, print what the bins have, and draw it."""
+def main(words: Sequence[str] | None = None) -> Counts:
+    """Drop the balls, print what the bins have, draw it, and return it."""
     parser = argparse.ArgumentParser(description="A thousand balls on a plinko board.")
     parser.add_argument("--out", type=Path, help="folder for the picture")
     parser.add_argument("--balls", type=int, default=1000)
@@ -108,6 +108,7 @@ def main(words: Sequence[str] | None = None) -> None:
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
         picture(scene, found).savefig(asked.out / "plinko.png", dpi=120)
+    return found
 
 
 if __name__ == "__main__":

@@ -208,7 +208,7 @@ class Scene(Part):
 
     def _of_time(self) -> Iterator[Problem]:
         """Find that a run needs a latest end, because balls may never come to rest."""
-        moves = self.is_tilted or self.shots or any(b.velocity != (0.0, 0.0) for b in self.balls)
+        moves = self.shots or any(ball.velocity != (0.0, 0.0) for ball in self.balls)
         if not moves or self.physics.max_time is not None:
             return
         key = "surface" if self.friction.rolling is None else "rolling"

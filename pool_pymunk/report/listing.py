@@ -247,6 +247,9 @@ def modelled(scene: Scene) -> Iterator[str]:
         yield f"pockets: {', '.join(pocket.id for pocket in scene.pockets)}"
     slows = f"{scene.deceleration:.6g} m/s^2" if scene.deceleration else "none; no damping callback"
     yield f"surface friction: {slows}"
+    if scene.is_tilted:
+        x, y = scene.tilt
+        yield f"the table is tilted: balls fall at ({x:g}, {y:g}) m/s^2"
     if rolling is not None:
         slows = f"{rolling * scene.physics.gravity:.6g} m/s^2"
         yield f"rolling friction: {slows}; balls slide, then roll, without english"

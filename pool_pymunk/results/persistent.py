@@ -76,11 +76,11 @@ def balls_of(a: int, b: int) -> tuple[int, ...]:
     return (a,) if b < 0 else (a, b)
 
 
-def warn_of_persisted(trace: Trace, ids: Sequence[str]) -> None:
-    """Warn once of each set of balls and cushions that contacts have joined."""
+def warn_of_persisted(trace: Trace, ids: Sequence[str], presses: str) -> None:
+    """Warn once of each set of balls and cushions that contacts have joined, and what presses."""
     for each in joined(trace.persisted):
         text = (
-            f"surface friction, a roll or an arc presses {each.words(ids)}: they stay in "
+            f"{presses} presses {each.words(ids)}: they stay in "
             f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s. "
             "For how far that may put the ends off see run.persistent_shift"
         )

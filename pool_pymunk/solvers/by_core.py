@@ -115,7 +115,8 @@ def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
     """Put what no event says into words."""
     ids, crowded = [ball.id for ball in scene.balls], record.crowded
     if trace.persisted:
-        warn_of_persisted(trace, ids)
+        presses = "gravity" if scene.is_tilted else "surface friction, a roll or an arc"
+        warn_of_persisted(trace, ids, presses)
         if law.name != "coulomb":
             first = min(row[3] for row in trace.persisted)
             trace.warn("contacts that persist have the friction of the law coulomb", first)

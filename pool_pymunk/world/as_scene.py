@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import pymunk
 
 from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.walls.face import face_between
 from pool_pymunk.laws import LAWS, Law
@@ -23,6 +25,7 @@ from pool_pymunk.model import (
     State,
     Table,
 )
+from pool_pymunk.model.outline import LEVEL
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.world.ball import TableBall
 from pool_pymunk.world.outlook import Straight, crossings, edge_of
@@ -58,9 +61,12 @@ def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, Sta
             Ball(name_of(ball), place, ball.radius, ball.body.mass, cue=ball.number == cue)
             for ball, place in zip(balls, places, strict=True)
         ]),
-        _outline(others) if table is None and others else table,
+        _ground(live, _outline(others) if table is None and others else table),
         Restitution(hits[0], cue_ball=hits[1], cushion=at_cushions),
-        Friction(surface.pull, rubs, hits[2], surface.drag if surface.rolls else None),
+        Friction(
+            0.0 if isinstance(surface, Falling) else surface.pull, rubs, hits[2],
+            surface.drag if surface.rolls else None,
+        ),
         Physics(_law_of(law), gravity=1.0),
         pockets=tuple([Pocket(f"{k}", *hole) for k, hole in obstacles.pockets.items()]),
         posts=tuple([_post(each) for each in posts]),
@@ -68,6 +74,14 @@ def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, Sta
     )  # fmt: skip
     rolls = tuple([roll for _, roll in moves]) if surface.rolls else None
     return scene, State(places, tuple([(u, v) for (_, _, u, v), _ in moves]), roll=rolls)
+
+
+def _ground(live: LiveTable, table: Table | None) -> Table | None:
+    """Return a table that is tilted as the live one is."""
+    if table is None and live.falls != LEVEL:
+        message = "a scene without a table has no tilt: give the table"
+        raise setting_error("gravity", list(live.falls), message)
+    return table if table is None else replace(table, tilt=live.falls)
 
 
 def name_of(ball: TableBall) -> str:

@@ -25,10 +25,10 @@ MOST_TOLD = 1000
 ROUNDING = 4.0 * EPSILON  # of speeds: pymunk adds what gravity gives, and here it is taken off
 
 
-def without(gains: Rows, falls: Rows, velocities: Rows) -> Rows:
+def without(gains: Rows, falls: Rows, motions: Rows) -> Rows:
     """Return gains of velocities (m/s) without what balls gain as they fall, to rounding."""
     left = gains - falls
-    left[np.abs(left) <= ROUNDING * (np.abs(velocities) + np.abs(falls))] = 0.0
+    left[np.abs(left) <= ROUNDING * (np.abs(motions) + np.abs(falls))] = 0.0
     return left
 
 
@@ -161,7 +161,9 @@ class Steps:
         gains = bodies.shown(motions) - motions
         gains[:, :2] = 0.0  # Places differ, by rounding or by others; they come from the engine.
         if live.falls != NOTHING:
-            gains[:, 2:] = without(gains[:, 2:], dt * np.array(live.falls), motions[:, 2:])
+            falls = np.zeros_like(gains)
+            falls[bodies.numbers, 2:] = dt * np.array(live.falls)
+            gains = without(gains, falls, motions)
         if np.count_nonzero(gains):
             live.push(gains, dt)
             live.show()

@@ -22,7 +22,7 @@ from pool_pymunk.core.walls.wall import Wall
 
 LONGEST: Final = 10.0
 SWEEPS: Final = 60
-FEW_SHIFTS: Final = 10  # after a step
+FEW_SHIFTS: Final = 60  # after a step
 SHIFTS: Final = 1000  # where balls come to rest
 APART: Final = 1.4  # Balls are moved apart by so many times what they have sunk in.
 SUNK: Final = 1e-10  # radii

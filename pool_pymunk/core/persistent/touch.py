@@ -39,9 +39,9 @@ class Touch:
     """
 
     __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "free", "halfway", "i",
-                 "is_dull", "kept", "later", "least", "lift", "mu", "n", "nx", "ny", "on", "pair", "shear",
-                 "side", "slides", "slip", "spared", "struck", "swing", "t", "tug", "turns", "unit",
-                 "wall", "wrings")  # fmt: skip
+                 "is_dull", "kept", "later", "least", "lift", "mu", "n", "nx", "ny", "on", "pair",
+                 "shear", "side", "slides", "slip", "spared", "struck", "swing", "t", "tug",
+                 "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair

@@ -1,0 +1,207 @@
+"""Gravity of a space: balls of a live table fall on parabolas, whatever the steps are."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import Any
+
+import pymunk
+import pytest
+
+from pool_pymunk import (
+    Ball,
+    Billiards,
+    Physics,
+    Restitution,
+    Scene,
+    SettingError,
+    Table,
+    same_balls,
+    simulate,
+)
+from pool_pymunk.world import TableBall
+
+G, R, STEP = 9.80665, 0.03, 1 / 60
+
+
+def upright(e: float = 0.6, mu: float = 0.0, width: float = 2.0, **more: Any) -> Billiards:
+    """Return a table with a floor and two walls, in a space with gravity."""
+    space = pymunk.Space()
+    space.gravity = (0.0, -G)
+    table = Billiards(space, STEP, pair=same_balls(e, mu), **more)
+    ground = space.static_body
+    for a, b in (((0, 0), (width, 0)), ((0, 0), (0, 9)), ((width, 0), (width, 9))):
+        table.add_wall(pymunk.Segment(ground, a, b, 0.0), e, mu)
+    return table
+
+
+def put(table: Billiards, x: float, y: float, velocity: tuple[float, float] = (0, 0)) -> TableBall:
+    body = pymunk.Body(0.2, math.inf)
+    body.position, body.velocity = (x, y), velocity
+    return table.add_ball(pymunk.Circle(body, R))
+
+
+@pytest.mark.parametrize("e", [0.5, 0.8, 0.95, 1.0])
+def test_ten_apexes_at_60_frames_a_second_are_those_of_the_closed_form(e: float) -> None:
+    table = upright(e)
+    ball, hits = put(table, 1.0, R + 2.0), list[float]()
+    table.on_contact = lambda contact: hits.append(contact.t)
+    places: list[tuple[float, float]] = []
+    while len(hits) < 11 and table.time < 20.0:
+        table.step()
+        (_, y), (_, v) = ball.body.position, ball.body.velocity
+        places.append((table.time, y - R + v * abs(v) / (2 * G) if v > 0 else -1.0))
+    for k in range(10):
+        between = [top for t, top in places if hits[k] < t < hits[k + 1] and top >= 0.0]
+        for top in between:  # From any place on the way up, the apex is y + v^2 / (2 g).
+            assert top == pytest.approx(2.0 * e ** (2 * (k + 1)), abs=1e-9)
+    assert len(hits) >= 11
+
+
+def test_a_ball_rests_when_its_bounces_have_an_end_and_does_not_move_again() -> None:
+    table, stops, e, h = upright(0.8), list[float](), 0.8, 0.5
+    ball = put(table, 1.0, R + h)
+    table.on_stop = lambda _, t: stops.append(t)
+    for _ in range(240):
+        table.step()
+    assert stops == [pytest.approx((1 + e) / (1 - e) * math.sqrt(2 * h / G), abs=1e-9)]
+    assert table.moving == {}
+    assert ball.body.position == pytest.approx((1.0, R), abs=1e-12)
+    assert tuple(ball.body.velocity) == (0.0, 0.0)
+
+
+def test_a_live_table_has_the_bits_of_event_driven_whatever_the_steps() -> None:
+    scene = Scene(
+        (Ball("a", (0.5, 1.0), R, 0.2, velocity=(1.0, 0.0)), Ball("b", (0.9, 1.5), R, 0.2)),
+        Table.rectangle(2.0, 3.0, tilt=(0.5, -G)), Restitution(0.9, None, 0.8),
+        physics=Physics(max_time=1.5),
+    )  # fmt: skip
+    exact = simulate(scene, solver="event-driven")
+    for dt in (1 / 60, 1 / 240):
+        run = simulate(scene, solver="pymunk", dt=dt)
+        assert run.end.position == exact.end.position
+        assert [event.t for event in run.events] == [event.t for event in exact.events]
+
+
+def test_fifty_balls_come_to_rest_in_a_box_and_none_lies_in_another() -> None:
+    table = upright(width=0.6)
+    for k in range(50):
+        put(table, 0.09 + 0.08 * (k % 6) + 0.001 * (k % 7), 0.2 + 0.1 * (k // 6))
+    while table.moving and table.time < 10.0:
+        table.step()
+    assert table.moving == {}
+    places = [tuple(ball.body.position) for ball in table.balls]
+    gaps = [math.dist(p, q) - 2 * R for p, q in combinations(places, 2)]
+    gaps += [min(x, 0.6 - x, y) - R for x, y in places]
+    assert min(gaps) >= -1e-9 * R
+
+
+def test_gravity_may_change_and_balls_go_on_from_where_they_are() -> None:
+    table = upright(1.0)
+    ball = put(table, 1.0, 4.0)
+    for _ in range(30):
+        table.step()
+    v = -G * 0.5
+    assert ball.body.velocity.y == pytest.approx(v, abs=1e-12)
+    table.space.gravity = (0.0, 0.0)
+    for _ in range(6):
+        table.step()
+    assert ball.body.position.y == pytest.approx(4.0 - G * 0.125 + v * 0.1, abs=1e-12)
+    table.space.gravity = (1.0, 0.0)
+    for _ in range(6):
+        table.step()
+    assert ball.body.position.x == pytest.approx(1.0 + 0.5 * 0.1**2, abs=1e-12)
+    assert ball.body.velocity.y == pytest.approx(v, abs=1e-12)
+
+
+def test_what_holds_a_ball_may_be_taken_away() -> None:
+    table = upright()
+    shelf = table.add_wall(pymunk.Segment(table.space.static_body, (0.5, 1), (1.5, 1), 0.0), 0.5)
+    ball = put(table, 1.0, 1.0 + R)
+    table.step()
+    assert table.moving == {}
+    table.remove_wall(shelf)
+    for _ in range(12):
+        table.step()
+    assert ball.body.position.y == pytest.approx(1.0 + R - 0.5 * G * 0.2**2, abs=1e-12)
+
+
+def test_a_ball_under_others_may_be_taken_away() -> None:
+    table = upright()
+    low, high = put(table, 1.0, R), put(table, 1.0, 3 * R)
+    table.step()
+    assert table.moving == {}
+    table.remove_ball(low)
+    while table.moving or table.time < 0.1:
+        table.step()
+    assert high.body.position.y == pytest.approx(R, abs=1e-12)
+
+
+def test_a_wall_that_moves_lifts_a_ball() -> None:
+    table = upright(0.0)
+    lift = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    lift.position = (1.0, 0.5)
+    table.space.add(lift)
+    table.add_wall(pymunk.Segment(lift, (-0.2, 0.0), (0.2, 0.0), 0.0), 0.0)
+    ball = put(table, 1.0, 0.5 + R)
+    lift.velocity = (0.0, 0.3)
+    for _ in range(60):
+        table.step()
+    assert ball.body.position.y == pytest.approx(0.8 + R, abs=1e-7)
+
+
+def test_a_saved_state_goes_on_as_it_did() -> None:
+    table = upright(0.9)
+    balls = [put(table, 0.5, 1.0, (1.0, 0.0)), put(table, 0.9, 1.5)]
+    for _ in range(20):
+        table.step()
+    saved = table.save_state()
+    ends = []
+    for _ in range(2):
+        table.restore_state(saved)
+        for _ in range(30):
+            table.step()
+        ends.append([x for ball in balls for x in ball.body.position])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-13)  # The clock has other roundings.
+
+
+def test_predict_follows_a_parabola() -> None:
+    table = upright()
+    ball, other = put(table, 0.5, 1.0), put(table, 1.1, 1.0 + 0.6 - 0.5 * G * 0.6**2 / 1.0)
+    del other
+    seen = table.predict(ball, (1.0, 0.0))
+    assert seen.wall == 0 or seen.met is not None
+    fall = math.sqrt(2 * (1.0 - R) / G)
+    if seen.wall == 0:
+        assert seen.t == pytest.approx(fall, abs=1e-9)
+        assert seen.where == pytest.approx((0.5 + fall, R), abs=1e-9)
+
+
+def test_pymunks_other_bodies_still_push_what_falls() -> None:
+    """A force on the body acts at the end of each step, as without gravity."""
+    table = upright()
+    ball = put(table, 1.0, 2.0)
+    for _ in range(12):
+        ball.body.apply_force_at_local_point((0.0, 0.2 * G))  # It holds the ball nearly.
+        table.step()
+    assert abs(ball.body.position.y - 2.0) < 0.5 * G * 0.2 * STEP * 1.1
+
+
+def test_friction_pushes_are_as_before_and_patches_with_friction_are_refused() -> None:
+    slides = upright(deceleration=0.5)
+    assert slides.deceleration == 0.5
+    table = upright()
+    assert table.deceleration == 0.0
+    square = pymunk.Poly(table.space.static_body, [(0, 0), (1, 0), (1, 1), (0, 1)])
+    with pytest.raises(SettingError, match="no closed form"):
+        table.add_patch(square, 0.3)
+
+
+def test_a_table_with_gravity_is_a_scene_with_a_tilt() -> None:
+    table = upright(0.8)
+    put(table, 0.5, 1.0)
+    table.step()
+    scene, state = table.to_scene(Table.rectangle(2.0, 9.0))
+    assert scene.tilt == (0.0, -G)
+    assert state.velocity[0] == pytest.approx((0.0, -G * STEP), abs=1e-15)
