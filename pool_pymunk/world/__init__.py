@@ -11,7 +11,7 @@
    that everything else in the space meets it where it is.
 5. What others change of a ball's velocity in that step, by contacts, springs, gravity, damping,
    forces or functions, is one push at the step's end. Friction holds a ball at rest against less
-   than it takes off in a step.
+   than it takes off in a step. Without friction, gravity is exact: balls fall on parabolas.
 6. Places come from the engine alone: what others change of a place in that step does not count.
 7. Balls and walls are in one group of filters, so that pymunk leaves their pairs out. Categories
    and masks hold in the engine, too. Collision types are yours.

@@ -39,6 +39,7 @@ class Crowd(Gathering):
     ) -> None:
         super().__init__(members, touches, now, scale)
         self.pace = pace
+        self.falls = members[0].drag == 0.0  # Nothing else ends small motions and errors.
 
     @property
     def answers_all(self) -> bool:
@@ -114,7 +115,7 @@ class Crowd(Gathering):
         for one in self.touches:
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
-        self._make_room(FEW_SHIFTS)
+        self._make_room(FEW_SHIFTS if self.falls else 1)
         return 0.0
 
     def sleep(self, now: float) -> None:
@@ -126,7 +127,7 @@ class Crowd(Gathering):
         for _ in range(most):
             deepest = 0.0
             for one in self.touches:
-                deepest = max(deepest, one.part(APART))
+                deepest = max(deepest, one.part(APART if self.falls else 1.0))
             if deepest <= SUNK:
                 break
 
@@ -145,7 +146,7 @@ class Crowd(Gathering):
             each.fx = each.fy = each.cx = each.cy = 0.0
             each.face()
             gain, speed = max(gain, h * each.pull), max(speed, abs(each.vx), abs(each.vy))
-        enough = ENOUGH * min(gain, max(speed, LEAST * gain))
+        enough = ENOUGH * (min(gain, max(speed, LEAST * gain)) if self.falls else gain)
         for one in self.touches:
             n, t, i = one.n, one.t, one.i  # as in the step before
             one.n = one.t = one.i = 0.0

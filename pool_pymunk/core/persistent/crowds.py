@@ -139,7 +139,8 @@ class Crowds(Unseen):
         for one in found:
             key = sides_in(one)
             known = self.last.get(key)
-            if known is not None and known.a.time == present.now:  # It goes on pressing as it did.
+            goes_on = known is not None and known.a.time == present.now
+            if known is not None and goes_on and not one.a.slows:  # It presses as it did.
                 one.n, one.t, one.i = known.n, known.t, known.i
             self.last[key] = one
         return found
