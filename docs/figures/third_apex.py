@@ -1,7 +1,7 @@
 """The third apex of a ball that bounces, in stock pymunk and in Billiards, by step.
 
-``python docs/figures/third_apex.py`` prints the table of docs/gravity.md: how far (m) the ball is off
-at the time of its third apex, and how long (ms) the run takes.
+``python docs/figures/third_apex.py`` prints the table of docs/gravity.md: how far (m) the ball is
+off at the time of its third apex, and how long (ms) the run takes.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def stock(rate: int) -> tuple[float, float]:
 
 
 def exact(rate: int) -> tuple[float, float]:
-    """Return the height (m) at the time of the third apex in Billiards, and how long (s) it takes."""
+    """Return the height (m) of the third apex in Billiards, and how long (s) that takes."""
     space, body, ball, floor = world()
     table = Billiards(space, 1.0 / rate, pair=same_balls(E, 0.0))
     table.add_wall(floor, E)
