@@ -116,7 +116,7 @@ class Game:
             pygame.draw.line(surface, GOLD, a, b, round(2 * each.blade.radius * SCALE))
             for end in (a, b):
                 pygame.draw.circle(surface, GOLD, end, each.blade.radius * SCALE)
-        for ball in self.table.on_table():
+        for ball in self.table.on_table:
             pygame.draw.circle(surface, STEEL, pixel(ball.body.position), RADIUS * SCALE)
         text = f"{self.score}" if self.table.count else f"{self.score}: space drops a ball"
         words = pygame.font.Font(None, 36).render(text, True, STEEL)

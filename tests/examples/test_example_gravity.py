@@ -43,10 +43,10 @@ def test_a_flipper_keeps_the_ball_in_play_and_bumpers_count() -> None:
             flipper.is_up = any(
                 ball.body.position.y < 0.2
                 and abs(ball.body.position.x - x - flipper.side * 0.05) < 0.06
-                for ball in game.table.on_table()
+                for ball in game.table.on_table
             )
         game.advance()
-        for ball in game.table.on_table():
+        for ball in game.table.on_table:
             assert -0.001 < ball.body.position.x < pinball.WIDE + 0.001
         if k % 100 == 0:
             game.draw(surface)

@@ -22,9 +22,9 @@ from pool_pymunk.core.walls.wall import Wall
 
 LONGEST: Final = 10.0
 SWEEPS: Final = 60
-FEW_SHIFTS: Final = 60  # after a step
+FEW_SHIFTS: Final = 30  # after a step
 SHIFTS: Final = 1000  # where balls come to rest
-APART: Final = 1.4  # Balls are moved apart by so many times what they have sunk in.
+APART: Final = 1.2  # Balls are moved apart by so many times what they have sunk in.
 SUNK: Final = 1e-10  # radii
 LEAST: Final = 1e-9  # of the speed that the surface gives in a step; slower ones are none
 ENOUGH: Final = 5e-2  # of the speed that the surface takes in a step; the impulses are as exact
@@ -155,7 +155,7 @@ class Crowd(Gathering):
             one.press(n, t, i)
         for each in self.members:
             each.brake(h)
-        for _ in range(SWEEPS):
+        for _ in range(2 * SWEEPS if self.falls else SWEEPS):  # Piles are high where balls fall.
             change = 0.0
             for one in self.touches:
                 change = max(change, one.carry(h))

@@ -201,7 +201,7 @@ class Crowds(Unseen):
         is_calm, now = True, present.now
         for each in part:
             x, y, since = self.places.get(each.ball.number, (INF, INF, now))
-            if abs(each.x - x) + abs(each.y - y) > self.tolerance:
+            if abs(each.x - x) + abs(each.y - y) > MOST * self.tolerance:
                 since = now
                 self.places[each.ball.number] = each.x, each.y, now
             is_calm = is_calm and not each.slows and now - since >= CALM

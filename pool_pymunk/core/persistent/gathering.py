@@ -93,6 +93,7 @@ class Gathering(Company):
                 impulse = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
                 spells.add(one, self.began, self.began + self.played, impulse)
                 one.struck = 0.0, 0.0
+        self.played = 0.0  # It counts once.
 
     def path(self, each: Member) -> Path:
         """Return the path of a member in this piece: it has its place at the end, too."""
