@@ -54,7 +54,7 @@ def test_ten_apexes_at_60_frames_a_second_are_those_of_the_closed_form(e: float)
         places.append((table.time, y - R + v * abs(v) / (2 * G) if v > 0 else -1.0))
     for k in range(10):
         between = [top for t, top in places if hits[k] < t < hits[k + 1] and top >= 0.0]
-        for top in between:  # From any place on the way up, the apex is y + v^2 / (2 g).
+        for top in between:  # As it rises, the apex is y + v^2 / (2 g).
             assert top == pytest.approx(2.0 * e ** (2 * (k + 1)), abs=1e-9)
     assert len(hits) >= 11
 

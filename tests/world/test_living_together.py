@@ -170,6 +170,16 @@ def test_gravity_and_forces_act_once_a_step() -> None:
     assert pushed.body.velocity.x == pytest.approx(1.0 - A, abs=0.01)
 
 
+def test_gravity_is_exact_where_no_friction_slows_balls() -> None:
+    """Forces still act at the end of each step; more is in test_gravity.py."""
+    space, table = plane(deceleration=0.0)
+    space.gravity = (0.0, -1.0)
+    falling = ball(table, 0.0)
+    steps(space, 2.0)
+    assert falling.body.position.y == pytest.approx(-2.0, abs=1e-13)
+    assert falling.body.velocity.y == pytest.approx(-2.0, abs=1e-13)
+
+
 @pytest.mark.parametrize(("share", "moves"), [(0.999, False), (1.001, True)])
 @pytest.mark.parametrize("rolling", [None, 0.1])
 def test_friction_holds_a_ball_up_to_what_it_takes(

@@ -21,6 +21,7 @@ from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.walls.wall import Wall
 
 LONGEST: Final = 10.0
+SHORT: Final = 2.0  # where balls fall, so that errors of impulses move them less
 SWEEPS: Final = 60
 FEW_SHIFTS: Final = 30  # after a step
 SHIFTS: Final = 1000  # where balls come to rest
@@ -88,7 +89,8 @@ class Crowd(Gathering):
         for each in self.members:
             change = max(change, abs(each.ax), abs(each.ay))
         change *= self.time
-        return max(least, min(room / change, LONGEST * least) if change > 0.0 else LONGEST * least)
+        longest = (SHORT if self.falls else LONGEST) * least
+        return max(least, min(room / change, longest) if change > 0.0 else longest)
 
     def parts(self, tolerance: float) -> list[list[Member]]:
         """Return the members, part by part: those of each are joined by contacts."""

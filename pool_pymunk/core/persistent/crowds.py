@@ -189,7 +189,8 @@ class Crowds(Unseen):
             if self._is_calm(present, part):
                 self._let_sleep(present, crowd, part)
                 continue
-            if moves and is_crowd([each.ball for each in part], present.now):
+            are_many = is_crowd([each.ball for each in part], present.now)
+            if moves and (are_many or (crowd.falls and len(part) > 1)):
                 self._begin_crowd(present, part, crowd.next_pace(room, least))
                 continue
             for each in part:

@@ -81,7 +81,7 @@ class Spells:
             if spell is not None:
                 self.over.append(spell)
             spell = self.last[key] = Spell(a, b, cushion, since, one)
-        spell.until, spell.touch = until, one
+        spell.until, spell.touch = max(spell.until, until), one
         spell.x, spell.y = spell.x + x, spell.y + y
 
     def rows(self) -> list[Persisted]:
