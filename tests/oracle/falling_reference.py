@@ -17,7 +17,7 @@ from mpmath import mp, mpc, mpf
 DIGITS = 40
 NEWTON = 9  # Six would do: each doubles the digits, and numpy finds at least half of a double's.
 BLURRED = 1e-6  # of a root; a smaller imaginary part may be rounding
-SPREAD = 1e-5  # s; meetings that are so near each other are looked at in all digits
+SPREAD = 1e-5  # s; encounters that are so near each other are looked at in all digits
 NOW = mpf(10) ** -30  # s; a contact so soon is the last one
 Point = tuple[Any, Any]
 
@@ -57,8 +57,8 @@ def along(a: Point, share: Any, b: Point) -> Point:
     return a[0] + share * b[0], a[1] + share * b[1]
 
 
-class Meeting(NamedTuple):
-    """Two sides meet at a root of a polynomial at which they close.
+class Encounter(NamedTuple):
+    """Two sides hit at a root of a polynomial at which they close.
 
     The coefficients begin with that of the highest power.
     """
@@ -79,12 +79,12 @@ class Meeting(NamedTuple):
         return min([t for t in real if self.closes(t)], default=mpf("inf"))
 
 
-def soonest(meetings: dict[tuple[int, int], Meeting]) -> tuple[Any, int, int]:
-    """Return when (s) the first meeting is, and of which sides."""
-    near = {sides: each.nearly() for sides, each in meetings.items()}
+def soonest(encounters: dict[tuple[int, int], Encounter]) -> tuple[Any, int, int]:
+    """Return when (s) two sides hit first, and which."""
+    near = {sides: each.nearly() for sides, each in encounters.items()}
     first = min(near.values())
     found = [sides for sides, t in near.items() if t <= first + SPREAD]
-    return min((meetings[sides].exactly(), *sides) for sides in found)
+    return min((encounters[sides].exactly(), *sides) for sides in found)
 
 
 def refined(coefficients: list[Any], t: Any) -> Any:
@@ -99,7 +99,7 @@ def refined(coefficients: list[Any], t: Any) -> Any:
     return t
 
 
-def to_wall(body: Body, wall: tuple[Point, Point], g: Point) -> Meeting:
+def to_wall(body: Body, wall: tuple[Point, Point], g: Point) -> Encounter:
     """Return when a ball meets a wall."""
     point, n = wall
     gap, rate, bend = (
@@ -107,21 +107,21 @@ def to_wall(body: Body, wall: tuple[Point, Point], g: Point) -> Meeting:
         dot(body.velocity, n),
         dot(g, n),
     )
-    return Meeting([bend / 2, rate, gap], lambda t: rate + bend * t < 0)
+    return Encounter([bend / 2, rate, gap], lambda t: rate + bend * t < 0)
 
 
-def to_post(body: Body, post: tuple[Point, Any], g: Point) -> Meeting:
+def to_post(body: Body, post: tuple[Point, Any], g: Point) -> Encounter:
     """Return when a ball meets a post."""
     (d, v), far = (minus(body.place, post[0]), body.velocity), body.radius + post[1]
     powers = [dot(g, g) / 4, dot(v, g), dot(v, v) + dot(d, g), 2 * dot(d, v), dot(d, d) - far**2]
-    return Meeting(powers, lambda t: dot(fly(d, v, g, t), along(v, t, g)) < 0)
+    return Encounter(powers, lambda t: dot(fly(d, v, g, t), along(v, t, g)) < 0)
 
 
-def to_body(a: Body, b: Body) -> Meeting:
+def to_body(a: Body, b: Body) -> Encounter:
     """Return when two balls meet."""
     (d, v), far = (minus(b.place, a.place), minus(b.velocity, a.velocity)), a.radius + b.radius
     powers = [dot(v, v), 2 * dot(d, v), dot(d, d) - far**2]
-    return Meeting(powers, lambda t: dot(along(d, t, v), v) < 0)
+    return Encounter(powers, lambda t: dot(along(d, t, v), v) < 0)
 
 
 def fly(place: Point, velocity: Point, g: Point, t: Any) -> Point:
@@ -154,7 +154,7 @@ def play(bodies: list[Body], world: World, until: Any, most: int) -> tuple[list[
     mp.dps = DIGITS
     left, hits, g = mpf(until), 0, world.gravity
     while True:
-        due: dict[tuple[int, int], Meeting] = {}
+        due: dict[tuple[int, int], Encounter] = {}
         for i, body in enumerate(bodies):
             due |= {(i, -1 - k): to_wall(body, each, g) for k, each in enumerate(world.walls)}
             posts = enumerate(world.posts, start=len(world.walls))

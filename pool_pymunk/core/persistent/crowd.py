@@ -23,6 +23,8 @@ from pool_pymunk.core.walls.wall import Wall
 LONGEST: Final = 10.0
 SHORT: Final = 2.0  # where balls fall, so that errors of impulses move them less
 SWEEPS: Final = 60
+MORE: Final = 2  # times as many where balls fall, and MOST where they are slow, too
+MOST: Final = 6
 FEW_SHIFTS: Final = 30  # after a step
 SHIFTS: Final = 1000  # where balls come to rest
 APART: Final = 1.2  # Balls are moved apart by so many times what they have sunk in.
@@ -157,7 +159,10 @@ class Crowd(Gathering):
             one.press(n, t, i)
         for each in self.members:
             each.brake(h)
-        for _ in range(2 * SWEEPS if self.falls else SWEEPS):  # Piles are high where balls fall.
+        sweeps = SWEEPS
+        if self.falls:  # Piles are high there, and rest only by impulses that are exact.
+            sweeps *= MORE if speed > gain else MOST
+        for _ in range(sweeps):
             change = 0.0
             for one in self.touches:
                 change = max(change, one.carry(h))

@@ -53,7 +53,10 @@ class Crowds(Unseen):
         pace = math.sqrt(2.0 * MOST * self.tolerance / self.scale.pull)
         balls = self._near(present, seeds, pace)
         is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
-        if not (len(balls) > LARGE or (is_one_worn and is_crowd(balls, present.now))):
+        are_many = is_crowd(balls, present.now)
+        if present.table.surface.drag == 0.0:  # Nothing slows those that have been in a crowd.
+            are_many = are_many or len(balls) > 1
+        if not (len(balls) > LARGE or (is_one_worn and are_many)):
             return False
         for ball in balls:
             self.take_apart(present, ball)
