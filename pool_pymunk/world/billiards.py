@@ -62,7 +62,8 @@ class Billiards:
 
     All other shapes keep pymunk's own response, to each other and to the balls. The table follows
     what you do to a ball's body between steps and in callbacks. What springs, other bodies,
-    gravity, damping and forces change of a velocity acts once, at the end of each step.
+    gravity, damping and forces change of a velocity acts once, at the end of each step. Without
+    friction of the surface, gravity of the space is exact: balls fall on parabolas.
     ``contact_tolerance`` (m) is how far it may move a ball that contacts persist. ``friction`` and
     ``alone`` do nothing any more.
 

@@ -194,6 +194,9 @@ class Steps:
             is_due = engine.moving() or engine.upcoming() <= engine.now
             if not (is_due or (latest < math.inf and live.walls.are_moving)):
                 break
+            engine.refresh()
+            if latest == engine.upcoming() == math.inf:  # What moves goes on for ever.
+                break
             end = self._end_of(self._dt)
             if end >= latest:
                 self.step_until(latest, latest - engine.now)

@@ -127,6 +127,17 @@ def test_what_holds_a_ball_may_be_taken_away() -> None:
     assert ball.body.position.y == pytest.approx(1.0 + R - 0.5 * G * 0.2**2, abs=1e-12)
 
 
+def test_play_ends_when_what_falls_can_meet_nothing_any_more() -> None:
+    table = upright(1.0, width=0.5)
+    put(table, 0.25, 1.0)
+    put(table, 3.0, 1.0)  # It falls beside the floor.
+    table.remove_ball(table.balls[0])
+    table.play()
+    assert table.time == 0.0 and [*table.moving] == [1]
+    table.play(latest=0.5)
+    assert table.balls[1].body.position.y == pytest.approx(1.0 - 0.125 * G, abs=1e-12)
+
+
 def test_a_ball_under_others_may_be_taken_away() -> None:
     table = upright()
     low, high = put(table, 1.0, R), put(table, 1.0, 3 * R)
