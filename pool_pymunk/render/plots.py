@@ -65,7 +65,8 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
     t, *values = energy_and_momentum(run)
     contacts = [event.t for event in run.events if event.is_contact]
     figure = Figure(figsize=(10.0, 6.0), layout="constrained", facecolor=style.page)
-    names, colors = ("kinetic energy (J)", "size of momentum (kg m/s)"), (ENERGY, MOMENTUM)
+    what = "energy, with that of height" if run.scene.is_tilted else "kinetic energy"
+    names, colors = (f"{what} (J)", "size of momentum (kg m/s)"), (ENERGY, MOMENTUM)
     plots = figure.subplots(2, 1, sharex=True)
     for axes, curve, name, color in zip(plots, values, names, colors, strict=True):
         axes.plot(t, curve, color=color, linewidth=1.8)

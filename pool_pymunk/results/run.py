@@ -225,7 +225,9 @@ class Run:
         )
 
     def energy_at(self, times: Times) -> Array:
-        """Return the kinetic energy (J) of all balls at any ``times`` (s): (T,), or one number.
+        """Return the energy (J) of all balls at any ``times`` (s): (T,), or one number.
+
+        It is kinetic, and on a tilted table also that of the height above the lowest corner.
 
         >>> from pool_pymunk import load, simulate
         >>> run = simulate(load("report"), 1, solver="event-driven")
@@ -374,7 +376,7 @@ class Run:
 
     @cached_property
     def energy(self) -> dict[str, float]:
-        """Return the kinetic energy (J) of all balls, ``initial`` and ``final``."""
+        """Return the energy (J) of all balls, ``initial`` and ``final``, as in ``energy_at``."""
         start, end = self.energy_at([0.0, self.duration]).tolist()
         return {"initial": start, "final": end}
 
@@ -573,11 +575,19 @@ def read_times(times: object) -> Array:
 
 
 def energies_of(run: Run, times: Times) -> Array:
-    """Return the kinetic energy (J) of each ball at times (s): (T, N), or (N,) for one time."""
-    mass = np.array([ball.mass for ball in run.scene.balls])
-    energy: Array = 0.5 * ((run.at(times)[1] ** 2).sum(axis=-1) * mass)
-    if run.scene.surface.rolls:
+    """Return the energy (J) of each ball at times (s): (T, N), or (N,) for one time.
+
+    It is kinetic, and on a tilted table also that of the height above the lowest corner.
+    """
+    scene = run.scene
+    mass = np.array([ball.mass for ball in scene.balls])
+    place, velocity = run.at(times)
+    energy: Array = 0.5 * ((velocity**2).sum(axis=-1) * mass)
+    if scene.surface.rolls:
         energy += 0.5 * GYRATION * ((run.roll_at(times) ** 2).sum(axis=-1) * mass)
+    if scene.table is not None and scene.is_tilted:
+        falls = np.array(scene.tilt)
+        energy += ((scene.table.polyline @ falls).max() - place @ falls) * mass
     return energy
 
 

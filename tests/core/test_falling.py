@@ -91,6 +91,8 @@ def test_energy_stays_for_333_s_with_slopes_a_post_and_other_balls() -> None:
         0.5 * (each.velocity[0] ** 2 + each.velocity[1] ** 2) + G * each.position[1]
         for each in balls
     )
+    assert run.energy["initial"] == pytest.approx(0.2 * before, rel=1e-14)
+    assert run.energy["final"] == pytest.approx(0.2 * before, rel=1e-9)
     places, velocities = np.array(run.end.position), np.array(run.end.velocity)
     after = 0.5 * (velocities**2).sum() + G * places[:, 1].sum()
     assert after == pytest.approx(before, rel=1e-9)
