@@ -128,7 +128,9 @@ class Steps:
         engine = self.live.engine
         if not engine.is_finite:
             message = "a ball got a velocity that is no number, or too large to be followed"
-            raise setting_error("law", engine.law.name, f"{message}, at {engine.now:g} s")
+            falls = self.live.falls
+            key, value = ("law", engine.law.name) if falls == NOTHING else ("gravity", [*falls])
+            raise setting_error(key, value, f"{message}, at {engine.now:g} s")
         if engine.has_given_up:
             message = f"a step has at most {MOST_EVENTS:,} events: it stands at {engine.now:g} s"
             raise setting_error("dt", self._dt, message)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from itertools import combinations
 from typing import Any
 
@@ -95,6 +96,17 @@ def test_fifty_balls_come_to_rest_in_a_box_and_none_lies_in_another() -> None:
     gaps = [math.dist(p, q) - 2 * R for p, q in combinations(places, 2)]
     gaps += [min(x, 0.6 - x, y) - R for x, y in places]
     assert min(gaps) >= -1e-9 * R
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_random_pile_of_twelve_comes_to_rest(seed: int) -> None:
+    rnd, table = random.Random(seed), upright(0.5, mu=0.05)
+    for k in range(12):
+        put(table, 0.8 + 0.09 * (k % 4) + 0.01 * rnd.random(), 1.0 + 0.2 * (k // 4))
+    table.play(latest=15.0)
+    assert table.moving == {}
+    places = [tuple(ball.body.position) for ball in table.balls]
+    assert min(math.dist(p, q) - 2 * R for p, q in combinations(places, 2)) >= -1e-5 * R
 
 
 def test_gravity_may_change_and_balls_go_on_from_where_they_are() -> None:

@@ -96,7 +96,8 @@ class Group(Gathering):
             if max(abs(u), abs(v), abs(p), abs(q)) > 10.0 * self.weak:
                 return False
             speed = max(abs(each.vx), abs(each.vy), abs(each.wx), abs(each.wy))
-            if speed > self.scale.faded:
+            # No friction of the surface ends the last of the motion of a ball that falls.
+            if speed > (self.scale.creep if each.phase == FREE else self.scale.faded):
                 return False
         return True
 
