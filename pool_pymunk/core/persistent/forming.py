@@ -75,7 +75,7 @@ class Forming(Crowds):
                 one.spared = 0.0
             for one, v in zip(touches, parting):
                 b = None if one.b is None else one.b.ball
-                one.is_dull = abs(v) <= self._dullest(present, one.a.ball, b)
+                one.is_dull = abs(v) < self._dullest(present, one.a.ball, b)
             group = Group(members, touches, now, self.scale)
             group.decide(now, True)
             for one, v in zip(touches, parting):

@@ -150,10 +150,10 @@ class Unseen(Gatherings):
         Where nothing slows balls, only such hits without bounces end what would have no end.
         """
         b = None if one.b is None else one.b.ball
-        return one.closing <= self._dullest(present, one.a.ball, b)
+        return one.closing < self._dullest(present, one.a.ball, b)
 
     def _dullest(self, present: Present, a: Ball, b: Ball | None) -> float:
-        """Return the speed (m/s) up to which hits of two sides are dull."""
+        """Return the speed (m/s) below which hits of two sides are dull."""
         often = self._wear(present, a, b)
         slows = present.table.surface.drag > 0.0
         return 0.0 if slows or often == 1.0 else often * self.tolerance / SOON
