@@ -145,12 +145,14 @@ class Crowd(Gathering):
 
     def _press(self, h: float, bounces: float) -> None:
         """Find the forces of a step (s), and the state after it; ``bounces`` is 0 or 1."""
-        gain = speed = 0.0
+        gain = speed = enough = 0.0
         for each in self.members:
             each.fx = each.fy = each.cx = each.cy = 0.0
             each.face()
+            enough = max(enough, ENOUGH * h * each.pull)
             gain, speed = max(gain, h * each.pull), max(speed, abs(each.vx), abs(each.vy))
-        enough = ENOUGH * (min(gain, max(speed, LEAST * gain)) if self.falls else gain)
+        if self.falls:
+            enough = min(enough, ENOUGH * max(speed, LEAST * gain))
         for one in self.touches:
             n, t, i = one.n, one.t, one.i  # as in the step before
             one.n = one.t = one.i = 0.0
