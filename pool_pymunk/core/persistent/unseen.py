@@ -150,7 +150,8 @@ class Unseen(Gatherings):
         Where nothing slows balls, only such hits without bounces end what would have no end.
         """
         b = None if one.b is None else one.b.ball
-        return one.closing < self._dullest(present, one.a.ball, b)
+        dullest = self._dullest(present, one.a.ball, b)
+        return -dullest < one.closing < dullest
 
     def _dullest(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return the speed (m/s) below which hits of two sides are dull."""
