@@ -5,9 +5,9 @@ Balls fall through rows of pins (a Galton board, or plinko). On an ideal board e
 to the left or to the right, whatever happened before, and so many bins have a binomial
 distribution. On this one a ball comes to the next row with the motion that the last one left it.
 
-The board is a scene with a tilt, in which balls fall on parabolas, and
-:func:`pool_pymunk.simulate_many` plays them all. They begin within a millimetre of each other: the
-pins do the rest, because every hit makes small differences larger.
+The board is a scene with a tilt: its balls fall on parabolas. They begin within some millimetres of
+each other, and the pins do the rest, because every hit makes small differences larger.
+:func:`pool_pymunk.simulate_many` plays them all.
 
 Run it with ``python examples/plinko.py --out FOLDER``.
 """

@@ -40,6 +40,11 @@ class Table:
             most = max(most, surface.pull)
         return most
 
+    @property
+    def slows(self) -> bool:
+        """This tells whether friction of the surface slows balls."""
+        return self.surface.drag > 0.0
+
     def surface_of(self, patch: int) -> Surface:
         """Return the surface of a patch, or that of the table (-1)."""
         return self.surface if patch < 0 else self.patches.surfaces[patch]

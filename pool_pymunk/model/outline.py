@@ -159,7 +159,7 @@ class Table(Part):
     outline: Annotated[Corners, "Corners of any simple polygon, counter-clockwise."]
     bulge: Annotated[Bulges, "Of each side: 0 straight, 1 a half circle out, -1 in."] = ()
     color: Annotated[Color, "Of a board in pictures; default: green cloth."] | None = None
-    tilt: Annotated[Acceleration, "m/s^2, in which balls fall; without surface friction."] = LEVEL
+    tilt: Annotated[Acceleration, "m/s^2, at which balls fall; without surface friction."] = LEVEL
 
     @classmethod
     def rectangle(

@@ -286,7 +286,7 @@ class Scene(Part):
 
     @property
     def tilt(self) -> Point:
-        """The acceleration (m/s^2) in which balls fall along the table."""
+        """The acceleration (m/s^2) at which balls fall along the table."""
         return LEVEL if self.table is None else self.table.tilt
 
     @property

@@ -237,7 +237,7 @@ class LiveTable:
 
     @property
     def falls(self) -> Vector:
-        """The acceleration (m/s^2) in which balls fall; gravity pushes those that slide."""
+        """The acceleration (m/s^2) at which balls fall; gravity pushes those that slide."""
         surface = self.surface
         return (surface.gx, surface.gy) if isinstance(surface, Falling) else NOTHING
 

@@ -191,24 +191,24 @@ def test_a_saved_state_goes_on_as_it_did() -> None:
 
 def test_predict_follows_a_parabola() -> None:
     table = upright()
-    ball, other = put(table, 0.5, 1.0), put(table, 1.1, 1.0 + 0.6 - 0.5 * G * 0.6**2 / 1.0)
-    del other
+    ball, fall = put(table, 0.5, 1.0), math.sqrt(2 * (1.0 - R) / G)
     seen = table.predict(ball, (1.0, 0.0))
-    assert seen.wall == 0 or seen.met is not None
-    fall = math.sqrt(2 * (1.0 - R) / G)
-    if seen.wall == 0:
-        assert seen.t == pytest.approx(fall, abs=1e-9)
-        assert seen.where == pytest.approx((0.5 + fall, R), abs=1e-9)
+    assert (seen.wall, seen.met) == (0, None)
+    assert seen.t == pytest.approx(fall, abs=1e-12)
+    assert seen.where == pytest.approx((0.5 + fall, R), abs=1e-12)
+    other = put(table, 0.5 + fall, R)  # It lies where the ball would fall.
+    assert table.predict(ball, (1.0, 0.0)).met is other
 
 
 def test_pymunks_other_bodies_still_push_what_falls() -> None:
-    """A force on the body acts at the end of each step, as without gravity."""
+    """A force that holds the ball acts at the end of each step: the ball sinks at g dt/2."""
     table = upright()
-    ball = put(table, 1.0, 2.0)
-    for _ in range(12):
-        ball.body.apply_force_at_local_point((0.0, 0.2 * G))  # It holds the ball nearly.
+    ball, count = put(table, 1.0, 2.0), 12
+    for _ in range(count):
+        ball.body.apply_force_at_local_point((0.0, 0.2 * G))
         table.step()
-    assert abs(ball.body.position.y - 2.0) < 0.5 * G * 0.2 * STEP * 1.1
+    assert ball.body.velocity.y == pytest.approx(0.0, abs=1e-12)
+    assert ball.body.position.y == pytest.approx(2.0 - count * G * STEP**2 / 2.0, abs=1e-12)
 
 
 def test_friction_pushes_are_as_before_and_patches_with_friction_are_refused() -> None:

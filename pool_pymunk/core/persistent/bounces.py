@@ -44,8 +44,8 @@ def count_bounces(one: Touch, parting: float) -> None:
 def time_of_bounces(one: Touch, parting: float) -> float:
     """Return how long (s) sides bounce that part at a speed (m/s), or close if it is negative.
 
-    Each bounce takes 2 v / press, and the next one parts at e v. On other surfaces than those of a
-    user's own, and under gravity, friction ends a motion later than its bounces.
+    Each bounce takes 2 v / press, and the next one parts at e v. Only a ball that falls, or moves
+    on a surface of a user's own, rests when its bounces end; elsewhere friction takes longer.
     """
     e, press = one.pair.restitution, one.press_on
     if one.a.phase != FREE or press <= 0.0 or e == 1.0:

@@ -20,17 +20,20 @@ from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.walls.wall import Wall
 
-LONGEST: Final = 10.0
-SHORT: Final = 2.0  # where balls fall, so that errors of impulses move them less
+LONGEST: Final = 10.0  # times the shortest step
 SWEEPS: Final = 60
-MORE: Final = 2  # times as many where balls fall, and MOST where they are slow, too
-MOST: Final = 6
-FEW_SHIFTS: Final = 30  # after a step
-SHIFTS: Final = 1000  # where balls come to rest
-APART: Final = 1.2  # Balls are moved apart by so many times what they have sunk in.
-SUNK: Final = 1e-10  # radii
-LEAST: Final = 1e-9  # of the speed that the surface gives in a step; slower ones are none
 ENOUGH: Final = 5e-2  # of the speed that the surface takes in a step; the impulses are as exact
+# Where friction does not slow balls, only impulses that are more exact bring piles to rest. With
+# steps of LONGEST, or with FAST_SWEEPS for all, one of six piles of fifty balls never rests.
+SHORT: Final = 2.0  # times the shortest step, in place of LONGEST
+FAST_SWEEPS: Final = 120  # while a ball is faster than it gets in a step
+SLOW_SWEEPS: Final = 360
+LEAST: Final = 1e-9  # of the speed that a ball gets in a step; slower ones are none
+# What errors of impulses leave too near is moved apart, a little more than it has sunk in.
+APART: Final = 1.2
+SHIFTS: Final = 30  # at most, after each step
+LAST_SHIFTS: Final = 1000  # at most, where balls come to rest
+SUNK: Final = 1e-10  # radii; less is none
 
 
 @final
@@ -42,7 +45,7 @@ class Crowd(Gathering):
     ) -> None:
         super().__init__(members, touches, now, scale)
         self.pace = pace
-        self.falls = members[0].drag == 0.0  # Nothing else ends small motions and errors.
+        self.slows = members[0].drag > 0.0  # Friction of the surface ends small motions.
 
     @property
     def answers_all(self) -> bool:
@@ -91,7 +94,7 @@ class Crowd(Gathering):
         for each in self.members:
             change = max(change, abs(each.ax), abs(each.ay))
         change *= self.time
-        longest = (SHORT if self.falls else LONGEST) * least
+        longest = (LONGEST if self.slows else SHORT) * least
         return max(least, min(room / change, longest) if change > 0.0 else longest)
 
     def parts(self, tolerance: float) -> list[list[Member]]:
@@ -119,11 +122,11 @@ class Crowd(Gathering):
         for one in self.touches:
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
-        self._make_room(FEW_SHIFTS if self.falls else 1)
+        self._make_room(1 if self.slows else SHIFTS)
         return 0.0
 
     def sleep(self, now: float) -> None:
-        self._make_room(SHIFTS)
+        self._make_room(LAST_SHIFTS)
         super().sleep(now)
 
     def _make_room(self, most: int) -> None:
@@ -131,7 +134,7 @@ class Crowd(Gathering):
         for _ in range(most):
             deepest = 0.0
             for one in self.touches:
-                deepest = max(deepest, one.part(APART if self.falls else 1.0))
+                deepest = max(deepest, one.part(1.0 if self.slows else APART))
             if deepest <= SUNK:
                 break
 
@@ -151,7 +154,7 @@ class Crowd(Gathering):
             each.face()
             enough = max(enough, ENOUGH * h * each.pull)
             gain, speed = max(gain, h * each.pull), max(speed, abs(each.vx), abs(each.vy))
-        if self.falls:
+        if not self.slows:
             enough = min(enough, ENOUGH * max(speed, LEAST * gain))
         for one in self.touches:
             n, t, i = one.n, one.t, one.i  # as in the step before
@@ -162,8 +165,8 @@ class Crowd(Gathering):
         for each in self.members:
             each.brake(h)
         sweeps = SWEEPS
-        if self.falls:  # Piles are high there, and rest only by impulses that are exact.
-            sweeps *= MORE if speed > gain else MOST
+        if not self.slows:
+            sweeps = FAST_SWEEPS if speed > gain else SLOW_SWEEPS
         for _ in range(sweeps):
             change = 0.0
             for one in self.touches:

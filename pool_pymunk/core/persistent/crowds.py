@@ -21,7 +21,9 @@ from pool_pymunk.core.queue import Due
 MANY: Final = 1000  # CROWD balls or fewer are a crowd after so many hits, together.
 LARGE: Final = 16  # balls; more that press on each other are a crowd at once
 STRIDE: Final = 0.05  # radii; a step of a crowd moves no ball farther
-CALM: Final = 0.25  # s; balls that fall rest once they have not moved for so long
+# s; balls that fall rest once they have not moved for so long, to the eye. In that time even a ball
+# that is pulled by a share of 1e-4 of gravity would be seen to move.
+CALM: Final = 0.25
 
 
 class Crowds(Unseen):
@@ -53,10 +55,8 @@ class Crowds(Unseen):
         pace = math.sqrt(2.0 * MOST * self.tolerance / self.scale.pull)
         balls = self._near(present, seeds, pace)
         is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
-        are_many = is_crowd(balls, present.now)
-        if present.table.surface.drag == 0.0:  # Nothing slows those that have been in a crowd.
-            are_many = are_many or len(balls) > 1
-        if not (len(balls) > LARGE or (is_one_worn and are_many)):
+        are_crowd = is_crowd(balls, present.now, present.table.slows)
+        if not (len(balls) > LARGE or (is_one_worn and are_crowd)):
             return False
         for ball in balls:
             self.take_apart(present, ball)
@@ -139,10 +139,12 @@ class Crowds(Unseen):
                 one = self._touch_of(present, a, wall, far)
                 if one is not None:
                     found.append(one)
+        now = present.now
+        self.last = {key: one for key, one in self.last.items() if now - one.a.time < SOON}
         for one in found:
             key = sides_in(one)
             known = self.last.get(key)
-            goes_on = known is not None and known.a.time == present.now
+            goes_on = known is not None and known.a.time == now
             if known is not None and goes_on and not one.a.slows:  # It presses as it did.
                 one.n, one.t, one.i = known.n, known.t, known.i
             self.last[key] = one
@@ -192,8 +194,7 @@ class Crowds(Unseen):
             if self._is_calm(present, part):
                 self._let_sleep(present, crowd, part)
                 continue
-            are_many = is_crowd([each.ball for each in part], present.now)
-            if moves and (are_many or (crowd.falls and len(part) > 1)):
+            if moves and is_crowd([each.ball for each in part], present.now, crowd.slows):
                 self._begin_crowd(present, part, crowd.next_pace(room, least))
                 continue
             for each in part:
@@ -230,13 +231,16 @@ def place_along(each: Member) -> float:
     return each.x
 
 
-def is_crowd(balls: list[Ball], now: float) -> bool:
-    """Tell whether balls have been hit so often of late, together, that they are a crowd."""
+def is_crowd(balls: list[Ball], now: float, slows: bool) -> bool:
+    """Tell whether balls have been hit so often of late, together, that they are a crowd.
+
+    Where friction does not slow them, two are enough.
+    """
     hits = 0
     for ball in balls:
         if now - ball.hit < SOON:
             hits += ball.hits
-    return len(balls) > CROWD or hits > MANY
+    return len(balls) > (CROWD if slows else 1) or hits > MANY
 
 
 def drop(balls: list[Ball], ball: Ball) -> None:

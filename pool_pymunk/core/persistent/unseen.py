@@ -156,8 +156,8 @@ class Unseen(Gatherings):
     def _dullest(self, present: Present, a: Ball, b: Ball | None) -> float:
         """Return the speed (m/s) below which hits of two sides are dull."""
         often = self._wear(present, a, b)
-        slows = present.table.surface.drag > 0.0
-        return 0.0 if slows or often == 1.0 else often * self.tolerance / SOON
+        is_none = present.table.slows or often == 1.0
+        return 0.0 if is_none else often * self.tolerance / SOON
 
     def are_faint(self, present: Present, contacts: list[Contact]) -> bool:
         """Tell whether all these hits are so faint that a group may begin instead."""
