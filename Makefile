@@ -29,7 +29,7 @@ run: $(VENV)/program-installed
 # for it need not compile, too.
 build: export POOL_PYMUNK_PURE := 1
 build: $(VENV)/installed
-	@echo "The core is compiled, which takes about half a minute."
+	@echo "The core is compiled, which takes one to three minutes."
 	@env -u POOL_PYMUNK_PURE $(BIN)/python hatch_build.py
 
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all

@@ -16,7 +16,7 @@ from pool_pymunk import Billiards, same_balls
 G, HEIGHT, E, RADIUS = 9.80665, 2.0, 0.8, 0.1  # m/s^2, m, 1, m
 FALL = math.sqrt(2.0 * HEIGHT / G)
 APEX = FALL * (1.0 + 2.0 * E + 2.0 * E**2 + E**3)  # s
-STEPS = 60, 240, 1000, 4000, 16000  # a second
+STEPS = 60, 240, 1000, 4000  # a second
 
 
 def world() -> tuple[pymunk.Space, pymunk.Body, pymunk.Circle, pymunk.Segment]:
