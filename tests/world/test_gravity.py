@@ -181,6 +181,20 @@ def test_a_wall_that_moves_lifts_a_ball() -> None:
     assert ball.body.position.y == pytest.approx(0.8 + R, abs=1e-7)
 
 
+def test_a_ball_on_a_wall_that_could_move_stops_once() -> None:
+    table, stops = upright(0.0), list[float]()
+    shelf = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    shelf.position = (1.0, 0.5)
+    table.space.add(shelf)
+    table.add_wall(pymunk.Segment(shelf, (-0.2, 0.0), (0.2, 0.0), 0.0), 0.0)
+    put(table, 1.0, 0.6 + R)
+    table.on_stop = lambda _, t: stops.append(t)
+    for _ in range(60):
+        table.step()
+    assert len(stops) == 1
+    assert 0.0 <= stops[0] - math.sqrt(0.2 / G) <= STEP  # It may be told in the next step.
+
+
 def test_a_saved_state_goes_on_as_it_did() -> None:
     table = upright(0.9)
     balls = [put(table, 0.5, 1.0, (1.0, 0.0)), put(table, 0.9, 1.5)]

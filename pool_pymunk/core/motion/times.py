@@ -177,9 +177,16 @@ def time_to_leave(
     return t
 
 
-def parts_for_ever(x: float, y: float, vx: float, vy: float, ax: float, ay: float) -> bool:
-    """Tell whether an offset (m) only grows from now on: no rate of its square is negative."""
-    return x * vx + y * vy >= 0.0 and x * ax + y * ay >= 0.0 and vx * ax + vy * ay >= 0.0
+def leads_away(offset: Vector, velocity: Vector, acceleration: Vector) -> bool:
+    """Tell whether an offset d (m) never becomes shorter from now on.
+
+    If neither d v nor d a is negative, d d(t) = d^2 + t d v + t^2 d a / 2 is not below d^2, and so
+    is the length of d(t) not below that of d.
+    """
+    x, y = offset
+    vx, vy = velocity
+    ax, ay = acceleration
+    return x * vx + y * vy >= 0.0 and x * ax + y * ay >= 0.0
 
 
 def time_of_impact(
@@ -231,7 +238,7 @@ def time_of_impact(
         root = math.sqrt(rate * rate + 2.0 * pull * gap)
         if rate < 0.0:
             step = 2.0 * gap / (root - rate)
-        elif pull == 0.0 or parts_for_ever(x, y, vx + t * ax, vy + t * ay, ax, ay):
+        elif pull == 0.0 or leads_away((x, y), (vx + t * ax, vy + t * ay), acceleration):
             return INF
         else:
             step = (rate + root) / pull
