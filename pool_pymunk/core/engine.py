@@ -75,6 +75,7 @@ class Engine(Present):
         self.movers: list[MovingWall] = []
         self.chooses = False  # Some balls go through others, by their bits.
         self.answered = 0  # so many things that were due
+        self.predictions = 0
         self.heard = 0.0  # s, of the machine's clock; when the recorder has last paused the play
         self.near = near_of(balls)
         self.has_patches = len(table.patches.borders) > 0
@@ -297,10 +298,12 @@ class Engine(Present):
         for ball in balls:
             self._predict_end(ball)
             self._look_ahead(ball)
-        for k, ball in enumerate(balls):
+        self.predictions += 1
+        for ball in balls:
             for other in self.near.around(ball):
-                if k == 0 or not is_among(other, balls, k):
+                if other.predicted != self.predictions:
                     self._meet(ball, other)
+            ball.predicted = self.predictions
 
     def _predict_few(self, a: Ball, b: Ball | None) -> None:
         """Predict so for one ball, or for two that have hit each other, without a list of them."""
@@ -348,6 +351,8 @@ class Engine(Present):
     def _meet_wall(self, ball: Ball, wall: Wall) -> float:
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
         if self.chooses and ball.ignores(wall.categories, wall.mask):
+            return INF
+        if ball.group is not None and ball.group.answers_all and not wall.is_pocket:
             return INF
         if wall.moves and self.squeezes.goes_through(ball, wall):
             return INF

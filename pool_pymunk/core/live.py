@@ -103,7 +103,8 @@ class LiveEngine(Engine):
         return not self.may_go_on or self.idle >= NEVER_SETTLES
 
     def refresh(self) -> None:
-        """Predict anew what is due, if that is not known any more."""
+        """Predict anew what is due, if that is not known any more; pairs may be others now."""
+        self.table.forget()
         if self.is_stale:
             self.is_stale = False
             self._predict_anew()

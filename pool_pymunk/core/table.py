@@ -57,6 +57,9 @@ class Table:
             last = self.last = Pair(a.mass, b.mass, e, mu)
         return last
 
+    def forget(self) -> None:
+        """Forget what a user has said of pairs, who may say otherwise now; this table asks none."""
+
 
 def may_press(table: Table) -> bool:
     """Tell whether anything presses balls together: a surface, a hollow wall, one that moves."""

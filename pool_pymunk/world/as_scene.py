@@ -105,6 +105,7 @@ def _of_balls(live: LiveTable) -> tuple[tuple[float | None, float | None, float]
     That is the restitution of all hits, that of this ball's, and the friction.
     """
     balls = [ball.number for ball in live.on_table]
+    live.engine.table.forget()
     pairs: dict[tuple[int, int], Pair] = {
         (i, j): live.engine.table.pair(live.balls[i].core, live.balls[j].core)
         for i, j in combinations(balls, 2)

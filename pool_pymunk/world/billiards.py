@@ -559,12 +559,16 @@ class OnTable(Former, list[TableBall]):
 
 
 class OwnPairs(CoreTable):
-    """This is a table of the core whose pairs a user's function gives."""
+    """This is a table of the core whose pairs a user's function gives.
+
+    It is asked once for two balls while the engine plays on, until a callback or the next step.
+    """
 
     def __init__(self, surface: Surface, patches: Patches, said: PairOf) -> None:
         super().__init__([], surface, patches, 0.0, 0.0, 0.0)
         self.said = said
         self.balls: list[TableBall] = []
+        self.known: dict[tuple[int, int], CorePair] = {}
 
     def copy(self) -> OwnPairs:
         """Return the same table without walls."""
@@ -574,10 +578,16 @@ class OwnPairs(CoreTable):
 
     def pair(self, a: Ball, b: Ball) -> CorePair:
         two = a.number, b.number
-        for i in two:
-            self.balls[i].in_hits.refuse_changed()
-        _, _, e, mu = checks.check_pair(self.said(*two), (a.mass, b.mass), two)
-        return CorePair(a.mass, b.mass, e, mu)
+        known = self.known.get(two)
+        if known is None:
+            for i in two:
+                self.balls[i].in_hits.refuse_changed()
+            _, _, e, mu = checks.check_pair(self.said(*two), (a.mass, b.mass), two)
+            known = self.known[two] = CorePair(a.mass, b.mass, e, mu)
+        return known
+
+    def forget(self) -> None:
+        self.known.clear()
 
 
 def _check_callback(name: str, is_own: bool) -> None:

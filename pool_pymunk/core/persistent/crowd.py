@@ -13,8 +13,8 @@ from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
-from pool_pymunk.core.motion.times import INF
-from pool_pymunk.core.persistent.gathering import Gathering, joined
+from pool_pymunk.core.motion.times import INF, larger
+from pool_pymunk.core.persistent.gathering import APART, LAST_SHIFTS, Gathering, joined
 from pool_pymunk.core.persistent.member import REST, Member, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch
@@ -29,11 +29,7 @@ SHORT: Final = 2.0  # times the shortest step, in place of LONGEST
 FAST_SWEEPS: Final = 120  # while a ball is faster than it gets in a step
 SLOW_SWEEPS: Final = 360
 LEAST: Final = 1e-9  # of the speed that a ball gets in a step; slower ones are none
-# What errors of impulses leave too near is moved apart, a little more than it has sunk in.
-APART: Final = 1.2
 SHIFTS: Final = 30  # at most, after each step
-LAST_SHIFTS: Final = 1000  # at most, where balls come to rest
-SUNK: Final = 1e-10  # radii; less is none
 
 
 @final
@@ -62,13 +58,21 @@ class Crowd(Gathering):
         return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
 
     def states_at(self, t: float) -> list[State]:
-        """Return the states at a time (s): velocities are those of the whole step."""
+        """Return the states at a time (s): velocities are those of the whole step.
+
+        Balls that go straight to where they do not overlap may do so on the way, so there is made
+        room for them.
+        """
         if self.sleeps or t <= self.began:
             return [each.start for each in self.members]
-        found = list[State]()
+        ends = [each.state for each in self.members]
         for each in self.members:
-            x, y = self.path(each).place(t)
-            found.append((x, y, each.vx, each.vy, each.wx, each.wy))
+            each.x, each.y = self.path(each).place(t)
+            each.time = t
+        self.make_room(LAST_SHIFTS, APART)
+        found = [each.state for each in self.members]
+        for each, (x, y, _vx, _vy, _wx, _wy) in zip(self.members, ends):
+            each.x, each.y, each.time = x, y, self.began + self.time
         return found
 
     def go_to(self, t: float) -> None:
@@ -92,7 +96,7 @@ class Crowd(Gathering):
         """Return how long (s) a step may be, so that changes of velocity move no ball farther."""
         change = 0.0
         for each in self.members:
-            change = max(change, abs(each.ax), abs(each.ay))
+            change = max(change, larger(each.ax, each.ay))
         change *= self.time
         longest = (LONGEST if self.slows else SHORT) * least
         return max(least, min(room / change, longest) if change > 0.0 else longest)
@@ -110,6 +114,7 @@ class Crowd(Gathering):
     def step(self, h: float) -> float:
         for each in self.members:
             each.go_back()
+            each.face()
         before = self._energy
         self._press(h, 1.0)
         if self._energy > before:
@@ -122,21 +127,11 @@ class Crowd(Gathering):
         for one in self.touches:
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
-        self._make_room(1 if self.slows else SHIFTS)
+        if self.slows:
+            self.make_room(1, 1.0)
+        else:
+            self.make_room(SHIFTS, APART)
         return 0.0
-
-    def sleep(self, now: float) -> None:
-        self._make_room(LAST_SHIFTS)
-        super().sleep(now)
-
-    def _make_room(self, most: int) -> None:
-        """Move balls apart that the errors of a step have left too near, one after another."""
-        for _ in range(most):
-            deepest = 0.0
-            for one in self.touches:
-                deepest = max(deepest, one.part(1.0 if self.slows else APART))
-            if deepest <= SUNK:
-                break
 
     @property
     def _energy(self) -> float:
@@ -153,7 +148,7 @@ class Crowd(Gathering):
             each.fx = each.fy = each.cx = each.cy = 0.0
             each.face()
             enough = max(enough, ENOUGH * h * each.pull)
-            gain, speed = max(gain, h * each.pull), max(speed, abs(each.vx), abs(each.vy))
+            gain, speed = max(gain, h * each.pull), max(speed, larger(each.vx, each.vy))
         if not self.slows:
             enough = min(enough, ENOUGH * max(speed, LEAST * gain))
         for one in self.touches:

@@ -19,11 +19,14 @@ from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 
 MANY: Final = 1000  # CROWD balls or fewer are a crowd after so many hits, together.
-LARGE: Final = 16  # balls; more that press on each other are a crowd at once
+# balls; more that press on each other are a crowd at once. Where they fall, and hit each other all
+# the time, more than CROWD are.
+LARGE: Final = 16
 STRIDE: Final = 0.05  # radii; a step of a crowd moves no ball farther
 # s; balls that fall rest once they have not moved for so long, to the eye. In that time even a ball
 # that is pulled by a share of 1e-4 of gravity would be seen to move.
 CALM: Final = 0.25
+NEIGHBOURS: Final = 6  # So many equal discs touch one. Of more contacts the old ones are forgotten.
 
 
 class Crowds(Unseen):
@@ -48,7 +51,11 @@ class Crowds(Unseen):
     def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
         """Tell whether one of these balls has been hit too often, or there are very many."""
         is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
-        return is_one_worn or len(present.balls) > LARGE
+        return is_one_worn or len(present.balls) > self._largest(present)
+
+    def _largest(self, present: Present) -> int:
+        """Return how many balls that press on each other are a group, and no crowd."""
+        return LARGE if present.table.slows else CROWD
 
     def _crowd(self, present: Present, seeds: list[Ball]) -> bool:
         """Let a crowd begin around some balls, if there are enough."""
@@ -56,7 +63,7 @@ class Crowds(Unseen):
         balls = self._near(present, seeds, pace)
         is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
         are_crowd = is_crowd(balls, present.now, present.table.slows)
-        if not (len(balls) > LARGE or (is_one_worn and are_crowd)):
+        if not (len(balls) > self._largest(present) or (is_one_worn and are_crowd)):
             return False
         for ball in balls:
             self.take_apart(present, ball)
@@ -140,7 +147,8 @@ class Crowds(Unseen):
                 if one is not None:
                     found.append(one)
         now = present.now
-        self.last = {key: one for key, one in self.last.items() if now - one.a.time < SOON}
+        if len(self.last) > NEIGHBOURS * len(present.balls):
+            self.last = {key: one for key, one in self.last.items() if now - one.a.time < SOON}
         for one in found:
             key = sides_in(one)
             known = self.last.get(key)

@@ -255,6 +255,6 @@ def parts_of(group: Group, now: float) -> list[Group]:
             for force in group.unknowns:
                 if any(force.touch is one for one in touches):
                     new.hold(force.touch, force.kind)
-            new.make_room()
+            new.find_neighbours()
             parts.append(new)
     return parts

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from pool_pymunk.core.ball import Ball, Company
 from pool_pymunk.core.motion.path import Motion, Path
 from pool_pymunk.core.motion.times import INF, Vector
@@ -10,6 +12,11 @@ from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spells
 from pool_pymunk.core.persistent.touch import Touch, is_of
 from pool_pymunk.core.walls.wall import Wall
+
+# What errors leave too near is moved apart, a little more than it has sunk in.
+APART: Final = 1.2
+LAST_SHIFTS: Final = 1000  # at most, where balls come to rest or are looked at
+SUNK: Final = 1e-10  # radii; less is none
 
 
 class Gathering(Company):
@@ -68,6 +75,7 @@ class Gathering(Company):
 
     def sleep(self, now: float) -> None:
         """Let all members lie still from now (s) on, with the forces that hold them."""
+        self.make_room(LAST_SHIFTS, APART)
         self.sleeps, self.leader = True, None
         self.began, self.time, self.played = now, INF, 0.0
         self.halts = self.until < INF
@@ -76,6 +84,18 @@ class Gathering(Company):
             each.begin()
         for one in self.touches:
             one.at_start = one.halfway = one.push
+
+    def make_room(self, most: int, times: float) -> None:
+        """Move balls apart that are too near, one after another, at most so often each.
+
+        They are moved so many times what they have sunk in.
+        """
+        for _ in range(most):
+            deepest = 0.0
+            for one in self.touches:
+                deepest = max(deepest, one.part(times))
+            if deepest <= SUNK:
+                break
 
     def states_at(self, t: float) -> list[State]:
         """Return the states of the members at a time (s) of the piece."""

@@ -12,7 +12,7 @@ import math
 from typing import Final, final
 
 from pool_pymunk.core.motion.surface import GYRATION
-from pool_pymunk.core.motion.times import INF
+from pool_pymunk.core.motion.times import INF, larger
 from pool_pymunk.core.persistent.gathering import Gathering
 from pool_pymunk.core.persistent.linear import Row, solve
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member, Rates, State
@@ -93,9 +93,9 @@ class Group(Gathering):
             if each.phase == FREE and each.slows:
                 return False
             u, v, p, q = each.rates
-            if max(abs(u), abs(v), abs(p), abs(q)) > 10.0 * self.weak:
+            if max(larger(u, v), larger(p, q)) > 10.0 * self.weak:
                 return False
-            speed = max(abs(each.vx), abs(each.vy), abs(each.wx), abs(each.wy))
+            speed = max(larger(each.vx, each.vy), larger(each.wx, each.wy))
             # No friction of the surface ends the last of the motion of a ball that falls.
             if speed > (self.scale.creep if each.phase == FREE else self.scale.faded):
                 return False
@@ -199,9 +199,9 @@ class Group(Gathering):
                     self.hold(one, ALONG)
                 if one.turns == 0.0 and one.wrings and one.a.mode != REST:
                     self.hold(one, INTO)
-        self.make_room()
+        self.find_neighbours()
 
-    def make_room(self) -> None:
+    def find_neighbours(self) -> None:
         """Find which unknown forces act on the same balls."""
         for force in self.unknowns:
             one, force.near = force.touch, []
@@ -452,7 +452,7 @@ class Group(Gathering):
             ax, ay, bx, by = each.first
             px, py, qx, qy = each.second
             share = each.steering(h)
-            jump = max(jump, abs(px - ax), abs(py - ay), share * max(abs(qx - bx), abs(qy - by)))
+            jump = max(jump, max(larger(px - ax, py - ay), share * larger(qx - bx, qy - by)))
         self.is_even = jump * h * h <= 1e-6 * self.tolerance
         off = 0.0
         if self.is_even:
@@ -480,9 +480,9 @@ class Group(Gathering):
         for each in self.members:
             a, b, c, d = each.first, each.second, each.third, each.rates
             each.advance(h, 1.0, mean(a, b, c, d, 2.0, 1.0), mean(a, b, c, d, 1.0, 0.0))
-            jump = max(jump, abs(d[0] - a[0]), abs(d[1] - a[1]))
-            turning = each.steering(h) * max(abs(c[2] - b[2]), abs(c[3] - b[3]))
-            error = max(error, abs(c[0] - b[0]), abs(c[1] - b[1]), turning)
+            jump = max(jump, larger(d[0] - a[0], d[1] - a[1]))
+            turning = each.steering(h) * larger(c[2] - b[2], c[3] - b[3])
+            error = max(error, max(larger(c[0] - b[0], c[1] - b[1]), turning))
         return max(0.025 * jump * h * h / self.tolerance, 0.1 * error * h / self.tolerance)
 
     # -- what ends a piece ---------------------------------------------------------------------

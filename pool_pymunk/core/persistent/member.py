@@ -297,10 +297,14 @@ class Member:
 
         The impulse that stops a slip u is 2/7 u; what it leaves rolls, and drag slows that.
         """
+        if not self.slows:
+            self.phase = self.mode = FREE
+            self.move()
+            return
         x, y = self.vx + h * (self.fx + self.px), self.vy + h * (self.fy + self.py)
         p, q = self.wx + h * self.cx, self.wy + h * self.cy
         if self.own is not None:
-            turns_back = self.slows and x * self.vx + y * self.vy <= 0.0
+            turns_back = x * self.vx + y * self.vy <= 0.0
             self.phase = REST if turns_back else FREE
             if turns_back:
                 x = y = p = q = 0.0

@@ -39,9 +39,9 @@ class Touch:
     """
 
     __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "free", "halfway", "i",
-                 "is_dull", "kept", "later", "least", "lift", "mu", "n", "nx", "ny", "on", "pair",
-                 "shear", "side", "slides", "slip", "spared", "struck", "swing", "t", "tug",
-                 "turns", "unit", "wall", "wrings")  # fmt: skip
+                 "is_dull", "kept", "later", "lift", "mu", "n", "nx", "ny", "on", "pair",
+                 "shear", "short", "side", "skew", "slides", "slip", "spared", "struck", "swing",
+                 "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
@@ -56,7 +56,7 @@ class Touch:
         self.wrings = b is None and a.rolls and pair.friction > 0.0
         self.on = self.closed = self.is_dull = False
         self.later = -INF
-        self.least = 0.0
+        self.short = self.skew = 0.0
         self.slides = self.turns = 0.0
         self.n = self.t = self.i = 0.0
         self.nx, self.ny, self.slip = 1.0, 0.0, 0.0
@@ -265,36 +265,42 @@ class Touch:
     # -- in a step of a crowd ------------------------------------------------------------------
 
     def aim(self, h: float, bounces: float) -> None:
-        """Find the speed at which the sides are to part after a step (s) in which they hit.
+        """Find what the sides lack in a step (s) in which they hit, to part, and to slip no more.
 
-        It is e times that of closing. Slower ones, which bounce unseen, come to touch.
+        They are to part at e times the speed at which they close. Slower ones, which bounce unseen,
+        come to touch.
         """
-        gap, closing = self.gap, -self.opening
+        gap, opening = self.gap, self.opening
         touches = -max(gap, 0.0) / h
-        parting = bounces * self.pair.restitution * closing
-        self.least = parting if parting > SLOW * h * self.a.pull and closing * h >= gap else touches
+        parting = -bounces * self.pair.restitution * opening
+        bounce = parting > SLOW * h * self.a.pull and gap + h * opening <= 0.0
+        self.short = self.lift + (opening - (parting if bounce else touches)) / h
+        self.skew = self.tug + self.slip / h
 
     def carry(self, h: float) -> float:
         """Press as much as the sides need to part, and to stop the slips, as far as friction can.
 
         It returns how much the speed (m/s) changes by that.
         """
-        n = max(self.n - self.unit * (self.rate(NORMAL) + (self.opening - self.least) / h), 0.0)
+        a, b, nx, ny = self.a, self.b, self.nx, self.ny
+        ax, ay = a.ax, a.ay
+        if b is not None:
+            ax, ay = b.ax - ax, b.ay - ay
+        n = max(self.n - self.unit * (ax * nx + ay * ny + self.short), 0.0)
         if n == 0.0 and self.n == 0.0:
             return 0.0
         t, i, most = self.t, self.i, self.mu * n
-        if self.mu > 0.0:
-            t -= self.unit * (self.rate(ALONG) + self.slip / h)
-            t = max(-most, min(t, most))
+        if most > 0.0 or t != 0.0:
+            t = max(-most, min(t - self.unit * (ay * nx - ax * ny + self.skew), most))
         if self.wrings:
-            a, most = self.a, most / GYRATION
-            i -= a.mass * (a.bx * self.nx + a.by * self.ny + self.roll_in / h)
+            most /= GYRATION
+            i -= a.mass * (a.bx * nx + a.by * ny + self.roll_in / h)
             i = max(-most, min(i, most))
         change = (abs(n - self.n) + abs(t - self.t)) * h / self.unit
         self.press(n, t, i)
-        self.a.brake(h)
-        if self.b is not None:
-            self.b.brake(h)
+        a.brake(h)
+        if b is not None:
+            b.brake(h)
         return change
 
     def has_sunk(self, depth: float) -> bool:
