@@ -108,8 +108,10 @@ def table(runs: Sequence[Run]) -> str:
 
 def setting(run: Run) -> str:
     """Return the paragraph on what all shots have in common, and on how to read the figures."""
-    size, radius, mass, _, restitution, friction = magnitudes(run.scene)
-    numbers = f"The table: {size.removeprefix('size over all: ')}. The balls: {radius}; {mass}"
+    size, radius, mass, _, restitution, friction = (
+        each.partition(" (")[0] for each in magnitudes(run.scene)
+    )  # without what they are in SI
+    numbers = f"{size.replace('size over all', 'The table')}. The balls' {radius}; their {mass}"
     coefficients = f"{restitution}; {friction}".replace("_", " on ").capitalize()
     slices = "a microsecond" if run.dt == 1e-6 else f"{1e6 * (run.dt or 0.0):g} microseconds"
     return (

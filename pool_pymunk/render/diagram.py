@@ -47,8 +47,9 @@ def figure_of(result: Tradeoff) -> Figure:
 
 def _line(axes: Axes, result: Tradeoff, solver: Solver, settings: Sequence[Setting]) -> None:
     """Draw the solver's errors and times, and say which steps it has and what its order is."""
-    errors = [result.scene.units.from_si(s.largest, "length") for s in settings]
-    steps = [str(s) for s in settings if s.fineness is not None]
+    units = result.scene.units
+    errors = [units.from_si(s.largest, "length") for s in settings]
+    steps = [s.text(units) for s in settings if s.fineness is not None]
     said = " to ".join(dict.fromkeys((*steps[:1], *steps[-1:])))
     words = "\n".join(filter(None, (solver.name, said, _about(result, solver, settings))))
     axes.plot(
@@ -58,7 +59,7 @@ def _line(axes: Axes, result: Tradeoff, solver: Solver, settings: Sequence[Setti
     for error, one in zip(errors, settings, strict=True):
         if one.contact_tolerance is not None:
             axes.annotate(
-                str(one), (error, 1e3 * one.time), (8.0, 5.0), textcoords="offset points",
+                one.text(units), (error, 1e3 * one.time), (8.0, 5.0), textcoords="offset points",
                 size="small", color="#555555",
             )  # fmt: skip
 

@@ -229,9 +229,10 @@ class Slices(Stepping):
         impact = atan2(other.y - ball.y, other.x - ball.x)
         a, b, pair = in_frame(ball, impact), in_frame(other, impact), self.scene.pair(i, j)
         if self.law.jumps(a, b, pair):
+            slip = self.scene.units.text(a.t - b.t, ".0e", "speed")
             self.trace.warn(
                 f"in the hit of balls {self.scene.balls[i].id} and {self.scene.balls[j].id} the "
-                f"slip was only a rounding error ({a.t - b.t:.0e} m/s), and its sign decided the "
+                f"slip was only a rounding error ({slip}), and its sign decided the "
                 f"friction of law {self.law.name}. The report's program does the same",
                 self.time,
             )

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.core.motion.times import EPSILON
-from pool_pymunk.model import Scene, Shot
+from pool_pymunk.model import Scene, Shot, Units
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.table import ResultTable
 from pool_pymunk.results.words import step_text
@@ -103,10 +103,10 @@ class Setting:
         """The step (s) or the tolerance (m), if it has one: errors shrink with it."""
         return self.dt or self.contact_tolerance
 
-    def __str__(self) -> str:
-        """Return its fineness as people write it."""
+    def text(self, units: Units) -> str:
+        """Return its fineness as people write it; a tolerance is in ``units``."""
         if self.contact_tolerance is not None:
-            return f"{self.contact_tolerance:g} m"
+            return units.text(self.contact_tolerance, ".3g")
         return "" if self.dt is None else step_text(self.dt)
 
 
@@ -291,13 +291,13 @@ def _to_tolerances(result: Tradeoff) -> Iterator[str]:
     if not any(run.persistent for run in result.sound):
         yield "No contact persists in these shots, so their tolerance does not matter."
     elif good:
-        ratios = {s.largest / (s.contact_tolerance or 1.0): s for s in good}
+        units, ratios = result.scene.units, {s.largest / (s.contact_tolerance or 1.0): s for s in good}
         most = max(ratios)
-        yield f"The largest error is {most:.2g} times the tolerance, at {ratios[most]}."
+        yield f"The largest error is {most:.2g} times the tolerance, at {ratios[most].text(units)}."
         finest = max(run.contact_tolerance or 0.0 for run in result.references)
         yield (
-            f"Errors are distances from runs at {finest:g} m, which may be off by "
-            f"{result.rounding:.1g} m themselves."
+            f"Errors are distances from runs at {units.text(finest, '.3g')}, which may be off by "
+            f"{units.text(result.rounding, '.1g')} themselves."
         )
 
 

@@ -250,19 +250,20 @@ def simulate_within(
 def _judged(choice: Choice, run: Run, is_exact: bool) -> Choice:
     """Return a choice with the errors that no step removes: by policies and by rounding."""
     error, reason, levels = choice.error, choice.reason, choice.levels
+    text = run.scene.units.text
     if is_exact:
         error = math.inf if run.status == "non_finite" else run.rounding
         error = 0.0 if math.isnan(error) else error  # It is not known without the contact engine.
-        reason, levels = f"rounding may move the ends by {error:.2g} m, at every step", ()
+        reason, levels = f"rounding may move the ends by {text(error)}, at every step", ()
         persistent = run.persistent_shift
         if persistent > error:
-            reason = f"contacts that persist may put the ends off by {persistent:.2g} m"
+            reason = f"contacts that persist may put the ends off by {text(persistent)}"
         error += persistent
     if (shifted := error + run.policy_shift) != error:
         error, policies = shifted, ", ".join(sorted(run.policies))
         reason = (
             f"some contacts have no exact answer ({policies}). With other answers the ends may lie "
-            f"up to {run.policy_shift:.2g} m elsewhere, whatever the step"
+            f"up to {text(run.policy_shift)} elsewhere, whatever the step"
         )
     reached = error <= choice.tolerance
     reason = "" if reached else reason
