@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
 import pytest
 
+from pool_pymunk import load, simulate
 from pool_pymunk.cli.worksheet import html
 from tests import ROOT
 from tests.shared.commands import exit_code
@@ -30,7 +32,7 @@ def test_each_exercise_has_a_sheet_with_a_line_for_the_name(tmp_path: Path) -> N
         r"<section>(.*?)</section>", written(folder=tmp_path), flags=re.DOTALL
     )
     assert "<h1>" in opening and "import math" in opening
-    assert [int(re.findall(r"<h2>(\d+)", sheet)[0]) for sheet in sheets] == [*range(1, 11)]
+    assert [int(re.findall(r"<h2>(\d+)", sheet)[0]) for sheet in sheets] == [*range(1, 12)]
     for sheet in sheets:
         assert sheet.count("<h2>") == sheet.count(">Name<") == 1
 
@@ -43,10 +45,31 @@ def test_the_page_needs_nothing_else(options: tuple[str, ...], tmp_path: Path) -
     assert "<math" in page
 
 
-def test_the_answers_have_all_exercises_and_the_hit_by_hand(tmp_path: Path) -> None:
-    page = written("--answers", folder=tmp_path)
-    assert page.count("<li>") == 10
-    assert "<h2>A hit by hand</h2>" in page and page.count("<tr>") == 10
+def test_the_answers_have_the_exercises_and_no_others(tmp_path: Path) -> None:
+    sheets, answers = written(folder=tmp_path), written("--answers", folder=tmp_path)
+    assert answers.count("<li>") == sheets.count(">Name<") == 11
+    assert answers.count("<ol>") == 1 and "<h2>" not in answers
+    assert exercise(11).startswith("11. A hit by hand")
+    assert answers.rpartition("<li>")[2].count("<tr>") == 10
+
+
+def test_the_hit_by_hand_has_the_numbers_of_its_scenario() -> None:
+    a, b = (scene := load("two-balls")).balls
+    for value in (a.mass * 1e3, b.mass * 1e3):
+        assert f"({value:g} g, " in exercise(11)
+    assert f"e = {scene.restitution.ball_ball:g}$" in exercise(11)
+    assert f"mu = {scene.friction.ball_ball:g}$" in exercise(11)
+    hit = simulate(scene).contacts[0]
+    angle = math.degrees(math.atan2(hit.normal[1], hit.normal[0]))
+    assert f"at {angle:.2f} degrees" in exercise(11)
+
+
+def test_every_line_that_is_printed_has_its_unit() -> None:
+    text = (ROOT / "docs" / "worksheet.md").read_text(encoding="utf-8")
+    prints = re.findall(r"^ *print\((.*)\)$", text, re.MULTILINE)
+    assert len(prints) == 9
+    for line in prints:
+        assert re.search(r" degrees| N s|\} s: |\bm/s", line), line
 
 
 def test_it_goes_where_commands_put_their_files(
