@@ -76,7 +76,7 @@ def _shown(found: list[Comparison]) -> Report:
     yield f"Exact ends, and distances of the other ends from them ({unit})\n"
     yield _distances(found)
     yield ResultTable((solver, "contacts", "steps", *costs, status), map(_cost, played))
-    yield from sentences(found)
+    yield from (*sentences(found), *runs.doubts_of([reference]))
     yield from runs.warnings_of(played)
 
 

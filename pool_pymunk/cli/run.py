@@ -149,7 +149,7 @@ def _results(done: Sequence[PlayedShot]) -> Report:
 
 
 def _record(one: Run, choice: Choice | None) -> dict[str, object]:
-    record = one.as_dict()
+    record = one.as_dict() | listing.figures(one)
     if one.shot and one.shot.published:
         record["published"] = listing.Agreement.of(one).as_dict()
     return record | ({} if choice is None else {"tolerance": choice.as_dict()})

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from pool_pymunk.model import scenario
-from pool_pymunk.report.listing import Agreement
+from pool_pymunk.report.listing import Agreement, doubts
 from pool_pymunk.results.run import Run
 from pool_pymunk.solvers import SOLVERS
 
@@ -32,6 +32,12 @@ def warnings_of(runs: Iterable[Run]) -> Iterator[str]:
         first, *others = dict.fromkeys(solvers)
         also = f"; alike: {', '.join(others)}" if others else ""
         yield f"Warning: {name} ({first}{also}): {text}."
+
+
+def doubts_of(runs: Iterable[Run]) -> Iterator[str]:
+    """Yield how far the ends of exact runs may be off themselves."""
+    for run in runs:
+        yield from (f"{run.name} ({run.solver}): {doubt}." for doubt in doubts(run))
 
 
 def published_by(run: Run) -> str:

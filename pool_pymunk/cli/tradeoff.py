@@ -77,7 +77,8 @@ def _report(found: grid.Tradeoff, left_out: Mapping[str, str], seed: int) -> Rep
     warnings = list(runs.warnings_of(found.warned))
     yield f"Errors at the end and time for {found.measured_shots}\n"
     yield _printed(found)
-    yield from (*grid.sentences(found), *runs.left_out_sentences(left_out), *warnings)
+    yield from (*grid.sentences(found), *runs.doubts_of(found.sound))
+    yield from (*runs.left_out_sentences(left_out), *warnings)
     name = "contact-tolerance" if _is_tolerant(found) else "tradeoff"
     same = {"spread": found.spread, "seed": seed, **grid.machine()}
     yield File(f"{name}.csv", found.table(same).csv)

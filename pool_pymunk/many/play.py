@@ -22,6 +22,7 @@ from pool_pymunk.many.source import NOTHING, Begun, Floats, Ints, Source, is_gon
 from pool_pymunk.many.workers import EACH as PIECES
 from pool_pymunk.many.workers import Workers, check_halt
 from pool_pymunk.model import Scene, SceneError, inputs
+from pool_pymunk.results.run import FIGURES
 from pool_pymunk.solvers.in_core import floor_of, new_balls, new_table_of, table_of
 from pool_pymunk.solvers.small_changes import corners_of, inputs_of
 
@@ -35,7 +36,6 @@ SHORT = 0.1
 HANDFUL = 16  # at first, and for a worker, where each is played as a run, too
 LARGEST = 8_192  # shots are sent to a worker at once, at most
 MANY = 16  # processes, where their number is not known
-FIGURES = ("rounding", "policy_shift", "persistent_shift")
 COLUMNS = inputs.column_of("coefficients")
 OF_SURFACE = ("friction.surface", "friction.rolling")
 

@@ -11,10 +11,11 @@ import numpy as np
 
 from pool_pymunk.laws import Law
 from pool_pymunk.many.batch import Batch
-from pool_pymunk.many.play import FIGURES, Done, play_all
+from pool_pymunk.many.play import Done, play_all
 from pool_pymunk.many.source import NOTHING, Source, read_source, refuse_given
 from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Scene, Shot, inputs
+from pool_pymunk.results.run import FIGURES
 from pool_pymunk.solvers import find_shot
 from pool_pymunk.solvers.small_changes import check_surface
 

@@ -14,7 +14,7 @@ from pool_pymunk.laws import LAWS
 from pool_pymunk.model import Point, Scene, Units
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario import load
-from pool_pymunk.results.run import STATUSES, Run
+from pool_pymunk.results.run import FIGURES, STATUSES, Run
 from pool_pymunk.results.words import counted
 
 QUICK = 1.0  # s; of longer runs rounding is not measured, because that may take further runs
@@ -61,7 +61,8 @@ def shot_lines(run: Run, others: Others | None = None) -> Iterator[str]:
     )
     for warning in run.warnings:
         yield f"    Warning: {warning}"
-    yield from _doubts(run)
+    for doubt in doubts(run):
+        yield f"    {doubt}"
     yield ""
 
 
@@ -122,8 +123,11 @@ def ends_in(folder: Path, name: str, scene: Scene) -> Others:
     return Others(str(folder), {id_: (x, y) for id_, (x, y) in ends.items()})
 
 
-def _doubts(run: Run) -> Iterator[str]:
-    """Yield how far policies and rounding may have moved the ends, if printed digits show it."""
+def doubts(run: Run) -> Iterator[str]:
+    """Yield how far policies, rounding and contacts that persist may have moved the ends.
+
+    Rounding is not spoken of if printed digits do not show it.
+    """
     if run.again is None:
         return
     units = run.scene.units
@@ -131,17 +135,25 @@ def _doubts(run: Run) -> Iterator[str]:
     if shift > 0.0 and run.known_shift is None:  # Otherwise a warning says it.
         why, far = ", ".join(sorted(run.policies)), f"{shift:.2g} {units.length}"
         yield (
-            f"    Some contacts have no exact answer ({why}). With other answers the ends may lie "
+            f"Some contacts have no exact answer ({why}). With other answers the ends may lie "
             f"up to {far} elsewhere"
         )
     if run.wall_time > QUICK:
-        yield "    Rounding was not measured: that may take four more runs as long as this one"
+        yield "Rounding was not measured: that may take four more runs as long as this one"
         return
-    figures = {"Rounding": run.rounding, "Contacts that persist": run.persistent_shift}
-    for what, figure in figures.items():
-        moved = units.from_si(figure, "length")
-        if moved >= 0.5 * 10.0 ** -_decimals(run):
-            yield f"    {what} may have moved the ends by up to {moved:.2g} {units.length}"
+    if units.from_si(run.rounding, "length") >= 0.5 * 10.0 ** -_decimals(run):
+        yield f"Rounding may have moved the ends by up to {units.text(run.rounding)}"
+    if run.persistent:
+        far = units.text(run.persistent_shift)
+        yield f"Contacts that persist may have moved the ends by up to {far}"
+
+
+def figures(run: Run) -> dict[str, float | None]:
+    """Return for the JSON how far (m) the ends may be off; None is what was not measured."""
+    if run.again is None or run.wall_time > QUICK:
+        return dict.fromkeys(FIGURES)
+    found = {name: getattr(run, name) for name in FIGURES}
+    return {name: figure if math.isfinite(figure) else None for name, figure in found.items()}
 
 
 def closing(runs: Sequence[Run]) -> Iterator[str]:

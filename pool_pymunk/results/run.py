@@ -49,6 +49,9 @@ EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 # These fields are made when somebody asks for one of them; until then there is the trace.
 LATE, TRACE = ("knots", "events"), "_trace"
 
+# how far (m) the ends may be off
+FIGURES = ("rounding", "policy_shift", "persistent_shift")
+
 STATUSES: Mapping[str, str] = {
     "settled": "every ball is at rest",
     "max_time": "the run ended at max_time, and balls still move",

@@ -94,6 +94,8 @@ def test_the_json_has_everything(report_run: tuple[str, Path]) -> None:
     assert cushions == [0, 0, 3, 3, 2]
     assert first["events"][-1]["kind"] == "stop"
     assert first["energy"] == {"initial": pytest.approx(1.6), "final": 0.0}
+    assert 0.0 < first["rounding"] < 1e-11 and first["persistent_shift"] == 0.0
+    assert content["shots"][3]["policy_shift"] == pytest.approx(2.45 * 0.0254, abs=2e-4)
     [warning] = first["warnings"]
     assert warning.startswith("law published added energy in 1 contact: 0.0235 % of")
     assert "only a rounding error" in content["shots"][3]["warnings"][0]

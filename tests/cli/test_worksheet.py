@@ -59,8 +59,9 @@ def test_the_hit_by_hand_has_the_numbers_of_its_scenario() -> None:
         assert f"({value:g} g, " in exercise(11)
     assert f"e = {scene.restitution.ball_ball:g}$" in exercise(11)
     assert f"mu = {scene.friction.ball_ball:g}$" in exercise(11)
-    hit = simulate(scene).contacts[0]
-    angle = math.degrees(math.atan2(hit.normal[1], hit.normal[0]))
+    normal = simulate(scene).contacts[0].normal
+    assert normal is not None
+    angle = math.degrees(math.atan2(normal[1], normal[0]))
     assert f"at {angle:.2f} degrees" in exercise(11)
 
 

@@ -25,7 +25,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.core.persistent import bounces
-from pool_pymunk.report.listing import shot_lines
+from pool_pymunk.report.listing import figures, shot_lines
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.variants import SURE
 from pool_pymunk.solvers import event_driven
@@ -187,12 +187,12 @@ def test_a_run_without_such_contacts_has_no_figure() -> None:
     assert not run.persistent and run.persistent_shift == 0.0
 
 
-def test_the_log_says_it_if_its_digits_show_it() -> None:
-    def said(tolerance: float) -> list[str]:
-        return [line for line in shot_lines(bounced(tolerance)) if "Contacts that persist" in line]
-
-    assert said(1e-7) == []
-    assert said(1e-3) != []
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-3])
+def test_the_log_and_the_json_say_it(tolerance: float) -> None:
+    run = bounced(tolerance)
+    [said] = [line for line in shot_lines(run) if "Contacts that persist" in line]
+    assert said.endswith(f"by up to {run.scene.units.text(run.persistent_shift)}")
+    assert figures(run)["persistent_shift"] == run.persistent_shift
 
 
 def test_the_tolerance_is_saved(tmp_path: Path) -> None:
