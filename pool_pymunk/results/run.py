@@ -588,10 +588,17 @@ def energies_of(run: Run, times: Times) -> Array:
     energy: Array = 0.5 * ((velocity**2).sum(axis=-1) * mass)
     if scene.surface.rolls:
         energy += 0.5 * GYRATION * ((run.roll_at(times) ** 2).sum(axis=-1) * mass)
-    if scene.table is not None and scene.is_tilted:
-        falls = np.array(scene.tilt)
-        energy += ((scene.table.polyline @ falls).max() - place @ falls) * mass
+    if scene.is_tilted:
+        energy += lifted(scene, place)
     return energy
+
+
+def lifted(scene: Scene, place: Array) -> Array:
+    """Return the energy (J) of the balls' height over the lowest corner at places (..., N, 2)."""
+    assert scene.table is not None
+    falls, mass = np.array(scene.tilt), np.array([ball.mass for ball in scene.balls])
+    found: Array = ((scene.table.polyline @ falls).max() - place @ falls) * mass
+    return found
 
 
 def points(rows: Array) -> tuple[Point, ...]:

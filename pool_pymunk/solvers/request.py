@@ -10,6 +10,8 @@ from itertools import pairwise
 from numbers import Integral
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pool_pymunk.core.record import POCKET
 from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene, Shot, State
@@ -25,7 +27,7 @@ from pool_pymunk.model.plain import (
 )
 from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.results.persistent import contacts_of
-from pool_pymunk.results.run import Run, made_later, read_times
+from pool_pymunk.results.run import Run, lifted, made_later, read_times
 from pool_pymunk.results.trace import NEVER_SETTLES, ZERO_SLIP, Trace, farthest
 from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.results.words import counted
@@ -34,7 +36,7 @@ from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings, Solv
 from pool_pymunk.solvers.registry import PYMUNK
 from pool_pymunk.solvers.registry import SOLVERS as SOLVERS
 
-# of the kinetic energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
+# of the energy at the start; a smaller gain of a contact is rounding, which gains 1e-15
 GAINED = 1e-9
 # what the scene asks for, and a solver does not do
 NO_ROLLS = (
@@ -301,6 +303,8 @@ def _given(key: str, value: object, read: Reader[Value]) -> Value | None:
 def warn_of_gained_energy(trace: Trace, scene: Scene, law: str) -> None:
     """Warn if a law added kinetic energy: how much, how often, and where first."""
     initial, changes = 0.0, dict[float, float]()  # J, by time
+    if scene.is_tilted:
+        initial = float(lifted(scene, np.array([rows[0][1:3] for rows in trace.knots])).sum())
     for ball, rows in zip(scene.balls, trace.knots, strict=True):
         half, (vx, vy) = 0.5 * ball.mass, rows[0][3:5]
         initial += half * (vx * vx + vy * vy)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pool_pymunk import (
@@ -230,6 +231,19 @@ def test_a_run_says_that_its_contacts_gained_energy(solver: str) -> None:
     assert "The first was that of balls a, b" in warning
     own = simulate(glancing("coulomb"), solver=solver, dt=1e-3)
     assert not any("added energy" in each for each in own.warnings)
+
+
+def test_what_falls_from_rest_gains_by_the_energy_of_its_height() -> None:
+    table = replace(Table.rectangle(1.0, 2.0), tilt=(0.0, -9.8))
+    balls = (disc("a", (0.55, 1.5), (0.0, 0.0)), disc("b", (0.5, 0.6), (0.0, 0.0)))
+    bounces = Restitution(0.95, cushion=0.8)
+    scene = replace(glancing("published"), balls=balls, table=table, restitution=bounces)
+    run = simulate(scene, solver="event-driven")
+    times = np.array([event.t for event in run.events if event.is_contact])
+    gains = run.energy_at(times + 1e-9) - run.energy_at(times - 1e-9)
+    [gained] = gains[gains > 1e-6]
+    [warning] = [each for each in run.warnings if "added energy" in each]
+    assert f"in 1 contact: {100.0 * gained / run.energy['initial']:.3g} % of" in warning
 
 
 # -- tolerance -------------------------------------------------------------------------------------
