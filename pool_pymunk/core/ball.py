@@ -67,6 +67,7 @@ class Ball:
         self.hits = 0  # so many, each soon after the one before; the last at ``hit`` (s)
         self.hit = -INF
         self.creep = 0.0  # m/s; more slowly, it rests
+        self.bounces = -INF  # s; until then bounces last that are left out, if a group forms anew
         self.categories: i64 = EVERYTHING
         self.mask: i64 = EVERYTHING
         self.group: Company | None = None  # in which it stays in contact
@@ -83,14 +84,14 @@ class Ball:
         self.end = self.horizon = INF
         self.is_off = False
         self.patch = OPEN
-        self.crossed = self.hit = self.stopped = -INF
+        self.crossed = self.hit = self.stopped = self.bounces = -INF
         self.crossings = self.hits = self.seen = self.predicted = 0
         self.noise = self.speed = self.creep = 0.0
         self.group = None
 
     def forget_hits(self) -> None:
         """Let the ball have met nothing of late."""
-        self.hits, self.hit = 0, -INF
+        self.hits, self.hit, self.bounces = 0, -INF, -INF
         self.creep = 0.0
 
     def lead(self, path: Path, noise: float) -> None:

@@ -16,6 +16,7 @@ from pool_pymunk.core.motion.surface import Surface
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.near import MANY, near_of
 from pool_pymunk.core.news import News
+from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import Gatherings, put
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.persistent.persistence import Persistence
@@ -162,9 +163,9 @@ class LiveEngine(Engine):
         ball.categories, ball.mask = categories, mask
         self.chooses = self.chooses or categories != EVERYTHING or mask != EVERYTHING
 
-    def put_back(self, now: float, balls: list[Ball], motions: list[Motion],
-                 rolls: list[Vector]) -> None:  # fmt: skip
-        """Let it be a time (s) at which balls had these motions and rolls."""
+    def put_back(self, now: float, balls: list[Ball], motions: list[Motion], rolls: list[Vector],
+                 bounces: list[float]) -> None:  # fmt: skip
+        """Let it be a time (s) at which balls had these motions, rolls and unseen bounces."""
         self._leave_all()
         self.is_finite = True
         self.persistence.begin_run()
@@ -172,10 +173,10 @@ class LiveEngine(Engine):
         self.squeezes.kicked.clear()
         self.squeezes.jammed.clear()
         self.now = now
-        for ball, (x, y, vx, vy), roll in zip(balls, motions, rolls, strict=True):
+        for ball, (x, y, vx, vy), roll, until in zip(balls, motions, rolls, bounces, strict=True):
             ball.is_off = False
             ball.forget_hits()
-            ball.crossed = -INF
+            ball.crossed, ball.bounces = -INF, until
             self._begin_on(ball, (x, y), (vx, vy), roll)
         self.loosened = [ball for ball in balls if ball.path.moves]
         self.is_stale = True
@@ -251,6 +252,8 @@ class LiveEngine(Engine):
     def _leave_all(self) -> None:
         """Take all groups apart; they may begin anew when all is predicted."""
         for ball in self.balls:
+            ball.bounces = self.bounces_of(ball)
+        for ball in self.balls:
             if ball.group is not None:
                 put(self.loosened, ball)
                 self.persistence.leave(self, ball)
@@ -317,6 +320,14 @@ class LiveEngine(Engine):
         if ball.group is not None:
             return ball.group.state_of(ball, self.now)
         return ball.path.at(self.now), self.roll_of(ball)
+
+    def bounces_of(self, ball: Ball) -> float:
+        """Return until when (s) bounces of a ball's group last that are left out, or -inf."""
+        group = gathering_of(ball)
+        known = ball.bounces
+        if group is not None:
+            known = max([one.bounces for one in group.touches], default=known)
+        return known if known > self.now else -INF
 
     def motions(self) -> bytes:
         """Return places (m) and velocities (m/s) of all balls now, as rows of four numbers."""

@@ -291,10 +291,8 @@ def _to_tolerances(result: Tradeoff) -> Iterator[str]:
     if not any(run.persistent for run in result.sound):
         yield "No contact persists in these shots, so their tolerance does not matter."
     elif good:
-        units, ratios = (
-            result.scene.units,
-            {s.largest / (s.contact_tolerance or 1.0): s for s in good},
-        )
+        ratios = {s.largest / (s.contact_tolerance or 1.0): s for s in good}
+        units = result.scene.units
         most = max(ratios)
         yield f"The largest error is {most:.2g} times the tolerance, at {ratios[most].text(units)}."
         finest = max(run.contact_tolerance or 0.0 for run in result.references)

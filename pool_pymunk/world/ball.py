@@ -197,12 +197,13 @@ def of_any_two(pair: Pair, i: int, j: int) -> Pair:
 class TableState(NamedTuple):
     """A table's state has the time (s), and each ball's motion (m, m/s).
 
-    Where balls roll, it has their ``rolls`` (m/s). Balls are numbers, so it can be pickled, and
-    kept as JSON with all digits.
+    Where balls roll, it has their ``rolls`` (m/s). For balls that gravity brings to rest,
+    ``bounces`` say how long (s) those still last that are too low to be seen. Balls are numbers,
+    so it can be pickled, and kept as JSON with all digits.
 
     >>> state = TableState(0.5, {0: (0.1, 0.2, 0.0, 0.0)})
     >>> state.to_json()
-    '{"time": 0.5, "motions": {"0": [0.1, 0.2, 0.0, 0.0]}, "rolls": null}'
+    '{"time": 0.5, "motions": {"0": [0.1, 0.2, 0.0, 0.0]}, "rolls": null, "bounces": null}'
     >>> TableState.from_json(state.to_json()) == state
     True
     """
@@ -210,6 +211,7 @@ class TableState(NamedTuple):
     time: float
     motions: dict[int, Motion]
     rolls: dict[int, Vector] | None = None
+    bounces: dict[int, float] | None = None
 
     def to_json(self) -> str:
         """Return the state as JSON."""
@@ -222,10 +224,11 @@ class TableState(NamedTuple):
             found = json.loads(text)
             motions = {int(i): (x, y, u, v) for i, (x, y, u, v) in found["motions"].items()}
             rolls = found["rolls"] and {int(i): (x, y) for i, (x, y) in found["rolls"].items()}
-            rows = [*motions.values(), *(rolls or {}).values()]
+            bounces = found.get("bounces") and {int(i): t for i, t in found["bounces"].items()}
+            rows = [*motions.values(), *(rolls or {}).values(), (bounces or {}).values()]
             is_sound = math.isfinite(sum(map(abs, chain([found["time"]], *rows))))
         except (AttributeError, KeyError, TypeError, ValueError):
             is_sound = False
         if not is_sound:
             raise setting_error("text", shown(text), "must be what to_json of a state gave")
-        return cls(found["time"], motions, rolls)
+        return cls(found["time"], motions, rolls, bounces)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable
 from enum import Enum, auto
 
@@ -28,6 +29,11 @@ from pool_pymunk.world.outlook import free_spot
 from pool_pymunk.world.walls import Obstacle, Walls
 
 NOTHING = (0.0, 0.0)
+HOPS = (
+    "ball {} hops at {:g} s and will not rest: where friction slows balls, gravity is one push a "
+    "step. Without deceleration and rolling balls fall exactly, and rest"
+)
+SLOW = 5  # gains of a step; what falls freely is not slower for more than twice as many steps
 ROLLED = 7.0 / 5.0  # A ball that is to roll at once has to be pushed so many times as hard.
 
 
@@ -53,6 +59,8 @@ class LiveTable:
         self.patches: tuple[Patch, ...] = ()
         self.surface: Surface = engine.table.surface
         self.gravity: Vector = NOTHING  # of the space, as far as it is followed
+        self.has_warned = False  # of balls that gravity lets hop
+        self.slow: dict[TableBall, int] = {}  # For so many steps gravity has made them no faster.
         self.balls: list[TableBall] = []
         self.own: set[pymunk.Body | pymunk.Shape] = set()  # bodies and circles of these balls
         self.widest = 0.0  # m; the largest radius of a ball
@@ -315,6 +323,17 @@ class LiveTable:
                 continue
             check_sound(ball, self.end_of_step)
             self.engine.push(ball.core, (gx, gy))
+            if self.gravity != NOTHING and self.falls == NOTHING:
+                self._warn_if_it_hops(ball, math.sqrt(gx * gx + gy * gy) - holds * dt)
+
+    def _warn_if_it_hops(self, ball: TableBall, gain: float) -> None:
+        """Warn once of a ball that something holds up: it gets no faster by its gains (m/s)."""
+        _, _, vx, vy = self.motion_of(ball)[0]
+        is_slow = math.sqrt(vx * vx + vy * vy) <= SLOW * gain
+        self.slow[ball] = self.slow.get(ball, 0) + 1 if is_slow else 0
+        if self.slow[ball] > 4 * SLOW and not self.has_warned:
+            self.has_warned = True
+            warnings.warn(HOPS.format(ball.number, self.engine.now), stacklevel=6)
 
     # -- walls that move ---------------------------------------------------------------------------
 
@@ -357,7 +376,10 @@ class LiveTable:
         states = {ball.number: self.motion_of(ball) for ball in self.on_table}
         motions = {i: motion for i, (motion, _) in states.items()}
         rolls = {i: roll for i, (_, roll) in states.items()} if self.surface.rolls else None
-        return TableState(self.engine.now, motions, rolls)
+        now, until = self.engine.now, self.engine.bounces_of
+        ends = {i: until(self.balls[i].core) for i in states}
+        bounces = {i: t - now for i, t in ends.items() if t > now}
+        return TableState(now, motions, rolls, bounces or None)
 
     def restore(self, saved: TableState) -> None:
         """Put the balls back to where they were, and the time."""
@@ -368,7 +390,9 @@ class LiveTable:
             if not ball.is_on_table:
                 self.enter(ball)
         rolls = [(saved.rolls or {}).get(number, NOTHING) for number in saved.motions]
+        left = saved.bounces or {}
+        bounces = [saved.time + left.get(number, -math.inf) for number in saved.motions]
         own = [self.balls[number].core for number in saved.motions]
-        self.engine.put_back(saved.time, own, list(saved.motions.values()), rolls)
+        self.engine.put_back(saved.time, own, list(saved.motions.values()), rolls, bounces)
         self.unsound.clear()
         self.show()

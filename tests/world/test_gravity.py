@@ -21,7 +21,7 @@ from pool_pymunk import (
     same_balls,
     simulate,
 )
-from pool_pymunk.world import TableBall
+from pool_pymunk.world import TableBall, TableState
 
 G, R, STEP = 9.80665, 0.03, 1 / 60
 
@@ -218,6 +218,63 @@ def test_a_saved_state_goes_on_as_it_did() -> None:
             table.step()
         ends.append([x for ball in balls for x in ball.body.position])
     assert ends[0] == pytest.approx(ends[1], abs=1e-13)  # The clock has other roundings.
+
+
+@pytest.mark.parametrize("height", [0.5, 0.0])
+def test_a_saved_state_has_the_bounces_that_cannot_be_seen(height: float) -> None:
+    """The last ones of the upper of two balls, or of a lone one, last on when it is loaded."""
+    table, stops = upright(0.8), list[float]()
+    put(table, 1.0, R + height)
+    if height == 0.0:
+        put(table, 1.0, 3 * R + 0.5)
+    table.on_stop = lambda _, t: stops.append(t)
+    while not (bounces := table.save_state().bounces):
+        table.step(STEP / 100)
+    saved = TableState.from_json(table.save_state().to_json())
+    assert min(bounces.values()) > 0.0 and saved.bounces == bounces
+    table.play(latest=9.0)
+    first, ends = stops.copy(), [tuple(ball.body.position) for ball in table.balls]
+    stops.clear()
+    table.restore_state(saved)
+    table.play(latest=9.0)
+    assert stops == pytest.approx(first[-len(stops) :], abs=1e-12)
+    assert [tuple(ball.body.position) for ball in table.balls] == ends
+
+
+def test_bounces_that_cannot_be_seen_last_on_when_a_wall_comes() -> None:
+    """All groups are taken apart then, and form anew."""
+    stops = list[float]()
+    for more in (False, True):
+        table = upright(0.8)
+        put(table, 1.0, R + 0.5)
+        table.on_stop = lambda _, t: stops.append(t)
+        while not table.save_state().bounces:
+            table.step(STEP / 100)
+        if more:
+            table.add_wall(pymunk.Segment(table.space.static_body, (0, 2), (2, 2), 0.0), 0.5)
+        table.play(latest=9.0)
+    assert stops[0] == pytest.approx(stops[1], abs=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
+def test_a_table_with_friction_warns_once_that_balls_hop(e: float) -> None:
+    table = upright(e, deceleration=0.5)
+    put(table, 0.5, 0.5), put(table, 1.5, 0.1)
+    with pytest.warns(UserWarning, match="ball 1 hops at .* and will not rest") as found:
+        for _ in range(240):
+            table.step()
+    assert len(found) == 1 and found[0].filename.endswith(("billiards.py", "test_gravity.py"))
+    assert table.moving
+
+
+@pytest.mark.parametrize("deceleration", [0.5, 9.0, 20.0])
+def test_what_flies_or_is_held_does_not_hop(deceleration: float) -> None:
+    """Up and down along a wall, and at rest where friction holds it; a warning is an error."""
+    table = upright(deceleration=deceleration)
+    for x in (R, 1.0):
+        put(table, x, 3.0, (0.0, 4.0))
+    while table.balls[0].body.position.y > 0.5 and table.time < 2.0:
+        table.step()
 
 
 def test_predict_follows_a_parabola() -> None:

@@ -80,7 +80,7 @@ class Forming(Crowds):
             group.decide(now, True)
             for one, v in zip(touches, parting):
                 count_bounces(one, v)
-                one.bounces = now + time_of_bounces(one, v)
+                one.bounces = max(now + time_of_bounces(one, v), one.a.ball.bounces)
             if group.strike():
                 group.decide(now, True)
             group.join()
