@@ -33,8 +33,8 @@ BOLD = FontProperties(family="DejaVu Sans", weight="bold")
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
-STRAIGHT = 1e-9  # An acceleration bends a track if this share of it is not along the velocity.
-CHORDS = 16  # A parabola is drawn as this number of straight lines.
+KINK = 0.06  # rad; a parabola is drawn as straight lines that turn by about so much
+CHORDS = math.ceil(math.pi / KINK)  # of a ball that turns back, and others have fewer
 # A level stripe crosses a disc of radius 1; these are its corners' angles at the right side.
 ANGLES = math.asin(LOOK.stripe) * np.linspace(-1.0, 1.0, 24)
 BAND = Outline([(side * np.cos(a), side * np.sin(a)) for side in (1.0, -1.0) for a in ANGLES])
@@ -209,10 +209,13 @@ def track_of(run: Run, i: int) -> Array:
     breakpoints = run.knots[i]
     if run.scene.balls[i].id in run.pocketed:
         breakpoints = breakpoints[:-1]
-    vx, vy, ax, ay = breakpoints[:-1, 3:7].T
-    bends = np.abs(vx * ay - vy * ax) > STRAIGHT * np.abs(vx * ay)
-    times = np.linspace(breakpoints[:-1, 0], breakpoints[1:, 0], CHORDS, endpoint=False, axis=1)
-    kept = bends[:, None] | (np.arange(CHORDS) == 0)
+    t, (vx, vy, ax, ay) = breakpoints[:, 0], breakpoints[:-1, 3:7].T
+    ux, uy = vx + np.diff(t) * ax, vy + np.diff(t) * ay  # the velocity at the end
+    turns = np.abs(np.arctan2(vx * uy - vy * ux, vx * ux + vy * uy))
+    count = np.maximum(np.ceil(np.nan_to_num(turns) / KINK), 1.0)[:, None]
+    chord = np.arange(CHORDS)
+    kept = chord < count
+    times = t[:-1, None] + chord / count * np.diff(t)[:, None]
     rows = np.repeat(breakpoints[:-1], CHORDS, axis=0)[kept.ravel()]
     places, _ = free_motions(rows, times[kept])
     return np.vstack((np.column_stack((times[kept], places)), breakpoints[-1:, :3]))

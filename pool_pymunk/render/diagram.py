@@ -29,7 +29,7 @@ def figure_of(result: Tradeoff) -> Figure:
     axes, units = figure.add_subplot(xscale="log", yscale="log"), result.scene.units
     axes.set_xlabel(f"largest error of any ball's end ({units.length}): more precise to the left")
     axes.set_ylabel(f"time for {result.measured_shots} (ms): faster below")
-    axes.set_title(f"Work and precision: {result.scene.title}", loc="left")
+    axes.set_title(": ".join(filter(None, ("Work and precision", result.scene.title))), loc="left")
     axes.grid(color="#dddddd")
     for solver in SOLVERS.values():
         if settings := result.of(solver.name):

@@ -220,16 +220,16 @@ def test_a_saved_state_goes_on_as_it_did() -> None:
     assert ends[0] == pytest.approx(ends[1], abs=1e-13)  # The clock has other roundings.
 
 
-@pytest.mark.parametrize("height", [0.5, 0.0])
+@pytest.mark.parametrize("height", [0.05, 0.0])
 def test_a_saved_state_has_the_bounces_that_cannot_be_seen(height: float) -> None:
     """The last ones of the upper of two balls, or of a lone one, last on when it is loaded."""
-    table, stops = upright(0.8), list[float]()
+    table, stops = upright(0.6), list[float]()
     put(table, 1.0, R + height)
     if height == 0.0:
-        put(table, 1.0, 3 * R + 0.5)
+        put(table, 1.0, 3 * R + 0.05)
     table.on_stop = lambda _, t: stops.append(t)
     while not (bounces := table.save_state().bounces):
-        table.step(STEP / 100)
+        table.step(1e-4)
     saved = TableState.from_json(table.save_state().to_json())
     assert min(bounces.values()) > 0.0 and saved.bounces == bounces
     table.play(latest=9.0)
@@ -245,11 +245,11 @@ def test_bounces_that_cannot_be_seen_last_on_when_a_wall_comes() -> None:
     """All groups are taken apart then, and form anew."""
     stops = list[float]()
     for more in (False, True):
-        table = upright(0.8)
-        put(table, 1.0, R + 0.5)
+        table = upright(0.6)
+        put(table, 1.0, R + 0.05)
         table.on_stop = lambda _, t: stops.append(t)
         while not table.save_state().bounces:
-            table.step(STEP / 100)
+            table.step(1e-4)
         if more:
             table.add_wall(pymunk.Segment(table.space.static_body, (0, 2), (2, 2), 0.0), 0.5)
         table.play(latest=9.0)

@@ -33,12 +33,14 @@ function freeMotion(breakpoints, t) {
   };
 }
 
-/** Return the times of breakpoints, and 11 more after each from which a ball slides in a curve. */
+/** Return the times of breakpoints, and more of curves, between which tracks turn by 0.06 rad. */
 function bendTimes(breakpoints, end) {
-  return breakpoints.flatMap(([t, , , vx, vy, , , wx = vx, wy = vy], k) => {
+  return breakpoints.flatMap(([t, , , vx, vy, ax, ay], k) => {
     const time = (breakpoints[k + 1]?.[0] ?? end) - t;
-    const slides = vx !== wx || vy !== wy;
-    return Array.from({ length: slides ? 12 : 1 }, (_, n) => t + (n / 12) * time);
+    const [ux, uy] = [vx + time * ax, vy + time * ay];
+    const turn = Math.abs(Math.atan2(vx * uy - vy * ux, vx * ux + vy * uy));
+    const count = Math.max(Math.ceil(turn / 0.06), 1);
+    return Array.from({ length: count }, (_, n) => t + (n / count) * time);
   });
 }
 
