@@ -70,13 +70,14 @@ def ideal() -> Counts:
 
 def picture(scene: Scene, found: Counts) -> Figure:
     """Return a picture of the pins above, and of the bins below."""
-    figure = Figure(figsize=(6.0, 7.5), layout="constrained")
-    above, below = figure.subplots(2, height_ratios=(1.3, 1.0), sharex=True)
+    figure = Figure(figsize=(6.0, 8.5), layout="constrained")
+    above, below = figure.subplots(2, height_ratios=(1.7, 1.0), sharex=True)
     for post in scene.posts:
         (x, y), r = post.position, post.radius
         above.add_patch(_circle((x / APART, y / APART), r / APART, "#44505c"))
     above.add_patch(_circle((0.0, LOW / APART), BALL / APART, "#d55e00"))
     above.set_aspect("equal")
+    above.set_xlim(-WIDE / APART, WIDE / APART)
     above.set_ylim(FLOOR / APART, 2.0)
     above.set_axis_off()
     middle = np.arange(ROWS + 1) - ROWS / 2.0

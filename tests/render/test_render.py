@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
 from pool_pymunk import Run, load, loads, simulate
-from pool_pymunk.model import Ball, Scene
+from pool_pymunk.model import Ball, Physics, Restitution, Scene, Table
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.render import (
@@ -829,6 +829,18 @@ def test_nothing_says_pocketed_before_a_ball_is() -> None:
     page = np.array([int(SMALL.style.page[k : k + 2], 16) for k in (1, 3, 5)])
     assert first[words].size and (first[words] == page).all()
     assert not (last[words] == page).all()
+
+
+@pytest.mark.parametrize("across", [0.0, 1.0])
+def test_tracks_of_what_falls_are_smooth_and_as_high_as_it_rises(across: float) -> None:
+    ball = Ball("a", (0.5, 0.1), 0.03, 0.2, velocity=(across, 4.0))
+    table = Table.rectangle(2.0, 2.0, tilt=(0.0, -9.8))
+    scene = Scene((ball,), table, Restitution(cushion=0.8), physics=Physics(max_time=0.8))
+    run = simulate(scene, solver="event-driven")
+    _, x, y = track_of(run, 0).T
+    assert y.max() == pytest.approx(0.1 + 4.0**2 / (2.0 * 9.8), abs=1e-3)
+    turns = np.diff(np.unwrap(np.arctan2(np.diff(y), np.diff(x))))
+    assert across == 0.0 or np.abs(turns).max() < 0.12
 
 
 def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> None:
