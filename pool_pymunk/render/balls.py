@@ -33,7 +33,7 @@ BOLD = FontProperties(family="DejaVu Sans", weight="bold")
 LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands beside the ball
 SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
-KINK = 0.06  # rad; a parabola is drawn as straight lines that turn by about so much
+KINK = 0.06  # rad; a parabola is drawn as straight lines, one for each so much of its turn
 CHORDS = math.ceil(math.pi / KINK)  # of a ball that turns back, and others have fewer
 # A level stripe crosses a disc of radius 1; these are its corners' angles at the right side.
 ANGLES = math.asin(LOOK.stripe) * np.linspace(-1.0, 1.0, 24)

@@ -33,7 +33,7 @@ function freeMotion(breakpoints, t) {
   };
 }
 
-/** Return the times of breakpoints, and more of curves, between which tracks turn by 0.06 rad. */
+/** Return the times of breakpoints, and more of curves: one for each 0.06 rad of a turn. */
 function bendTimes(breakpoints, end) {
   return breakpoints.flatMap(([t, , , vx, vy, ax, ay], k) => {
     const time = (breakpoints[k + 1]?.[0] ?? end) - t;
