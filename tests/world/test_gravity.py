@@ -202,7 +202,7 @@ def test_a_ball_on_a_wall_that_could_move_stops_once() -> None:
     for _ in range(60):
         table.step()
     assert len(stops) == 1
-    assert 0.0 <= stops[0] - math.sqrt(0.2 / G) <= STEP  # It may be told in the next step.
+    assert 0.0 <= stops[0] - math.sqrt(0.2 / G) <= STEP  # The next step may tell of it.
 
 
 def test_a_saved_state_goes_on_as_it_did() -> None:
