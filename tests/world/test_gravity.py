@@ -104,7 +104,7 @@ def test_balls_that_land_together_bounce_as_high_as_anywhere() -> None:
         table.step()
         if table.time > lands + STEP:
             heights = [ball.body.position.y - shelf - R for ball in balls]
-            tops = [max(top, height) for top, height in zip(tops, heights)]
+            tops = [max(top, height) for top, height in zip(tops, heights, strict=True)]
     assert tops == [pytest.approx(e * e * h, rel=0.02)] * len(balls)  # They are a crowd.
 
 

@@ -131,14 +131,22 @@ def gathering_of(ball: Ball) -> Gathering | None:
 
 def joined(members: list[Member], touches: list[Touch]) -> list[list[Member]]:
     """Return the members, part by part: those of each are joined by touches."""
-    parts = [[each] for each in members]
-    part_of = {each.ball.number: k for k, each in enumerate(members)}
+    place_of = {each.ball.number: k for k, each in enumerate(members)}
+    leads_to = list(range(len(members)))  # a member of the same part that is not behind it
     for one in touches:
         if one.b is not None:
-            k, m = part_of[one.a.ball.number], part_of[one.b.ball.number]
-            if k != m:
-                for each in parts[m]:
-                    part_of[each.ball.number] = k
-                parts[k] += parts[m]
-                parts[m] = []
+            k = first_of(leads_to, place_of[one.a.ball.number])
+            m = first_of(leads_to, place_of[one.b.ball.number])
+            leads_to[max(k, m)] = min(k, m)
+    parts = [list[Member]() for _ in members]
+    for k, each in enumerate(members):
+        parts[first_of(leads_to, k)].append(each)
     return [part for part in parts if len(part) > 0]
+
+
+def first_of(leads_to: list[int], k: int) -> int:
+    """Return the first member of the part of another one; those between lead nearer to it."""
+    while leads_to[k] != k:
+        leads_to[k] = leads_to[leads_to[k]]
+        k = leads_to[k]
+    return k

@@ -309,10 +309,14 @@ class Touch:
 
     def part(self, times: float) -> float:
         """Move sides apart by so many times what they have sunk in; return that, in radii."""
+        a, b = self.a, self.b
+        if b is not None:
+            dx, dy, reach = b.x - a.x, b.y - a.y, a.ball.radius + b.ball.radius
+            if dx * dx + dy * dy >= reach * reach:
+                return 0.0
         gap = self.gap
         if gap >= 0.0:
             return 0.0
-        a, b = self.a, self.b
         far = -times * gap * self.unit
         if b is None:
             a.shift(far / a.mass * self.nx, far / a.mass * self.ny)
