@@ -203,7 +203,7 @@ class TableState(NamedTuple):
 
     >>> state = TableState(0.5, {0: (0.1, 0.2, 0.0, 0.0)})
     >>> state.to_json()
-    '{"time": 0.5, "motions": {"0": [0.1, 0.2, 0.0, 0.0]}, "rolls": null, "bounces": null}'
+    '{"time": 0.5, "motions": {"0": [0.1, 0.2, 0.0, 0.0]}, "rolls": null}'
     >>> TableState.from_json(state.to_json()) == state
     True
     """
@@ -214,8 +214,9 @@ class TableState(NamedTuple):
     bounces: dict[int, float] | None = None
 
     def to_json(self) -> str:
-        """Return the state as JSON."""
-        return json.dumps(self._asdict())
+        """Return the state as JSON; it has no ``bounces`` where there are none."""
+        found = self._asdict()
+        return json.dumps(found if self.bounces else {k: found[k] for k in self._fields[:3]})
 
     @classmethod
     def from_json(cls, text: str) -> TableState:

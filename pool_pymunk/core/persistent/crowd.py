@@ -60,7 +60,7 @@ class Crowd(Gathering):
     def states_at(self, t: float) -> list[State]:
         """Return the states at a time (s): velocities are those of the whole step.
 
-        Balls that go straight to where they do not overlap may do so on the way, so there is made
+        Balls that go straight to where they do not overlap may overlap before, so there is made
         room for them.
         """
         if self.sleeps or t <= self.began:

@@ -311,8 +311,8 @@ class Touch:
         """Move sides apart by so many times what they have sunk in; return that, in radii."""
         a, b = self.a, self.b
         if b is not None:
-            dx, dy, reach = b.x - a.x, b.y - a.y, a.ball.radius + b.ball.radius
-            if dx * dx + dy * dy >= reach * reach:
+            dx, dy, near = b.x - a.x, b.y - a.y, a.ball.radius + b.ball.radius
+            if dx * dx + dy * dy >= near * near:
                 return 0.0
         gap = self.gap
         if gap >= 0.0:
