@@ -204,9 +204,6 @@ class Contact:
 def groups(contacts: list[Contact]) -> list[list[Contact]]:
     """Sort contacts into groups, so that two contacts that share a ball are in one group."""
     for one in contacts:
-        for each in one.discs:
-            each.first = None
-    for one in contacts:
         if one.b is not None:
             p, q = one.a.root(), one.b.root()
             if p.ball.number < q.ball.number:
@@ -216,4 +213,7 @@ def groups(contacts: list[Contact]) -> list[list[Contact]]:
     found: dict[int, list[Contact]] = {}
     for one in contacts:
         found.setdefault(one.a.root().ball.number, []).append(one)
+    for one in contacts:  # Compiled code cannot free long chains of objects that are acyclic.
+        for each in one.discs:
+            each.first = None
     return list(found.values())

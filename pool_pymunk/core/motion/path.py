@@ -96,10 +96,19 @@ class Path:
     @property
     def fastest(self) -> float:
         """The highest speed (m/s) on the path, or that at the beginning if it has no end."""
+        return self.fastest_until(self.end)
+
+    def fastest_until(self, end: float) -> float:
+        """Return the highest speed (m/s) until a time (s), or at the beginning if it is infinite.
+
+        >>> falls = Path(0.0, 0.0, 9.0, 3.0, 0.0, 0.0, -10.0, INF, False, 0.0, 0.0)
+        >>> falls.fastest_until(0.4), falls.fastest
+        (5.0, 3.0)
+        """
         speed = self.speed
-        if self.slows or self.end == INF:
+        if self.slows or end == INF:
             return speed
-        vx, vy = self.velocity(self.end)
+        vx, vy = self.velocity(end)
         return max(speed, math.sqrt(vx * vx + vy * vy))
 
     @property

@@ -71,6 +71,12 @@ class Row:
         first = self.first
         self.first = None if first is None else first.next
 
+    def clear(self) -> None:
+        """Drop all entries, one by one: compiled code cannot free long chains that are acyclic."""
+        self.last = None
+        while self.first is not None:
+            self.drop()
+
 
 def solve(rows: list[Row]) -> None:
     """Solve a linear system: the right sides become the solution (Gauss; pivots of a column).
@@ -110,3 +116,5 @@ def solve(rows: list[Row]) -> None:
             found -= entry.value * rows[entry.column].right
             entry = entry.next
         row.right = found / pivot if pivot != 0.0 else 0.0
+    for row in rows:
+        row.clear()

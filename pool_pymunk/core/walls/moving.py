@@ -263,7 +263,7 @@ class MovingWall(Wall):
         body = self.body
         w, (x, y) = abs(body.turns), path.place(t)
         force = path.pull if pull != REST else 0.0
-        fast = path.fastest + math.sqrt(body.ux * body.ux + body.uy * body.uy)
+        fast = path.fastest_until(end) + math.sqrt(body.ux * body.ux + body.uy * body.uy)
         px, py, _c, _s = body.frame(t)
         far = abs(x - px) + abs(y - py)
         if end < INF:  # Else the wall stands.
