@@ -8,8 +8,6 @@ from __future__ import annotations
 import gc
 from typing import Final, final
 
-from mypy_extensions import i64
-
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.contact.contact import Contact
@@ -35,15 +33,17 @@ NOBODY: Final = -1  # stands for no ball, and for no pocket
 class Given:
     """Some shots are given by what differs from shot to shot.
 
-    ``others`` has one byte for each ball of each shot: 0 for one that begins as in the shot before.
-    ``starts`` has x, y (m), vx, vy, wx, wy (m/s) of all others; NaN as vx: it is off the table.
-    ``coefficients`` and ``masses`` (kg) are those of all shots, or none if these do not differ.
+    There are ``count`` shots, and those of the balls are ``changing`` that do not begin all shots
+    alike. ``starts`` has x, y (m), vx, vy, wx, wy (m/s) of all balls in the first shot, and of the
+    changing ones in all others; NaN as vx: it is off the table. ``coefficients`` and ``masses`` (kg) are those of all shots, or none if these do not differ.
     """
 
     def __init__(
-        self, others: bytes, starts: list[float], coefficients: list[float], masses: list[float]
-    ) -> None:
-        self.others = others
+        self, count: int, changing: list[int], starts: list[float], coefficients: list[float],
+        masses: list[float],
+    ) -> None:  # fmt: skip
+        self.count = count
+        self.changing = changing
         self.starts = starts
         self.coefficients = coefficients
         self.masses = masses
@@ -77,8 +77,8 @@ class Ends:
 class Start:
     """A start is how a ball begins a shot, and what becomes of it there.
 
-    ``is_new`` tells whether it lies elsewhere than in the shot before, and ``is_over`` whether the
-    shot before has moved it, so that it has to begin anew.
+    It ``changes`` if not all shots begin alike. ``is_new`` tells whether it lies elsewhere than in
+    the shot before, and ``is_over`` whether that has moved it, so that it has to begin anew.
     """
 
     def __init__(self, ball: Ball) -> None:
@@ -89,6 +89,7 @@ class Start:
         self.roll: Vector = NO_ROLL
         self.patch = NOBODY
         self.is_off = False
+        self.changes = False
         self.is_new = True
         self.is_over = True
         self.is_met = False
@@ -278,7 +279,9 @@ class Shots:
     def _play_all(self, given: Given, tally: Tally) -> Ends:
         engine, ends = self.engine, Ends()
         engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
-        for k in range(len(given.others) // len(self.balls)):
+        for start in self.starts:
+            start.changes = start.ball.number in given.changing
+        for k in range(given.count):
             if not self._set_up(given, k):
                 self._skip(ends, k)
                 continue
@@ -317,17 +320,15 @@ class Shots:
         """Let all balls begin shot ``k``; tell whether they may lie where they are."""
         is_other, is_moved = self._put_numbers(given, k), False
         are_many = len(self.balls) >= FEW  # Then all of their boxes are put anew.
-        at: i64 = k * len(self.balls)
         self.beginning.clear()
         for start in self.starts:
             start.is_new = False
-            if given.others[at] != 0:
+            if start.changes or k == 0:
                 start.read(given)
                 start.lay(self.table)
                 is_moved = is_moved or start.is_new
             elif is_other:
                 start.lay(self.table)
-            at += 1
             if start.is_over or are_many:
                 start.begin()
                 self.beginning.append(start.ball)

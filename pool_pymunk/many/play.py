@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -57,11 +58,15 @@ class Results(NamedTuple):
     beside: Floats  # (S, 1 + N): what was found beside a reference, or (S, 0)
     figures: Floats  # (S, 3): how far (m) ends may have been moved, by each of ``FIGURES``, or none
 
+    def part(self, which: slice) -> Results:
+        """Return views of the results of some shots."""
+        arrays: Sequence[NDArray[Any]] = self
+        return Results(*(each[which] for each in arrays))
+
     def put(self, part: slice, other: Results) -> None:
         """Put the results of some shots in their place."""
-        arrays: Sequence[NDArray[Any]] = self
-        for own, each in zip(arrays, other, strict=True):
-            own[part] = each
+        for own, each in zip(self.part(part), other, strict=True):
+            own[:] = each
 
 
 def no_results(source: Source, count: int, has_reference: bool) -> Results:
@@ -94,8 +99,7 @@ def play_all(
     count = len(source.position)
     found = no_results(source, count, make is not None)
     began = time.perf_counter()
-    for part, each in play_parts(source, make):
-        found.put(part, each)
+    for part in play_parts(source, found, make):
         done(part.stop - part.start)
         ahead = (count - part.stop) * (time.perf_counter() - began) / part.stop
         if workers is not None and part.stop < count and workers.are_worth(ahead):
@@ -139,8 +143,8 @@ def play_some(
     return part, play_all(head._replace(**whole._asdict()), lambda _: None, None, make)
 
 
-def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice, Results]]:
-    """Play the shots of a source, and yield what comes of some of them after the other."""
+def play_parts(source: Source, found: Results, make: Make | None) -> Iterator[slice]:
+    """Play the shots of a source, put what comes of them into results, and yield which ones."""
     count, first = len(source.position), 0
     size = HANDFUL if source.has_figures else FEWEST
     beside = None if make is None else make()
@@ -149,10 +153,10 @@ def play_parts(source: Source, make: Make | None = None) -> Iterator[tuple[slice
     while first < count:
         began = time.perf_counter()
         part = slice(first, min(first + size, count))
-        found = play(source, part)
+        play(source, part, found.part(part))
         if source.has_figures:
-            put_figures(found, source, first)
-        yield part, found
+            put_figures(found.part(part), source, first)
+        yield part
         first = part.stop
         size = min(MOST, 2 * size) if time.perf_counter() - began < SHORT else size
 
@@ -173,15 +177,13 @@ def has_scenes_of_its_own(source: Source) -> bool:
     return "radius" in source.vary or (bool(source.vary) and type(source.scene) is not Scene)
 
 
-def play_singly(beside: Beside | None, source: Source, part: slice) -> Results:
+def play_singly(beside: Beside | None, source: Source, part: slice, found: Results) -> None:
     """Play each shot on a table of its own; a shot without a sound scene cannot start."""
-    found = no_results(source, part.stop - part.start, beside is not None)
     for k in range(part.start, part.stop):
         with suppress(SceneError):
             one = source._replace(scene=source.scene_of(k), vary={}, struck=source.watched)
-            own = Player(one, beside).play(one, slice(k, k + 1))
-            found.put(slice(k - part.start, k - part.start + 1), own)
-    return found
+            own = found.part(slice(k - part.start, k - part.start + 1))
+            Player(one, beside).play(one, slice(k, k + 1), own)
 
 
 class Player:
@@ -204,70 +206,94 @@ class Player:
         if self.has_coefficients:
             self.shots.coefficients = coefficients_in_core(scene, table)
 
-    def play(self, source: Source, part: slice) -> Results:
-        """Play some shots, and return what comes of them."""
-        is_off, scene = is_gone(source.position[part]), source.scene
-        places = source.places(part, is_off)
+    def play(self, source: Source, part: slice, found: Results) -> None:
+        """Play some shots, and put what comes of them into results."""
+        scene, count = source.scene, part.stop - part.start
+        is_off, places = layout_of(source, part)
         coefficients, is_sound = np.empty(0), None
         if self.has_coefficients:
             coefficients, is_sound = coefficients_of(scene, source.vary, part)
         masses = source.vary["mass"][part] if "mass" in source.vary else np.empty(0)
-        others, starts = starts_of(source, part, places, is_off)
+        changing, starts = starts_of(source, part, places, is_off)
         if self.follower is not None:
             self.follower.give(*changes_of_starts(source, part, is_off))
-        given = batch.Given(others, starts, coefficients.ravel().tolist(), masses.ravel().tolist())
-        ends = self.shots.play(given, Hearing())
-        found = no_results(source, len(places), self.beside is not None)
+        numbers = coefficients.ravel().tolist(), masses.ravel().tolist()
+        ends = self.shots.play(batch.Given(count, changing, starts, *numbers), Hearing())
         read_ends(found, ends, places, is_off)
         if self.follower is not None:
             read_changes(found.derivatives, self.follower)
         if self.beside is not None:
-            found.beside[:] = np.frombuffer(self.beside.take()).reshape(len(places), -1)
+            found.beside[:] = np.frombuffer(self.beside.take()).reshape(count, -1)
         if is_sound is not None:
             found.status[~is_sound], found.derivatives[~is_sound] = CANNOT_START, np.nan
-        return found
+
+
+def layout_of(source: Source, part: slice) -> tuple[NDArray[np.bool_], Floats]:
+    """Return which balls of some shots are off the table (S, N), and all places (S, N, 2)."""
+    some, first = source.position[part], part
+    if some.strides[0] == 0:  # All balls lie where they lay in the first of these shots.
+        first = slice(part.start, part.start + 1)
+    is_off = is_gone(source.position[first])
+    places = source.places(first, is_off)
+    return np.broadcast_to(is_off, some.shape[:2]), np.broadcast_to(places, some.shape)
 
 
 def starts_of(
     source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]
-) -> tuple[bytes, list[float]]:
-    """Return how the balls of some shots begin that do not begin as in the shot before.
+) -> tuple[list[int], list[float]]:
+    """Return which balls begin otherwise in some of these shots than in the first, and how.
 
-    First come bytes that tell which balls these are, as the core reads it.
+    The first shot has six numbers of each ball, and all others six of each such ball, as the core
+    reads them.
     """
-    others = np.ones(is_off.shape, np.bool_)
-    others[1:] = is_off[1:] != is_off[:-1]
     moving = [source.velocity] if source.roll is None else [source.velocity, source.roll]
     columns = [places, *(each[part] for each in moving)]
+    changes = (is_off[1:] != is_off[0]).any(axis=0)
     for each in columns:
         if each.strides[0] != 0:
-            bits = each.view(np.int64)
-            differ = bits[1:] != bits[:-1]
-            others[1:] |= differ[..., 0] | differ[..., 1]
-    starts = np.zeros((np.count_nonzero(others), 6))
+            bits = each.reshape(len(each), -1).view(np.int64)
+            changes |= (bits[1:] != bits[0]).any(axis=0).reshape(-1, 2).any(axis=1)
+    changing = np.flatnonzero(changes)
+    rest = [each[1:].take(changing, axis=1) for each in (is_off, *columns)]
+    rows = [*six([each[:1] for each in (is_off, *columns)]), *six(rest)]
+    return changing.tolist(), rows
+
+
+def six(begun: list[NDArray[Any]]) -> list[float]:
+    """Return six numbers of each ball: place, velocity, roll. NaN says that it is off the table.
+
+    It is given which balls are off, and then the others in pairs.
+    """
+    is_off, *columns = begun
+    rows = np.zeros((*is_off.shape, 6))
     for k, each in enumerate(columns):
-        starts[:, 2 * k : 2 * k + 2] = each[others]
-    starts[is_off[others], 2] = np.nan
-    return others.tobytes(), starts.ravel().tolist()
+        rows[..., 2 * k : 2 * k + 2] = each
+    rows[is_off, 2] = np.nan
+    found: list[float] = rows.ravel().tolist()
+    return found
 
 
 def read_ends(found: Results, ends: batch.Ends, places: Floats, is_off: NDArray[np.bool_]) -> None:
     """Put into results what the core says has become of shots."""
-    count = len(places)
-    counts = np.fromiter(ends.counts, np.int32, 4 * count).reshape(count, 4)
+    counts = array_of("i", ends.counts).reshape(-1, 4)
     for k, each in enumerate((found.events, found.hits, found.cushions, found.first_hit)):
         each[:] = counts[:, k]
     found.status[:] = SETTLED
-    which, endings = np.array(ends.endings, int).reshape(-1, 2).T
-    found.status[which], found.in_doubt[np.array(ends.doubts, int)] = endings, True
-    found.duration[:] = np.fromiter(ends.durations, float, count)
+    which, endings = array_of("q", ends.endings).reshape(-1, 2).T
+    found.status[which], found.in_doubt[array_of("q", ends.doubts)] = endings, True
+    found.duration[:] = array_of("d", ends.durations)
     found.final[:] = places
-    moved = np.fromiter(ends.places, float, 2 * len(ends.moved)).reshape(-1, 2)
-    found.final.reshape(-1, 2)[np.fromiter(ends.moved, int, len(moved))] = moved
+    moved = array_of("d", ends.places).reshape(-1, 2)
+    found.final.reshape(-1, 2)[array_of("q", ends.moved)] = moved
     found.final[is_off] = np.nan
-    found.met.ravel()[np.array(ends.met, int)] = True
-    which, pockets = np.array(ends.pocketed, int).reshape(-1, 2).T
-    found.pocketed.ravel()[which] = pockets
+    found.met.reshape(-1)[array_of("q", ends.met)] = True
+    which, pockets = array_of("q", ends.pocketed).reshape(-1, 2).T
+    found.pocketed.reshape(-1)[which] = pockets
+
+
+def array_of(kind: str, numbers: Sequence[float]) -> NDArray[Any]:
+    """Return numbers of a kind of the module struct in an array, faster than numpy reads a list."""
+    return np.frombuffer(struct.pack(f"{len(numbers)}{kind}", *numbers), kind)
 
 
 # -- small changes ---------------------------------------------------------------------------------
@@ -282,11 +308,10 @@ def follower_of(source: Source) -> Follower:
 
 def read_changes(derivatives: Floats, follower: Follower) -> None:
     """Put what a follower has found into derivatives (S, N, 2, P)."""
-    rows = np.fromiter(follower.rows, float, len(follower.rows))
-    which, its = np.array(follower.changed, int), derivatives.shape[2:]
+    which, its = array_of("q", follower.changed), derivatives.shape[2:]
     derivatives[:] = 0.0
-    derivatives.reshape(-1, *its)[which] = rows.reshape(-1, *its)
-    derivatives[np.array(follower.missing, int)] = np.nan
+    derivatives.reshape(-1, *its)[which] = array_of("d", follower.rows).reshape(-1, *its)
+    derivatives[array_of("q", follower.missing)] = np.nan
 
 
 def changes_of_starts(

@@ -103,7 +103,8 @@ def without_shots(scene: Scene) -> Scene:
 
 def is_gone(position: Floats) -> NDArray[np.bool_]:
     """Tell which balls (...) are off the table: NaN is in their positions (..., 2)."""
-    return np.asarray(np.isnan(position[..., 0]) | np.isnan(position[..., 1]))
+    is_nan = np.isnan(position)
+    return np.asarray(is_nan[..., 0] | is_nan[..., 1])
 
 
 def _watched(scene: Scene, velocity: Floats) -> int:
