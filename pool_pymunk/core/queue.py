@@ -20,7 +20,7 @@ LOOK: Final = 3  # The path of a ball was looked at until here.
 HIT: Final = 4  # Two balls meet, or a ball and a wall.
 
 # A shorter queue is not searched for what is void.
-SHORT: Final = 1000
+SHORT: Final = 32
 
 
 @final
