@@ -33,21 +33,23 @@ NOBODY: Final = -1  # stands for no ball, and for no pocket
 class Given:
     """Some shots are given by what differs from shot to shot.
 
-    There are ``count`` shots, and those of the balls are ``changing`` that do not begin all shots
-    alike. ``starts`` has x, y (m), vx, vy, wx, wy (m/s) of all balls in the first shot, and of the
-    changing ones in all others; NaN as vx: it is off the table. ``coefficients`` and ``masses`` (kg) are those of all shots, or none if these do not differ.
+    Those of the balls are ``changing`` that do not begin all shots alike. ``starts`` are lists of
+    places (m), velocities and, if balls roll, rolls (m/s). Each has x and y of all balls in the
+    first shot, and of the changing ones in all others, unless they are those of the first shot. NaN
+    as a velocity: the ball is off the table. ``coefficients`` and ``masses`` (kg) are those of all
+    shots, or none if these do not differ.
     """
 
     def __init__(
-        self, count: int, changing: list[int], starts: list[float], coefficients: list[float],
+        self, changing: list[int], starts: list[list[float]], coefficients: list[float],
         masses: list[float],
     ) -> None:  # fmt: skip
-        self.count = count
         self.changing = changing
-        self.starts = starts
+        self.places, self.velocities = starts[0], starts[1]
+        self.rolls = starts[2] if len(starts) > 2 else list[float]()
         self.coefficients = coefficients
         self.masses = masses
-        self.next = 0  # the next of the starts
+        self.next = 0  # the next of the places, velocities and rolls
 
 
 @final
@@ -96,15 +98,21 @@ class Start:
         self.pocket = NOBODY
 
     def read(self, given: Given) -> None:
-        """Read place, velocity and roll."""
-        numbers, k = given.starts, given.next
-        given.next = k + 6
-        x, y, vx, vy = numbers[k], numbers[k + 1], numbers[k + 2], numbers[k + 3]
-        is_off = vx != vx
-        self.is_new = x != self.x or y != self.y or is_off != self.is_off
-        self.x, self.y, self.is_off = x, y, is_off
-        self.velocity = NO_ROLL if is_off else (vx, vy)
-        self.roll = NO_ROLL if is_off else (numbers[k + 4], numbers[k + 5])
+        """Read place, velocity and roll, as far as they differ from those before."""
+        places, velocities, rolls, k = given.places, given.velocities, given.rolls, given.next
+        given.next = k + 2
+        if k < len(places):
+            x, y = places[k], places[k + 1]
+            self.is_new = x != self.x or y != self.y
+            self.x, self.y = x, y
+        if k < len(velocities):
+            vx, vy = velocities[k], velocities[k + 1]
+            is_off = vx != vx
+            self.is_new = self.is_new or is_off != self.is_off
+            self.is_off = is_off
+            self.velocity = NO_ROLL if is_off else (vx, vy)
+        if k < len(rolls):
+            self.roll = (rolls[k], rolls[k + 1])
 
     def lay(self, table: Table) -> None:
         """Find the first path of the ball on a table."""
@@ -263,25 +271,25 @@ class Shots:
         self.is_free = False  # All lie where they may.
         self.beginning: list[Ball] = []  # They begin the present shot anew.
 
-    def play(self, given: Given, listener: Recorder) -> Ends:
-        """Play shots, and return what comes of them."""
+    def play(self, count: int, given: Given, listener: Recorder) -> Ends:
+        """Play so many shots, and return what comes of them."""
         is_collecting = gc.isenabled()
         gc.disable()  # A shot leaves no circles of references.
         try:
             tally = Tally(self.starts, self.watched, listener, self.beside)
-            return self._play_all(given, tally)
+            return self._play_all(count, given, tally)
         finally:
             for ball in self.balls:
                 ball.group = None
             if is_collecting:
                 gc.enable()
 
-    def _play_all(self, given: Given, tally: Tally) -> Ends:
+    def _play_all(self, count: int, given: Given, tally: Tally) -> Ends:
         engine, ends = self.engine, Ends()
         engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
         for start in self.starts:
             start.changes = start.ball.number in given.changing
-        for k in range(given.count):
+        for k in range(count):
             if not self._set_up(given, k):
                 self._skip(ends, k)
                 continue

@@ -37,6 +37,7 @@ SHORT = 0.1
 HANDFUL = 16  # at first, and for a worker, where each is played as a run, too
 LARGEST = 8_192  # shots are sent to a worker at once, at most
 MANY = 16  # processes, where their number is not known
+GONE = (np.nan, 0.0)  # stand for the velocity and the roll of a ball off the table
 COLUMNS = inputs.column_of("coefficients")
 OF_SURFACE = ("friction.surface", "friction.rolling")
 
@@ -65,7 +66,8 @@ class Results(NamedTuple):
 
     def put(self, part: slice, other: Results) -> None:
         """Put the results of some shots in their place."""
-        for own, each in zip(self.part(part), other, strict=True):
+        arrays: Sequence[NDArray[Any]] = self.part(part)
+        for own, each in zip(arrays, other, strict=True):
             own[:] = each
 
 
@@ -217,8 +219,8 @@ class Player:
         changing, starts = starts_of(source, part, places, is_off)
         if self.follower is not None:
             self.follower.give(*changes_of_starts(source, part, is_off))
-        numbers = coefficients.ravel().tolist(), masses.ravel().tolist()
-        ends = self.shots.play(batch.Given(count, changing, starts, *numbers), Hearing())
+        more = coefficients.ravel().tolist(), masses.ravel().tolist()
+        ends = self.shots.play(count, batch.Given(changing, starts, *more), Hearing())
         read_ends(found, ends, places, is_off)
         if self.follower is not None:
             read_changes(found.derivatives, self.follower)
@@ -240,37 +242,33 @@ def layout_of(source: Source, part: slice) -> tuple[NDArray[np.bool_], Floats]:
 
 def starts_of(
     source: Source, part: slice, places: Floats, is_off: NDArray[np.bool_]
-) -> tuple[list[int], list[float]]:
+) -> tuple[list[int], list[list[float]]]:
     """Return which balls begin otherwise in some of these shots than in the first, and how.
 
-    The first shot has six numbers of each ball, and all others six of each such ball, as the core
-    reads them.
+    Places, velocities and rolls are listed as the core reads them.
     """
-    moving = [source.velocity] if source.roll is None else [source.velocity, source.roll]
-    columns = [places, *(each[part] for each in moving)]
-    changes = (is_off[1:] != is_off[0]).any(axis=0)
-    for each in columns:
-        if each.strides[0] != 0:
-            bits = each.reshape(len(each), -1).view(np.int64)
-            changes |= (bits[1:] != bits[0]).any(axis=0).reshape(-1, 2).any(axis=1)
-    changing = np.flatnonzero(changes)
-    rest = [each[1:].take(changing, axis=1) for each in (is_off, *columns)]
-    rows = [*six([each[:1] for each in (is_off, *columns)]), *six(rest)]
-    return changing.tolist(), rows
+    columns = [places, source.velocity[part]]
+    if source.roll is not None:
+        columns.append(source.roll[part])
+    if is_off.any():
+        for k, gone in zip(range(1, len(columns)), GONE, strict=False):
+            columns[k] = np.where(is_off[..., np.newaxis], gone, columns[k])
+    changes = [changes_in(each) for each in columns]
+    changing = np.flatnonzero(np.any(changes, axis=0))
+    listed = [each[:1].ravel().tolist() for each in columns]
+    for numbers, each, its in zip(listed, columns, changes, strict=True):
+        if its.any():
+            numbers += each[1:].take(changing, axis=1).ravel().tolist()
+    return changing.tolist(), listed
 
 
-def six(begun: list[NDArray[Any]]) -> list[float]:
-    """Return six numbers of each ball: place, velocity, roll. NaN says that it is off the table.
-
-    It is given which balls are off, and then the others in pairs.
-    """
-    is_off, *columns = begun
-    rows = np.zeros((*is_off.shape, 6))
-    for k, each in enumerate(columns):
-        rows[..., 2 * k : 2 * k + 2] = each
-    rows[is_off, 2] = np.nan
-    found: list[float] = rows.ravel().tolist()
-    return found
+def changes_in(column: Floats) -> NDArray[np.bool_]:
+    """Tell of which balls (N,) some pair of numbers (S, N, 2) is not that of the first shot."""
+    if column.strides[0] == 0:
+        return np.zeros(column.shape[1], np.bool_)
+    bits = column.reshape(len(column), -1).view(np.int64)
+    changes: NDArray[np.bool_] = (bits[1:] != bits[0]).any(axis=0).reshape(-1, 2).any(axis=1)
+    return changes
 
 
 def read_ends(found: Results, ends: batch.Ends, places: Floats, is_off: NDArray[np.bool_]) -> None:

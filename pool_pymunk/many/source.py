@@ -295,7 +295,7 @@ def _values(key: str, value: Any, scene: Scene) -> Floats:
 def _array(name: str, value: Any, shapes: Sequence[tuple[int, ...]], wanted: str) -> Floats:
     """Read numbers of one of these shapes for each shot, or of the first shape for all shots."""
     try:
-        found = np.asarray(value, dtype=float, order="C")
+        found = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise setting_error(name, type(value).__name__, "must be numbers in an array") from None
     if found.shape == shapes[0]:

@@ -2,7 +2,7 @@
 
 By Galileo, a table without friction of its surface that moves evenly with all its balls has the
 hits of one at rest, and ends there, shifted by its motion. Friction of cushions and balls depends
-on relative velocities, so it may be there.
+on relative velocities, so it may be there, and so may gravity.
 
 ``python -m tests.world.test_moving_frames 500`` plays so many random scenes, and prints which
 differ.
@@ -63,7 +63,9 @@ def scene_of(seed: int) -> Scene:
             if 0.0 in (scene.restitution.cushion, *(post.restitution for post in posts)):
                 continue  # Balls glide along such walls, and rounding decides at their ends.
             physics = replace(scene.physics, max_time=SECONDS)
-            return replace(scene, physics=physics, posts=posts)
+            tilt = (rnd.gauss(0, 3), rnd.gauss(-6, 6)) if rnd.random() < 0.5 else (0.0, 0.0)
+            table = scene.table and replace(scene.table, tilt=tilt)
+            return replace(scene, physics=physics, posts=posts, table=table)
         except SceneError:
             continue
 
@@ -85,7 +87,9 @@ def table_in(scene: Scene, frame: Frame, dt: float) -> Billiards:
         hits = own.ball_ball if e is None else e
         return Pair(balls[i].mass, balls[j].mass, hits or 0.0, rubs.ball_ball)
 
-    table = Billiards(pymunk.Space(), dt, pair=pair, law=scene.physics.law)
+    space = pymunk.Space()
+    space.gravity = scene.tilt
+    table = Billiards(space, dt, pair=pair, law=scene.physics.law)
 
     def put(shape: Any, e: float | None, mu: float | None) -> None:
         shape.body.position, shape.body.velocity = (px, py), (vx, vy)
