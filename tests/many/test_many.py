@@ -165,6 +165,26 @@ def test_a_ball_that_is_off_the_table_meets_nothing() -> None:
     assert batch.run(0).off == {scene.balls[1].id}
 
 
+@pytest.mark.parametrize("name", ["two-balls", "follow-and-draw"])
+@pytest.mark.parametrize("differ", ["places", "velocities", "rolls", "all"])
+def test_balls_that_come_and_go_begin_as_they_are_given(name: str, differ: str) -> None:
+    scene, rng = load(name), np.random.default_rng(3)
+    start = np.array([ball.position for ball in scene.balls])
+    shape = (12, *start.shape)
+    position = np.broadcast_to(start, shape)
+    velocity = np.broadcast_to(rng.normal(0.0, 0.5, start.shape), shape)
+    roll = np.broadcast_to(rng.normal(0.0, 0.5, start.shape), shape)
+    if differ in ("places", "all"):
+        position = start + rng.normal(0.0, 1e-3, shape)
+        position[rng.random(shape[:2]) < 0.3] = np.nan
+    if differ in ("velocities", "all"):
+        velocity = np.round(rng.normal(0.0, 0.5, shape))  # Some rest.
+    if differ in ("rolls", "all"):
+        roll = np.round(rng.normal(0.0, 0.5, shape))
+    rolls = {"roll": roll} if scene.surface.rolls else {}
+    check_bits(simulate_many(scene, position, velocity, max_time=2.0, **rolls), range(12))
+
+
 def test_hits_without_end() -> None:
     scene, count = squeezed(1e4, 0.5, 0.5, 0.1, 0.0), 40
     velocity = np.tile([ball.velocity for ball in scene.balls], (count, 1, 1))
