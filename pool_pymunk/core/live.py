@@ -337,8 +337,16 @@ class LiveEngine(Engine):
         return pack(f"{len(found)}d", *found)
 
     def moving(self) -> list[Ball]:
-        """Return the balls that move now, or have a roll."""
-        return [ball for ball in self.balls if ball.path.end > self.now and not ball.is_off]
+        """Return the balls that move now, or have a roll; some may just ride on walls that move."""
+        return [ball for ball in self.balls if self._goes_on(ball) or rides(ball)]
+
+    @property
+    def is_playing(self) -> bool:
+        """This tells whether a ball moves by itself."""
+        return any(self._goes_on(ball) for ball in self.balls)
+
+    def _goes_on(self, ball: Ball) -> bool:
+        return ball.path.end > self.now and not ball.is_off
 
 
 def still(wall: Wall, now: float) -> Wall:
@@ -349,3 +357,9 @@ def still(wall: Wall, now: float) -> Wall:
     twin = Wall(sides, wall.restitution, wall.friction, wall.number, wall.kick)
     twin.categories, twin.mask = wall.categories, wall.mask
     return twin
+
+
+def rides(ball: Ball) -> bool:
+    """Tell whether a ball moves with its group, up to where the motion of a wall ends now."""
+    group = ball.group
+    return group is not None and group.halts and ball.rested == INF

@@ -23,8 +23,9 @@ class Near:
         self.ahead = INF  # m; the length of a path that is looked at
         if len(balls) >= FEW:
             xs, ys = [ball.path.x for ball in balls], [ball.path.y for ball in balls]
-            area = (max(xs) - min(xs)) * (max(ys) - min(ys))
-            self.ahead = AHEAD * math.sqrt(area / len(balls)) if area > 0.0 else INF
+            width, height, many = max(xs) - min(xs), max(ys) - min(ys), len(balls)
+            apart = max(math.sqrt(width * height / many), max(width, height) / many)
+            self.ahead = AHEAD * apart if apart > 0.0 else INF
 
     def horizon(self, path: Path, now: float) -> float:
         """Return up to when (s) a path is looked at: the ball has gone ``ahead`` (m) by then."""

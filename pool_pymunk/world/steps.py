@@ -193,7 +193,7 @@ class Steps:
         live, engine = self.live, self.live.engine
         live.follow()
         while engine.now < latest and engine.may_go_on:
-            is_due = engine.moving() or engine.upcoming() <= engine.now
+            is_due = engine.is_playing or engine.upcoming() <= engine.now
             if not (is_due or (latest < math.inf and live.walls.are_moving)):
                 break
             engine.refresh()
