@@ -27,6 +27,7 @@ from pool_pymunk import (
     Law,
     Pair,
     Physics,
+    Pocket,
     Restitution,
     Run,
     Scene,
@@ -544,6 +545,19 @@ def test_balls_off_the_table_meet_nothing_and_stay_where_they_are(solver: str) -
     assert run.final["C"][0] == pytest.approx(1.0 / (2 * LANE.deceleration), rel=1e-2)
     assert run.off == run.end.off == {"1"}
     assert played(solver, LANE, start=run.end._replace(velocity=((1, 0),) * 3)).off == {"1"}
+
+
+def test_a_ball_is_on_the_table_until_a_pocket_takes_it_in() -> None:
+    balls = (disc("gone", 0.0, 0.0), disc("C", 0.25, 0.0), disc("there", 0.0, 0.5))
+    pockets, shots = (Pocket("P", (1.0, 0.0), 0.05),), (Shot("in", "C", (3.0, 0.0)),)
+    scene = Scene(balls, None, Restitution(0.9), Friction(0.3), pockets=pockets, shots=shots)
+    start = scene.start(shots[0])._replace(off=frozenset({"gone"}))
+    run = simulate(replace(scene, shots=()), solver="event-driven", start=start)
+    (t,) = [event.t for event in run.events if event.pocket is not None]
+    before, after = [False, True, True], [False, False, True]
+    times = [0.0, np.nextafter(t, 0.0), t, run.duration, 2.0 * run.duration]
+    assert run.on_table(times).tolist() == [before, before, after, after, after]
+    assert run.on_table(t).tolist() == after
 
 
 @every_solver
