@@ -263,6 +263,14 @@ def test_at_takes_a_single_time_or_a_sequence() -> None:
     assert run.at([])[0].shape == (0, 11, 2)
 
 
+def test_samples_come_sixty_a_second_and_end_with_the_run() -> None:
+    run = simulate(plane(disc("a", 0.0, 0.0, 1.0), friction=0.3), solver="event-driven")
+    assert run.t[-1] == run.duration == pytest.approx(1.0 / (0.3 * 9.80665))
+    np.testing.assert_allclose(np.diff(run.t)[:-1], 1 / 60, atol=1e-15)
+    assert 0.0 < np.diff(run.t)[-1] <= 1 / 60
+    assert run.velocity[-1].tolist() == [[0.0, 0.0]]
+
+
 @pytest.mark.parametrize(
     "how",
     [
