@@ -34,9 +34,7 @@ def test_the_seed_of_a_tradeoff_decides_what_rounded_inputs_do(
     assert spreads[0] != spreads[1]
 
 
-def test_a_shot_is_compared_with_the_same_shot_of_a_folder(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_shot_is_compared_with_the_same_shot_of_a_folder(tmp_path: Path, capsys: Capture) -> None:
     first, second = tmp_path / "one", tmp_path / "two"
     assert exit_code("run", *PLAIN, "--out", first) == 0
     assert [path.name for path in first.glob("*.npz")] == ["shot-3.npz"]

@@ -292,7 +292,8 @@ def test_a_cloud_has_the_ends_of_shots_with_errors(monkeypatch: pytest.MonkeyPat
     status, cloud = answered(scene, "cloud", asked)
     assert status == 200 and cloud["compiled"] == pool_pymunk.compiled
     assert cloud["samples"] == 40
-    drawn, struck = numbers({"turn": Normal(0.5), "speed": Normal(0.02 * 2.0)}, 40), scene.index["C"]
+    drawn = numbers({"turn": Normal(0.5), "speed": Normal(0.02 * 2.0)}, 40)
+    struck = scene.index["C"]
     for k in (0, 4, 39):
         erring = asked | {"angle": 180.0 + drawn["turn"][k], "speed": 2.0 + drawn["speed"][k]}
         end = simulated(scene, erring, solver="event-driven").final["C"]

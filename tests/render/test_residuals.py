@@ -31,6 +31,6 @@ def test_the_frame_of_residuals_is_four_sigma_wide(
     right = drawn[0].axes[1]
     edge = 4.0 * SIGMA * metre
     np.testing.assert_allclose([*right.get_xlim(), *right.get_ylim()], [-edge, edge] * 2)
-    inside, beyond = (line.get_xydata() for line in right.lines[:2])
+    inside, beyond = (np.asarray(line.get_xydata(), float) for line in right.lines[:2])
     np.testing.assert_allclose(inside, np.array(off[:3]) * metre, atol=1e-9 * metre)
     np.testing.assert_allclose(beyond, [[0.97 * edge, 0.0]], atol=1e-9 * metre)

@@ -21,7 +21,8 @@ def played(published: Mapping[str, Point], name: str = "S") -> Run:
 
 
 @pytest.mark.parametrize(
-    ("off", "said"), [(0.00031, "0.00031"), (0.00096, "0.0010"), (0.0123, "0.0123"), (1.5, "1.5000")]
+    ("off", "said"),
+    [(0.00031, "0.00031"), (0.00096, "0.0010"), (0.0123, "0.0123"), (1.5, "1.5000")],
 )
 def test_two_figures_of_a_distance_are_seen_at_least(off: float, said: str) -> None:
     [line] = [line for line in shot_lines(played({"1": (END + off, 0.0)})) if "off by" in line]
