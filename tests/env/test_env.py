@@ -422,7 +422,7 @@ def test_the_striker_goes_to_the_nearest_free_place_on_the_line() -> None:
 
 
 def test_the_striker_fits_between_two_men_who_leave_just_its_room() -> None:
-    """Edges of both are one place then, but for rounding."""
+    """Edges of both are one place then, to rounding."""
     game, apart = CarromEnv().game, 0.0155 + 0.02065 + 1e-4
     middles = np.linspace(0.25, 0.5, 50)
     men = np.full((50, *game.spots.shape), np.nan)
@@ -626,14 +626,14 @@ def test_layouts_of_a_game_are_checked() -> None:
 
 
 def test_a_game_judges_a_shot_by_the_tables_before_and_after_it() -> None:
-    class Told(Nearest):
+    class Watched(Nearest):
         shots = 3
 
         def info(self, played: Played) -> Any:
             both = {"before": played.before, "after": played.tables}
             return {key: tables["points"].copy() for key, tables in both.items()}
 
-    env, points = BilliardsEnv(game=Told), 0.0
+    env, points = BilliardsEnv(game=Watched), 0.0
     env.reset(seed=0)
     for _ in range(2):
         _, reward, _, _, info = env.step([0.1, -0.5, 0.0, 0.0, 0.0])

@@ -156,9 +156,9 @@ def test_each_shot_goes_on_from_the_one_before() -> None:
     shots = [Shot(str(k), "1", speed=v, angle=a, from_previous=k > 0) for k, (v, a) in each]
     mu, g = 0.25, 9.80665
     scene = Scene((Ball("1", (0.0, 0.0), R, 0.2),), None, friction=Friction(mu), shots=tuple(shots))
-    ways = [v * v / (2.0 * mu * g) for v in speeds]
+    lengths = [v * v / (2.0 * mu * g) for v in speeds]
     for run in (simulate(scene, "2"), [*simulate_all(scene)][2]):
-        assert run.final["1"] == pytest.approx((ways[0] - ways[2], ways[1]), abs=1e-12)
+        assert run.final["1"] == pytest.approx((lengths[0] - lengths[2], lengths[1]), abs=1e-12)
 
 
 def test_a_shot_of_a_pocketed_ball_is_refused() -> None:

@@ -109,8 +109,8 @@ def before_the_hit(
     """Return where a ball was 0.1 s before it has this velocity at a place, and how fast."""
     (x, y), (u, v), time = place, velocity, 0.1
     speed = math.hypot(u, v)
-    way, more = time + A * time * time / 2.0 / speed, 1.0 + A * time / speed
-    return x - way * u, y - way * v, more * u, more * v
+    along, more = time + A * time * time / 2.0 / speed, 1.0 + A * time / speed
+    return x - along * u, y - along * v, more * u, more * v
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

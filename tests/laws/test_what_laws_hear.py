@@ -1,4 +1,4 @@
-"""A law of one's own is told all of a contact, and what it answers is not forgotten."""
+"""A law of one's own hears all of a contact, and what it answers is not forgotten."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ KICK = 0.5  # m/s
 
 
 class Listener(Law):
-    """This law keeps the contacts that it is told of."""
+    """This law keeps the contacts that it hears of."""
 
     name = "listener"
 
     def __init__(self) -> None:
-        self.told: list[Contact] = []
+        self.heard: list[Contact] = []
 
     def together(self, contacts: Sequence[Contact], velocity: Velocities, respond: Respond) -> None:
-        self.told += contacts
+        self.heard += contacts
         super().together(contacts, velocity, respond)
 
 
@@ -51,7 +51,7 @@ def test_a_cushion_that_moves_closes_by_its_own_speed_along_the_normal() -> None
     assert closing_speed(contact, {0: (5.0, 3.0)}) == -1.0
 
 
-def test_it_is_told_of_the_kick_and_the_drift_of_walls() -> None:
+def test_it_hears_of_the_kick_and_the_drift_of_walls() -> None:
     """A ball comes to a corner of a wall that moves and kicks, and of one that does neither."""
     law = Listener()
     space, table = plane(law=law, deceleration=0.0)
@@ -61,9 +61,9 @@ def test_it_is_told_of_the_kick_and_the_drift_of_walls() -> None:
     table.add_wall(pymunk.Segment(space.static_body, (9.0, 0.0), (-9.0, 0.0), 0.0), 1.0, 0.0)
     ball(table, R + 0.0125, R + 0.01, (-1.0, -1.0))
     space.step(1 / 60)
-    told = {contact.cushion: contact for contact in law.told}
-    assert [told[k].kick for k in (0, 1)] == [KICK, 0.0]
-    assert [told[k].drift for k in (0, 1)] == [(0.25, 0.0), (0.0, 0.0)]
+    heard = {contact.cushion: contact for contact in law.heard}
+    assert [heard[k].kick for k in (0, 1)] == [KICK, 0.0]
+    assert [heard[k].drift for k in (0, 1)] == [(0.25, 0.0), (0.0, 0.0)]
 
 
 def test_a_jump_is_not_forgotten_where_the_same_contact_is_answered_again() -> None:
