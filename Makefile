@@ -50,11 +50,13 @@ played: plain
 plain:
 	POOL_PYMUNK_PURE=1 $(BIN)/pytest -q pool_pymunk/core
 
-# Which lines of the core its quick tests play, as plain Python: compiled lines have no coverage.
+# Which lines of the core quick tests of the rooms that play it reach, as plain Python: compiled lines
+# have no coverage.
+PLAY_THE_CORE := core env many solvers studies world
 coverage: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check coverage
 	POOL_PYMUNK_PURE=1 $(BIN)/coverage run --source pool_pymunk/core \
-		-m pytest -n 0 -q -m "$(QUICK)" pool_pymunk/core tests/core
+		-m pytest -n 0 -q -m "$(QUICK)" pool_pymunk/core $(addprefix tests/,$(PLAY_THE_CORE))
 	$(BIN)/coverage report --show-missing --skip-covered
 
 test-all: export POOL_SEED ?= $(shell date +%s)
