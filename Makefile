@@ -16,7 +16,7 @@ QUICK := not long and not slow and $(ELSEWHERE)
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run build without-extras test played plain test-all played-all test-browser test-pyodide lint format bench gallery handin screenshots docs linkcheck dist clean
+.PHONY: run build without-extras test played plain coverage test-all played-all test-browser test-pyodide lint format bench gallery handin screenshots docs linkcheck dist clean
 
 run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver time-slice --out renders/report-time-slice
@@ -49,6 +49,15 @@ played: plain
 # The examples in the core's docstrings: compiled code has none.
 plain:
 	POOL_PYMUNK_PURE=1 $(BIN)/pytest -q pool_pymunk/core
+
+# Which lines of the core quick tests of the rooms that play it reach, as plain Python: compiled lines
+# have no coverage.
+PLAY_THE_CORE := core env many solvers studies world
+coverage: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check coverage
+	POOL_PYMUNK_PURE=1 $(BIN)/coverage run --source pool_pymunk/core \
+		-m pytest -n 0 -q -m "$(QUICK)" pool_pymunk/core $(addprefix tests/,$(PLAY_THE_CORE))
+	$(BIN)/coverage report --show-missing --skip-covered
 
 test-all: export POOL_SEED ?= $(shell date +%s)
 test-all: PROFILE ?= random
@@ -187,5 +196,5 @@ dist: $(VENV)/installed
 clean:
 	rm -f pool_pymunk__mypyc.* pool_pymunk/core/compiled.txt
 	find pool_pymunk/core \( -name '*.so' -o -name '*.pyd' \) -delete
-	rm -rf $(VENV) .venv-plain build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
+	rm -rf $(VENV) .venv-plain build dist .coverage .mypy_cache .pytest_cache .ruff_cache .hypothesis .benchmarks \
 		docs/_build docs/examples docs/figures/made

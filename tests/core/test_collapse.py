@@ -86,6 +86,19 @@ def test_leaps_come_to_what_hit_by_hit_comes_to() -> None:
     assert leapt > 20
 
 
+@pytest.mark.parametrize("ratio", [1e2, 1e3])
+@pytest.mark.parametrize("aslant", [0.05, 0.1, 0.2, 0.3])
+def test_leaps_know_whether_a_slip_sticks(aslant: float, ratio: float) -> None:
+    """The slip is a share of the closing speed at which e decides whether friction can hold it."""
+    wall, pair = Pair(1.0, math.inf, 0.8, 0.1), Pair(1.0, ratio, 0.8, 0.1)
+    normal = (1.0, 0.0)
+    contacts = [Contact(0, 1, normal, pair), Contact(0, NO_BALL, normal, wall, 0)]
+    before = {0: (0.0, 0.0), 1: (-1.0, aslant)}
+    one, other = (played((contacts, before), can) for can in (True, False))
+    assert one.is_over and other.is_over and one.leapt > 100
+    assert farthest(one.velocity, other.velocity, before) < 1e-12
+
+
 def between(ratio: float, copies: int = 1) -> Start:
     """Return a light ball at a cushion, and one that drives it there; e = 0.8, no friction.
 

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pool_pymunk.core.motion.path import Path, sliding
+from pool_pymunk.core.motion.surface import Rolling
 from pool_pymunk.core.motion.times import stopping_time
 from pool_pymunk.results.motion import free_motions
 
@@ -178,3 +179,13 @@ def test_slide_by_hand() -> None:
     assert slide(1.0, 2.0, 3.0, -4.0, 2.0, 1.5) == pytest.approx(
         (1.0 + 0.6 * 5.25, 2.0 - 0.8 * 5.25, 0.6 * 2.0, -0.8 * 2.0), rel=4 * EPSILON, abs=0.0
     )
+
+
+@given(speed=speeds, angle=angles, roll=speeds, turned=angles)
+def test_no_ball_is_faster_on_its_path_than_the_fastest(
+    speed: float, angle: float, roll: float, turned: float
+) -> None:
+    """A ball that slips is the fastest where its path begins, or where it begins to roll."""
+    path = Rolling(2.0, 0.1).path(0.0, (0.0, 0.0), along(speed, angle), along(roll, turned))
+    found = [math.hypot(*path.velocity(share * path.end)) for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    assert path.fastest == pytest.approx(max(found), rel=8 * EPSILON)

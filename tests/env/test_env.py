@@ -421,6 +421,18 @@ def test_the_striker_goes_to_the_nearest_free_place_on_the_line() -> None:
         assert tried.final[0, env.game.cue, 0] == pytest.approx(x)
 
 
+def test_the_striker_fits_between_two_men_who_leave_just_its_room() -> None:
+    """Edges of both are one place then, to rounding."""
+    game, apart = CarromEnv().game, 0.0155 + 0.02065 + 1e-4
+    middles = np.linspace(0.25, 0.5, 50)
+    men = np.full((50, *game.spots.shape), np.nan)
+    for k, side in ((1, -1.0), (2, 1.0)):
+        men[:, k] = np.stack([middles + side * apart, np.full(50, 0.1174)], axis=1)
+    asked = np.stack([middles + 0.01, np.full(50, 0.1174)], axis=1)
+    found = game.put(Tables(position=men), asked)
+    np.testing.assert_allclose(found[:, 0], middles, atol=1e-12)
+
+
 def test_a_shot_is_lost_where_men_fill_the_base_line() -> None:
     env = CarromEnv()
     row = {f"W{k}": (0.10 + 0.06 * k, 0.1174) for k in range(1, 9)}
@@ -611,6 +623,23 @@ def test_layouts_of_a_game_are_checked() -> None:
 
     with pytest.raises(SceneError, match="overlaps ball"):
         BilliardsVectorEnv(2, game=Wrong).reset(seed=0)
+
+
+def test_a_game_judges_a_shot_by_the_tables_before_and_after_it() -> None:
+    class Watched(Nearest):
+        shots = 3
+
+        def info(self, played: Played) -> Any:
+            both = {"before": played.before, "after": played.tables}
+            return {key: tables["points"].copy() for key, tables in both.items()}
+
+    env, points = BilliardsEnv(game=Watched), 0.0
+    env.reset(seed=0)
+    for _ in range(2):
+        _, reward, _, _, info = env.step([0.1, -0.5, 0.0, 0.0, 0.0])
+        assert reward < 0.0
+        assert (info["before"], info["after"]) == (points, points + reward)
+        points += reward
 
 
 def test_a_game_may_cut_episodes_off() -> None:

@@ -214,6 +214,13 @@ def test_a_shot_that_cannot_start_has_none() -> None:
     assert np.isnan(batch.derivatives[1]).all() and np.isfinite(batch.derivatives[0]).all()
 
 
+def test_a_shot_whose_coefficients_make_no_scene_has_none() -> None:
+    vary = {"friction.rolling": [0.01, 0.9], "speed": [1.5, 1.5]}
+    batch = play(load("follow-and-draw"), vary=vary, derivatives="speed")
+    assert batch.derivatives is not None and batch.ended.tolist() == [True, False]
+    assert np.isnan(batch.derivatives[1]).all() and np.isfinite(batch.derivatives[0]).all()
+
+
 def test_laws_of_ones_own_have_those_of_their_run() -> None:
     class Smooth(Law):
         def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:

@@ -112,6 +112,23 @@ def test_a_law_that_cannot_be_sent_is_played_here(two: Workers) -> None:
         check(some(law=Own()), some(law=Own(), workers=alone))
 
 
+class Unread(Law):
+    """No other process can read this law, such as one of a script that it does not have."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return read_elsewhere, ()
+
+
+def read_elsewhere() -> None:
+    raise ModuleNotFoundError("No module named 'elsewhere'")
+
+
+def test_a_law_that_workers_cannot_read_is_played_here() -> None:
+    said = r"this process plays alone, because .* the law.*\(No module named 'elsewhere'\)"
+    with ThreadPoolExecutor(1) as executor, pytest.warns(UserWarning, match=said):
+        check(some(law=Unread()), some(law=Unread(), workers=executor))
+
+
 def test_studies_have_the_same_numbers(two: Workers) -> None:
     scene, errors = load("report"), Uncertainty(1e-4)
     one, other = (sensitivity(scene, 1, errors, 300, 1, each) for each in (None, two))

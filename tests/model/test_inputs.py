@@ -248,6 +248,15 @@ def test_frictions_that_bound_each_other_are_put_together() -> None:
 
 
 @needs
+def test_a_shot_whose_place_moves_with_its_ball_keeps_its_other_new_inputs() -> None:
+    shot = Shot("in hand", STRUCK, speed=2.0, angle=3.0, place=(0.25, 0.75))
+    table = replace(SLIDES, shots=(*SLIDES.shots, shot))
+    found = with_inputs(table, {"y.C": 0.625, "speed.2": 1.5, "angle.1": 4.0})
+    assert found.balls[0].position == (0.5, 0.625)
+    assert found.shots[1] == replace(shot, speed=1.5, place=(0.25, 0.875))
+    assert found.shots[0] == replace(SLIDES.shots[0], angle=4.0)
+
+
 def test_old_names_keep_their_meanings() -> None:
     start = scene().start(scene().shots[0])
     both = simulate_many(scene(), start.position, start.velocity, vary={"mass": [0.3]})

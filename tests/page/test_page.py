@@ -18,6 +18,8 @@ import pytest
 from pool_pymunk import (
     Ball,
     Friction,
+    Pocket,
+    Restitution,
     Run,
     Scene,
     SettingError,
@@ -129,6 +131,26 @@ def test_numbers_out_of_range_become_null(report: list[Run]) -> None:
 
 
 # -- in notebooks --------------------------------------------------------------------------------
+
+
+def test_a_ball_is_off_from_the_beginning_only_if_no_pocket_takes_it_in() -> None:
+    balls = Ball("C", (0.0, 0.0), 0.03, 0.2, velocity=(2.0, 0.0)), Ball("1", (0.0, 1.0), 0.03, 0.2)
+    hole, friction = Pocket("P", (0.5, 0.0), 0.1), Friction(0.2)
+    scene = Scene(balls, None, Restitution(0.9), friction, pockets=(hole,))
+    start = scene.start(None)._replace(off=frozenset({"1"}))
+    run = simulate(scene, start=start, solver="event-driven")
+    assert run.pocketed == {"C": "P"} and run.off == {"C", "1"}
+    assert content_of(page([[run]]))["shots"][0]["runs"][0]["off"] == [scene.index["1"]]
+
+
+@pytest.mark.parametrize(
+    ("duration", "decimals"), [(0.0, 3), (12.3, 3), (1.23, 3), (0.123, 4), (0.00123, 6)]
+)
+def test_times_have_four_digits_of_the_duration(
+    report: list[Run], duration: float, decimals: int
+) -> None:
+    shown = content_of(page([[replace(report[0], duration=duration)]]))["shots"][0]["runs"][0]
+    assert shown["decimals"] == decimals
 
 
 def test_a_run_shows_itself_as_its_page(report: list[Run]) -> None:

@@ -284,16 +284,20 @@ def test_another_law_is_in_the_lines() -> None:
 # -- clouds --------------------------------------------------------------------------------------
 
 
-def test_a_cloud_has_the_ends_of_shots_with_errors() -> None:
+def test_a_cloud_has_the_ends_of_shots_with_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(answers, "SAMPLES", 40)
+    monkeypatch.setattr(answers, "SOME", 4)  # So it is drawn in four parts.
     scene = load("report")
     asked = question(scene, angle_error=0.5, speed_error=0.02)
     status, cloud = answered(scene, "cloud", asked)
     assert status == 200 and cloud["compiled"] == pool_pymunk.compiled
-    first, struck = cloud["samples"] - 1, scene.index["C"]
-    drawn = numbers({"turn": Normal(0.5), "speed": Normal(0.02 * 2.0)}, first + 1)
-    erring = asked | {"angle": 180.0 + drawn["turn"][-1], "speed": 2.0 + drawn["speed"][-1]}
-    end = simulated(scene, erring, solver="event-driven").final["C"]
-    assert cloud["ends"][struck][-1] == pytest.approx(end, abs=1e-5)
+    assert cloud["samples"] == 40
+    drawn = numbers({"turn": Normal(0.5), "speed": Normal(0.02 * 2.0)}, 40)
+    struck = scene.index["C"]
+    for k in (0, 4, 39):
+        erring = asked | {"angle": 180.0 + drawn["turn"][k], "speed": 2.0 + drawn["speed"][k]}
+        end = simulated(scene, erring, solver="event-driven").final["C"]
+        assert cloud["ends"][struck][k] == pytest.approx(end, abs=1e-5)
     assert len(cloud["ends"][struck]) == cloud["samples"]
     assert cloud["ends"][scene.index["5"]] == []  # It is never met.
 

@@ -27,6 +27,7 @@ from pool_pymunk import (
     Law,
     Pair,
     Physics,
+    Pocket,
     Restitution,
     Run,
     Scene,
@@ -260,6 +261,14 @@ def test_at_takes_a_single_time_or_a_sequence() -> None:
         assert positions.shape == velocities.shape == (1, 11, 2)
         assert (positions[0] == position).all() and (velocities[0] == velocity).all()
     assert run.at([])[0].shape == (0, 11, 2)
+
+
+def test_samples_come_sixty_a_second_and_end_with_the_run() -> None:
+    run = simulate(plane(disc("a", 0.0, 0.0, 1.0), friction=0.3), solver="event-driven")
+    assert run.t[-1] == run.duration == pytest.approx(1.0 / (0.3 * 9.80665))
+    np.testing.assert_allclose(np.diff(run.t)[:-1], 1 / 60, atol=1e-15)
+    assert 0.0 < np.diff(run.t)[-1] <= 1 / 60
+    assert run.velocity[-1].tolist() == [[0.0, 0.0]]
 
 
 @pytest.mark.parametrize(
@@ -544,6 +553,19 @@ def test_balls_off_the_table_meet_nothing_and_stay_where_they_are(solver: str) -
     assert run.final["C"][0] == pytest.approx(1.0 / (2 * LANE.deceleration), rel=1e-2)
     assert run.off == run.end.off == {"1"}
     assert played(solver, LANE, start=run.end._replace(velocity=((1, 0),) * 3)).off == {"1"}
+
+
+def test_a_ball_is_on_the_table_until_a_pocket_takes_it_in() -> None:
+    balls = (disc("gone", 0.0, 0.0), disc("C", 0.25, 0.0), disc("there", 0.0, 0.5))
+    pockets, shots = (Pocket("P", (1.0, 0.0), 0.05),), (Shot("in", "C", (3.0, 0.0)),)
+    scene = Scene(balls, None, Restitution(0.9), Friction(0.3), pockets=pockets, shots=shots)
+    start = scene.start(shots[0])._replace(off=frozenset({"gone"}))
+    run = simulate(replace(scene, shots=()), solver="event-driven", start=start)
+    (t,) = [event.t for event in run.events if event.pocket is not None]
+    before, after = [False, True, True], [False, False, True]
+    times = [0.0, np.nextafter(t, 0.0), t, run.duration, 2.0 * run.duration]
+    assert run.on_table(times).tolist() == [before, before, after, after, after]
+    assert run.on_table(t).tolist() == after
 
 
 @every_solver

@@ -88,6 +88,26 @@ def test_impulses_of_two_balls_are_opposite_and_with_friction_explain_their_moti
     assert momentum(run, 0) == pytest.approx(-given + rubbed(run, 0), abs=1e-6)
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
+def test_sides_press_and_do_not_pull_whatever_order_balls_are_listed_in(
+    order: tuple[int, ...],
+) -> None:
+    """Four balls fall into a heap, in a narrow table that is tilted."""
+    places = (0.16, 0.11), (0.30, 0.10), (0.155, 0.23), (0.295, 0.22)
+    balls = tuple(Ball(f"{k}", places[k], 0.05, 0.2 + 0.1 * k) for k in order)
+    corners = ((0.0, 0.0), (0.45, 0.0), (0.45, 1.0), (0.0, 1.0))
+    table, limit = Table(corners, tilt=(0.3, -9.0)), Physics(max_time=1.5)
+    scene = Scene(balls, table, Restitution(0.2, cushion=0.2), Friction(0.0, 0.1, 0.1), limit)
+    run, pairs = exact(scene), 0
+    for contact in run.persistent:
+        places_then = run.at((contact.since + contact.until) / 2.0)[0]
+        ends = [places_then[scene.index[id_]] for id_ in contact.balls]
+        if contact.cushion is None:
+            pairs += 1
+            assert np.dot(contact.impulse, ends[1] - ends[0]) > 0.0, contact
+    assert pairs > 1
+
+
 def test_contacts_stand_in_the_order_of_their_beginnings() -> None:
     """Two pairs are pressed together, and the one that is listed last is first."""
     near, far = persistent(0.0).balls

@@ -86,6 +86,18 @@ def test_a_block_that_must_not_be_split_comes_to_its_end() -> None:
     assert done == ["all of it"]
 
 
+def test_a_block_within_such_a_block_does_not_end_it() -> None:
+    done = []
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        with uninterrupted():
+            with uninterrupted():
+                ctrl_c()
+            simulate(load("report"), "Simulation 3", solver="time-slice", dt=1e-5)
+            done.append("all of it")
+        raise_pending()
+    assert done == ["all of it"]
+
+
 def test_a_second_one_does_not_wait() -> None:
     done = []
     with pytest.raises(KeyboardInterrupt), patient_interrupts():

@@ -27,6 +27,7 @@ from pool_pymunk import (
     loads,
     simulate,
 )
+from pool_pymunk.core.motion.patches import OPEN, Circle, Patches
 from pool_pymunk.model.inputs import with_inputs
 from pool_pymunk.solvers.request import request
 from tests.oracle.patch_reference import patch_run
@@ -114,6 +115,16 @@ def test_the_last_patch_that_holds_a_ball_wins() -> None:
     hidden = played(plane(ball(0.0, 0.0, 5.0), patches=(inner, SAND)))
     assert crossings(hidden) == [1, None]
     assert far(hidden) == pytest.approx(2.0 + (25.0 - 2 * G * 0.7) / (2 * 0.1 * G), rel=1e-14)
+
+
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_a_patch_that_lies_elsewhere_changes_nothing_of_that(k: int) -> None:
+    small, large, elsewhere = ((0.0, 0.0), 0.25), ((0.0, 0.0), 0.5), ((9.0, 0.0), 0.5)
+    listed = [small, large]
+    listed.insert(k, elsewhere)
+    patches = Patches([Circle(i, *each) for i, each in enumerate(listed)], [])
+    assert patches.at(0.1, 0.0) == patches.at(0.4, 0.0) == listed.index(large)
+    assert patches.at(9.0, 0.1) == k and patches.at(5.0, 0.0) == OPEN
 
 
 def test_a_chord_of_a_round_patch() -> None:

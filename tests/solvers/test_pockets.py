@@ -149,6 +149,18 @@ def test_the_next_shot_goes_on_without_the_pocketed_balls(solver: str) -> None:
     assert alone.final == then.final
 
 
+def test_each_shot_goes_on_from_the_one_before() -> None:
+    """Alone on a plane a ball goes v^2 / (2 mu g) along each shot."""
+    speeds, angles = (1.0, 0.5, 2.0), (0.0, 90.0, 180.0)
+    each = enumerate(zip(speeds, angles, strict=True))
+    shots = [Shot(str(k), "1", speed=v, angle=a, from_previous=k > 0) for k, (v, a) in each]
+    mu, g = 0.25, 9.80665
+    scene = Scene((Ball("1", (0.0, 0.0), R, 0.2),), None, friction=Friction(mu), shots=tuple(shots))
+    lengths = [v * v / (2.0 * mu * g) for v in speeds]
+    for run in (simulate(scene, "2"), [*simulate_all(scene)][2]):
+        assert run.final["1"] == pytest.approx((lengths[0] - lengths[2], lengths[1]), abs=1e-12)
+
+
 def test_a_shot_of_a_pocketed_ball_is_refused() -> None:
     with pytest.raises(SceneError, match="the ball is off the table before gone"):
         simulate(SCENE, "gone", start=simulate(SCENE, "pot").end)

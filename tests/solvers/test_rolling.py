@@ -27,6 +27,7 @@ from pool_pymunk import (
     same_balls,
     simulate,
 )
+from pool_pymunk.solvers import SOLVERS
 from tests import DATA
 from tests.oracle.reference import OUTLINES, random_rolling_scene
 from tests.oracle.reference import scene_from_dict as scene_of
@@ -87,6 +88,15 @@ def test_slices_lead_a_ball_that_follows_on_behind_the_other() -> None:
     assert run.final["C"] == pytest.approx((1.5033, 0.0), abs=2e-3)
     assert run.final["1"] == pytest.approx((1.5633, 0.0), abs=2e-3)
     assert len(run.events) < 60
+
+
+@pytest.mark.parametrize("y", [0.0, 0.01])
+def test_slices_list_the_hit_of_a_ball_that_pushes_another_and_not_each_slice(y: float) -> None:
+    """At e = 0 both stay in contact, and friction closes them by up to 2 mu g dt in a slice."""
+    balls = ball("A", velocity=(1.0, 0.0), roll=1.0), ball("B", 0.0605, y)
+    run = simulate(scene(*balls, restitution=Restitution(0.0)), solver="time-slice", dt=1e-4)
+    assert kinds(run).count(("ball-ball", "AB")) == 1
+    assert run.end.position[1][0] > 0.5
 
 
 # -- tables in pymunk spaces -----------------------------------------------------------------------
@@ -229,12 +239,15 @@ def test_a_cushion_slows_the_roll_into_it() -> None:
     assert run.roll_at(hit.t)[0].tolist() == pytest.approx([kept, 0.0], rel=1e-12)
 
 
-def test_friction_at_a_cushion_never_turns_the_roll_round() -> None:
-    run = struck(
-        1.0, 1.0, table=Table(((-2, -1), (2, -1), (2, 1), (-2, 1))),
-        friction=Friction(SLIDING, 5.0, 0.0, ROLLING),
-    )  # fmt: skip
-    assert run.roll_at(run.events[0].t)[0].tolist() == [0.0, 0.0]
+@pytest.mark.parametrize("solver", [name for name, one in SOLVERS.items() if one.rolls])
+@pytest.mark.parametrize("far", [2.0, 2.5])  # A rectangle has a rule of its own in time slices.
+def test_friction_at_a_cushion_never_turns_the_roll_round(solver: str, far: float) -> None:
+    table = Table(((-2, -1), (0.25, -1), (0.25, 1), (-far, 1)))
+    what = scene(table=table, friction=Friction(SLIDING, 5.0, 0.0, ROLLING),
+                 shots=(Shot("shot", "C", (1.0, 0.0), roll=1.0),))  # fmt: skip
+    run = simulate(what, solver=solver, max_time=0.3)
+    hit = next(event for event in run.events if event.kind == "ball-cushion")
+    assert run.roll_at(hit.t)[0].tolist() == [0.0, 0.0]
 
 
 # -- invariants ------------------------------------------------------------------------------------

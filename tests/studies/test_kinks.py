@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -100,6 +101,30 @@ def test_the_border_of_the_listing_is_a_kink() -> None:
         of = replace(scene(*balls), physics=Physics(law="published"))
         at = simulate(of, solver="event-driven").derivatives()
         assert np.isnan(at.final).any() == (off == 0.0), at.warnings
+
+
+def before_the_hit(
+    place: tuple[float, float], velocity: tuple[float, float]
+) -> tuple[float, float, float, float]:
+    """Return where a ball was 0.1 s before it has this velocity at a place, and how fast."""
+    (x, y), (u, v), time = place, velocity, 0.1
+    speed = math.hypot(u, v)
+    along, more = time + A * time * time / 2.0 / speed, 1.0 + A * time / speed
+    return x - along * u, y - along * v, more * u, more * v
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_clamp_of_the_listing_is_a_jump_on_either_side_of_the_slip(side: float) -> None:
+    """Its clamp looks at the tangential velocity of the second ball, which is 0 here."""
+    balls = (
+        ball("a", *before_the_hit((0.0, 0.0), (2.0, 0.5 * side))),
+        ball("b", *before_the_hit((2.0 * R, 0.0), (0.5, 0.0))),
+    )
+    of = scene(*balls)
+    assert np.isfinite(found(of).final).all()
+    at = found(replace(of, physics=Physics(law="published")))
+    assert np.isnan(at.final).any()
+    assert any("law published jumps or has a kink" in text for text in at.warnings)
 
 
 def test_what_a_kink_does_not_depend_on_is_known() -> None:

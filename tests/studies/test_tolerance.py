@@ -32,9 +32,10 @@ from pool_pymunk import (
     simulate_within,
 )
 from pool_pymunk.model import Point
+from pool_pymunk.studies.tolerance import outcome
 from pool_pymunk.world import Billiards, same_balls
 from tests.shared.commands import exit_code
-from tests.shared.hard_scenes import exact
+from tests.shared.hard_scenes import exact, persistent
 from tests.shared.scenes import largest_distance, random_scene, seeds, takes_long
 
 # -- any function of the step ----------------------------------------------------------------------
@@ -132,6 +133,23 @@ def test_contacts_that_steps_blur() -> None:
     choice = choose_step(lambda dt: Outcome([(0.0, 0.0)], resolved=dt < 1e-3), 1e-3)
     assert choice.reached
     assert choice.dt < 1e-3
+
+
+@pytest.mark.parametrize(("steps", "resolved"), [(1, False), (2, True)])
+@pytest.mark.parametrize("solver", ["pymunk-discrete", "time-slice"])
+def test_contacts_of_a_ball_that_come_a_step_apart_are_blurred(
+    solver: str, steps: int, resolved: bool
+) -> None:
+    """A ball comes to two cushions, and to the second one so many steps later."""
+    r, dt = 0.05, 0.01
+    x = 1.0 - r - 4.5 * dt
+    ball = Ball("a", (x, x - steps * dt), r, 0.2, velocity=(1.0, 1.0))
+    limit = Physics(max_time=20 * dt)
+    scene = Scene((ball,), Table.rectangle(1.0, 1.0), Restitution(cushion=1.0), Friction(), limit)
+    run = simulate(scene, solver=solver, dt=dt)
+    first, second = (event.t for event in run.events)
+    assert second - first == pytest.approx(steps * dt)
+    assert outcome(run).resolved == resolved
 
 
 def test_ends_that_are_no_numbers() -> None:
@@ -255,6 +273,17 @@ def test_runs_cut_off_by_max_time_are_compared_at_max_time() -> None:
     [(run, choice)] = simulate_within(scene, scene.shots, 1e-6)
     assert run.status == "max_time"
     assert choice.reached
+
+
+def test_what_persistent_contacts_may_do_is_part_of_the_error() -> None:
+    scene = persistent(0.0)
+    run = exact(scene)
+    for limit in (0.5, 2.0):
+        tolerance = limit * run.persistent_shift
+        [(_, choice)] = simulate_within(scene, [None], tolerance, "pymunk")
+        assert choice.error >= run.persistent_shift > run.rounding
+        assert choice.reached == (limit > 1.0)
+        assert choice.reached or choice.reason.startswith("contacts that persist may put the ends")
 
 
 def test_a_shot_that_goes_on_is_run_with_the_one_before() -> None:

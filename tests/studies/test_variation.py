@@ -191,3 +191,11 @@ def test_a_seed_decides_the_samples_of_a_ball_in_a_frozen_rack() -> None:
         sensitivity(scene, 1, Uncertainty(1e-5, angle=turn), 20, seed=5) for turn in (0.0, 1e-3)
     )
     np.testing.assert_array_equal(one.starts, other.starts)
+
+
+def test_a_player_who_errs_by_more_than_the_speed_does_not_strike_the_other_way() -> None:
+    varied = Variation(REPORT, {}, 1)
+    errors = {"noise.speed": np.array([-9.0, 0.0, 0.5]), "noise.angle": np.zeros(3)}
+    begun = varied.begin(varied.places(3), {"speed": np.full(3, 2.0), **errors})
+    speeds = np.hypot(*begun.velocity[:, varied.ball].T)
+    np.testing.assert_allclose(speeds, [0.0, 2.0, 2.5], atol=1e-15)

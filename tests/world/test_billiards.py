@@ -260,6 +260,15 @@ def test_a_ball_twice_or_in_another_one() -> None:
     assert said(lambda: table.add_ball(body)).endswith("a ball must be a pymunk.Circle")
 
 
+@pytest.mark.parametrize("far", [0.0, 0.1, 0.2])
+def test_a_small_ball_in_a_large_one_is_refused_wherever_it_is(far: float) -> None:
+    _, table = plane()
+    body = pymunk.Body(M, 1e-4)
+    table.add_ball(pymunk.Circle(body, 0.2))
+    assert "the ball overlaps ball 0 by" in said(lambda: ball(table, far))
+    assert ball(table, 0.2 + R + 1e-6).number == 1
+
+
 def test_a_ball_within_a_pocket_or_a_wall() -> None:
     """It would lie there for ever, or go through the wall."""
     space, table = hexagon()

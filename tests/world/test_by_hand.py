@@ -16,6 +16,7 @@ import pytest
 
 from pool_pymunk import NT, Billiards, Law, Pair, same_balls
 from pool_pymunk.world import ContactEvent, TableBall
+from pool_pymunk.world import steps as world_steps
 from tests.shared.worlds import Point, fence, plane, steps
 from tests.shared.worlds import ball as small_ball
 
@@ -525,6 +526,20 @@ def test_a_push_in_each_step_leaves_friction_as_it_is(fps: int) -> None:
     assert math.hypot(*one.path.at(table.time)[1]) == pytest.approx(200.0, abs=1e-2)
 
 
+@pytest.mark.parametrize(("rolling", "holds"), [(None, 2.0), (0.5, 0.7), (1.9, 2.0)])
+def test_a_force_moves_a_ball_at_rest_if_it_is_stronger_than_what_holds_it(
+    rolling: float | None, holds: float
+) -> None:
+    """To roll, a sphere needs 7/5 of the rolling resistance, and it slips where that is more."""
+    for share, moves in ((0.99, False), (1.01, True)):
+        space, table = plane(deceleration=2.0, rolling=rolling)
+        body = small_ball(table, 0.0).body
+        for _ in range(30):
+            body.force = body.mass * share * holds, 0.0
+            space.step(DT)
+        assert (body.position.x > 0.0) == moves
+
+
 # -- contacts that are refused ---------------------------------------------------------------------
 
 
@@ -692,6 +707,26 @@ def test_a_callback_that_makes_contact_after_contact_is_refused() -> None:
     table.on_contact = None
     space.step(DT)
     assert one.body.velocity.x < 0.0
+
+
+def test_a_callback_that_makes_one_contact_more_may_do_so_at_each(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A ball goes to and fro between two walls, and is driven once more at each of them."""
+    monkeypatch.setattr(world_steps, "MOST_TOLD", 4)
+    space, table = world(1.0)
+    for x in (-24.0, 24.0):
+        table.add_wall(pymunk.Segment(space.static_body, (x, -99.0), (x, 99.0), 4.0), 1.0)
+    one, heard = ball(table, 0.0, velocity=(300.0, 0.0)), list[float]()
+
+    def again(event: ContactEvent) -> None:
+        heard.append(event.t)
+        if heard.count(event.t) == 1:
+            table.strike(one, (math.copysign(300.0, -one.body.velocity.x), 0.0))
+
+    table.on_contact = again
+    steps(space, 0.5)
+    assert len(heard) >= 2 * 10 and heard[::2] == heard[1::2]
 
 
 def test_a_callback_that_takes_a_ball_out_and_fails_is_heard_of() -> None:

@@ -233,6 +233,13 @@ def test_the_outline_begins_with_the_first_wall_and_has_corners_inside_of_thick_
     assert found[2].bounds == pytest.approx((0.1, 0.1, 1.9, 0.9), abs=1e-15)
 
 
+def test_the_outline_of_walls_that_run_clockwise_begins_with_the_first_one_too() -> None:
+    table = walled([WIDE[-k] for k in range(4)])
+    ball(table, 0.5, 0.5)
+    # The first wall runs from (0, 0) to (0, 1), and the outline back along it.
+    assert table.to_scene()[0].table == Table((WIDE[3], *WIDE[:3]))
+
+
 def test_a_cue_ball_is_one_whose_hits_have_another_restitution() -> None:
     def pair(i: int, j: int) -> Pair:
         return Pair(math.nan, math.nan, 0.7 if 1 in (i, j) else 0.9, 0.05)

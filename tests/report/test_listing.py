@@ -1,0 +1,36 @@
+"""The log says how far ends are off in as many digits as show it, and sums up what agrees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from pool_pymunk import Ball, Friction, Run, Scene, Shot, simulate
+from pool_pymunk.model import Point
+from pool_pymunk.report.listing import closing, shot_lines
+
+END = 1.0 / (2.0 * 0.25 * 9.80665)  # m; where a ball stops that starts at 1 m/s
+
+
+def played(published: Mapping[str, Point], name: str = "S") -> Run:
+    """Return a shot of a ball, along x, with published ends."""
+    shot = Shot(name, "1", (1.0, 0.0), published=dict(published))
+    scene = Scene((Ball("1", (0.0, 0.0), 0.03, 0.2),), None, friction=Friction(0.25), shots=(shot,))
+    return simulate(scene, solver="event-driven")
+
+
+@pytest.mark.parametrize(
+    ("off", "said"),
+    [(0.00031, "0.00031"), (0.00096, "0.0010"), (0.0123, "0.0123"), (1.5, "1.5000")],
+)
+def test_two_figures_of_a_distance_are_seen_at_least(off: float, said: str) -> None:
+    [line] = [line for line in shot_lines(played({"1": (END + off, 0.0)})) if "off by" in line]
+    assert line.endswith(f"off by {said}")
+
+
+def test_the_last_line_sums_up_the_ends_of_all_shots() -> None:
+    right, wrong = played({"1": (END, 0.0)}), played({"1": (END, 0.5)}, "T")
+    assert [*closing([right])] == ["Published ends: 1 of 1 agree to 0.0001"]
+    assert [*closing([right, wrong])] == ["Published ends: 1 of 2 agree to 0.0001 (1 + 0)"]
+    assert [*closing([played({})])] == []
