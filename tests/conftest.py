@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from collections import Counter
 from collections.abc import Generator
 from importlib.util import find_spec
@@ -46,6 +47,8 @@ settings.register_profile(
 )
 settings.register_profile("quick", settings.get_profile("fixed"), max_examples=25)
 settings.load_profile("quick")
+
+UNTIL = float(os.environ.get("POOL_UNTIL", "inf"))  # s; as time.time() has it
 
 # These tests, or cases of them, take longer than half a second.
 LONG = frozenset((ROOT / "tests" / "data" / "takes_long.txt").read_text("utf-8").splitlines())
@@ -95,7 +98,7 @@ def pytest_collect_file() -> Generator[None, Collected, Collected]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes long, skip what lacks a library, and begin with the files that have most of it.
+    """Mark what takes long, skip what lacks a library, and begin with files of many long tests.
 
     So no processor waits at the end while another plays a long test. The tests of a file stay
     together, for they share fixtures and what they have worked out.
@@ -111,6 +114,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
     items.sort(key=lambda item: -long[item.path])
+
+
+def pytest_runtest_setup() -> None:
+    """Leave out what is left when the time is over that `.ci/run` has for it."""
+    if time.time() > UNTIL:
+        pytest.skip("there was no time left for it")
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
