@@ -188,17 +188,8 @@ def compared(law: str, table: str, count: int, draw: Callable[..., Scene] = rand
 
 
 @pytest.mark.parametrize("table", OUTLINES)
-@pytest.mark.parametrize("law", ["coulomb", "published"])
-def test_derivatives_agree_with_forty_digits(law: str, table: str) -> None:
-    compared(law, table, 2)
-
-
-@pytest.mark.parametrize(
-    "table",
-    ["rectangle", *(pytest.param(t, marks=pytest.mark.slow) for t in OUTLINES if t != "rectangle")],
-)
-def test_derivatives_of_balls_that_roll_agree_with_forty_digits(table: str) -> None:
-    compared("coulomb", table, 3, exactly_rolling_scene)
+def test_derivatives_agree_with_forty_digits(table: str) -> None:
+    compared("coulomb" if table == "rectangle" else "published", table, 2)
 
 
 @pytest.mark.slow
