@@ -134,10 +134,9 @@ def test_normals_may_stand_still_in_the_last_moment() -> None:
     assert off(run, base) < 1e-20
 
 
-@pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=(pytest.mark.slow, takes_long))])
+@pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=ELSEWHERE)])
 @pytest.mark.parametrize(
-    "name",
-    ["struck 3", *(pytest.param(f"persistent {k}", marks=pytest.mark.slow) for k in (1, 3))],
+    "name", ["struck 3", *(pytest.param(f"persistent {k}", marks=ELSEWHERE) for k in (1, 3))]
 )
 def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str, kick: float) -> None:
     scene = scene_from_dict(BY_NAME[name]["scene"])
@@ -173,8 +172,9 @@ def checked(kind: str, k: int) -> Scene:
     return random_hard_scene(kind, random.Random(f"check {kind} {k}"))
 
 
-@pytest.mark.parametrize("k", [28, pytest.param(188, marks=takes_long)])
+@takes_long
 @pytest.mark.slow
+@pytest.mark.parametrize("k", [28, 188])
 def test_the_reference_sees_balls_meet_again_that_part_while_others_press(k: int) -> None:
     """Balls that touch and part may close again within one step under contact forces."""
     scene = checked("packed", k)
