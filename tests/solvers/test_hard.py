@@ -189,6 +189,7 @@ def test_every_ball_of_a_settled_run_is_at_rest() -> None:
     assert all(not breakpoints[-1, 3:].any() for breakpoints in run.knots)
 
 
+@takes_long
 @pytest.mark.slow
 @pytest.mark.xfail(strict=True, reason="five nudges of 399 events see 2e-4 m of 4 cm")
 def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> None:
