@@ -117,9 +117,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_runtest_setup() -> None:
-    """Leave out what is left when the time is over that `.ci/run` has for it."""
+    """Leave out what would begin when the time is over that `.ci/run` has for the long tests."""
     if time.time() > UNTIL:
-        pytest.skip("there was no time left for it")
+        pytest.skip("its time was over (POOL_UNTIL)")
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
