@@ -12,6 +12,8 @@ EXTRAS ?= test,sweep,cluster,env,fit,play,examples
 
 ELSEWHERE := not browser and not docs
 QUICK := not long and not slow and $(ELSEWHERE)
+# The processor that is done first takes over tests from the other.
+PLAY := $(BIN)/pytest -n auto --dist worksteal -q
 
 # Tests start many processes; none of them need compile the modules again.
 unexport PYTHONDONTWRITEBYTECODE
@@ -33,10 +35,10 @@ build: $(VENV)/installed
 	@env -u POOL_PYMUNK_PURE $(BIN)/python hatch_build.py
 
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
-# docstrings, run without them.
+# docstrings, run without them. What is random needs no others than elsewhere.
 WITHOUT := atlas cli docs fit inputs manners own_laws many place shapes sweep weakening
 without-extras: $(VENV)/installed
-	$(BIN)/pytest -n auto -q -m "$(QUICK)" \
+	$(PLAY) -m "$(QUICK) and not seeded and not hypothesis" \
 		pool_pymunk $(foreach name,$(WITHOUT),$(wildcard tests/test_$(name).py tests/*/test_$(name).py))
 
 # Lint goes on beside the tests.
@@ -44,7 +46,7 @@ test: $(VENV)/installed
 	$(MAKE) --jobs 2 --no-print-directory played lint
 
 played: plain
-	$(BIN)/pytest -n auto -q -m "$(QUICK)"
+	$(PLAY) -m "$(QUICK)"
 
 # The examples in the core's docstrings: compiled code has none.
 plain:
@@ -65,15 +67,15 @@ test-all: export POOL_SHARE ?= $(if $(filter fixed,$(PROFILE)),0.02,1)
 test-all: $(VENV)/installed
 	$(MAKE) --no-print-directory played-all PROFILE=$(PROFILE)
 
-LONGER := long or slow or seeded or hypothesis
+# `make test` has played what is quick and fixed.
+LONGER := long or slow$(if $(filter fixed,$(PROFILE)),, or seeded or hypothesis)
 played-all: $(VENV)/installed
-	$(BIN)/pytest -n auto -q --durations 40 -m "($(LONGER)) and $(ELSEWHERE)" \
-		--hypothesis-profile $(PROFILE)
+	$(PLAY) --durations 40 -m "($(LONGER)) and $(ELSEWHERE)" --hypothesis-profile $(PROFILE)
 
 # needs Chromium, of Debian (apt-get install chromium) or another; what the page is made of is linted, too
 test-browser: $(VENV)/browser-installed
 	$(BIN)/biome check .
-	$(BIN)/pytest -n auto -q -m browser
+	$(PLAY) -m browser
 
 # The core as plain Python in Pyodide, as browsers have it; needs Node.js. The report's four shots must
 # have the bits that they have here.
@@ -142,10 +144,13 @@ $(VENV)/program-installed: pyproject.toml hatch_build.py
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	touch $@
 
-$(VENV)/installed: $(VENV)/program-installed
+# all at once where nothing is there yet
+$(VENV)/installed: pyproject.toml hatch_build.py
+	@$(SAY)
 	@echo "What tests and optional parts need is installed, too: about a minute."
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
-	touch $@
+	touch $(VENV)/program-installed $@
 
 # a source distribution, and two wheels, one of plain Python; with each of these Pythons, in an
 # environment of its own in an empty folder, each of them runs README's commands and its lines of Python

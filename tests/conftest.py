@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import os
 import sys
+import time
+from collections import Counter
 from collections.abc import Generator
 from importlib.util import find_spec
 from pathlib import Path
@@ -46,6 +48,8 @@ settings.register_profile(
 settings.register_profile("quick", settings.get_profile("fixed"), max_examples=25)
 settings.load_profile("quick")
 
+UNTIL = float(os.environ.get("POOL_UNTIL", "inf"))  # s; as time.time() has it
+
 # These tests, or cases of them, take longer than half a second.
 LONG = frozenset((ROOT / "tests" / "data" / "takes_long.txt").read_text("utf-8").splitlines())
 
@@ -63,8 +67,6 @@ NEEDING = {
     "page/live/server.py": "uvicorn",
 }
 
-
-TOOK = "pool_pymunk/seconds"  # the name of a file in .pytest_cache/v
 
 Collected = list[pytest.Collector]
 
@@ -95,45 +97,33 @@ def pytest_collect_file() -> Generator[None, Collected, Collected]:
     return [found for found in (yield) if not isinstance(found, DoctestModule)]
 
 
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark what takes long, skip what lacks a library, and begin with what took longest.
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what takes long, skip what lacks a library, and begin with files of many long tests.
 
-    So no processor waits at the end while another plays a long test.
+    So no processor waits at the end while another plays a long test. The tests of a file stay
+    together, for they share fixtures and what they have worked out.
     """
-    known = seconds_of(config)
-    items.sort(key=lambda item: -known.get(item.nodeid, 0.0))
+    long = Counter[Path]()
     for item in items:
         is_example = isinstance(item, pytest.DoctestItem)
         name = item.name if is_example else f"{item.path.name}::{item.name}"
         if not LONG.isdisjoint((name, name.partition("[")[0])):
             item.add_marker(pytest.mark.long)
+        long[item.path] += any(map(item.get_closest_marker, ("long", "slow")))
         for module, library in NEEDED.items() if is_example else ():
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
+    items.sort(key=lambda item: -long[item.path])
 
 
-def seconds_of(config: pytest.Config) -> dict[str, float]:
-    """Return how long tests took (s) when they were last played, where it was more than a second.
-
-    It is as the run before left it: a run's own processes must all have the same order.
-    """
-    cache = getattr(config, "cache", None)
-    return {} if cache is None else cache.get(TOOK, {})
+def pytest_runtest_setup() -> None:
+    """Leave out what would begin when the time is over that `.ci/run` has for the long tests."""
+    if time.time() > UNTIL:
+        pytest.skip("its time was over (POOL_UNTIL)")
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Say whether the core was compiled, and how the same random scenes come again.
-
-    Keep how long tests took.
-    """
-    reports = [
-        report for name in ("passed", "failed") for report in terminalreporter.getreports(name)
-    ]
-    took = {report.nodeid: report.duration for report in reports if report.when == "call"}
-    slow = {name: round(seconds, 1) for name, seconds in took.items() if seconds > 1.0}
-    known = {name: s for name, s in seconds_of(terminalreporter.config).items() if name not in took}
-    if cache := getattr(terminalreporter.config, "cache", None):
-        cache.set(TOOK, {**known, **slow})
+    """Say whether the core was compiled, and how the same random scenes come again."""
     how = "compiled" if core.compiled else "plain Python"
     terminalreporter.write_line(f"The core was tested as it is: {how}.")
     if seed := int(os.environ.get("POOL_SEED", "0")):

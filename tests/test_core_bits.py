@@ -16,13 +16,16 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.event_driven import solve
 from tests import ROOT
 from tests.shared.core_scenes import Case, digests, own_shots, same
+from tests.shared.scenes import share_of
 
 # -- compiled or not -------------------------------------------------------------------------------
 
 
 @pytest.mark.skipif(not pool_pymunk.compiled, reason="the core is not compiled here")
 @pytest.mark.seeded
-@pytest.mark.parametrize("count", [60, pytest.param(2_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "count", [60, pytest.param(share_of(2_000, 200), marks=pytest.mark.slow, id="many")]
+)
 def test_compiled_code_and_plain_python_have_the_same_bits(count: int) -> None:
     command = [sys.executable, "-m", "tests.shared.core_scenes", "--digests", str(count)]
     pure = os.environ | {"POOL_PYMUNK_PURE": "1"}

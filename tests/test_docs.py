@@ -33,7 +33,9 @@ MARKED = [*PAGES, CONTRIBUTING, HOME / "CHANGELOG.md", HOME / "torture" / "READM
 
 # These pages play thousands of shots, or compile the derivatives of shots.
 LONG = ("environments.md", "fit.md", "derivatives.md", "many-shots.md", "shots-in-torch.md",
-        "inputs.md", "solver-and-step.md", "i-want-to.md")  # fmt: skip
+        "inputs.md", "solver-and-step.md")  # fmt: skip
+# The tests of what they print run these pages (test_figures.py, and below).
+RUN_ELSEWHERE = ("accuracy.md", "report.md", "worksheet.md", "i-want-to.md")
 NEEDS = {
     "environments.md": "gymnasium",
     "fit.md": "scipy",
@@ -182,7 +184,7 @@ def test_an_example_begins_with_a_title(example: Path) -> None:
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] if page.name in LONG else [], id=page.name)
-     for page in PAGES[1:] if python_blocks(page)],
+     for page in PAGES[1:] if python_blocks(page) and page.name not in RUN_ELSEWHERE],
 )  # fmt: skip
 def test_python_runs(page: Path, tmp_path: Path) -> None:
     """The blocks of a page run one after the other, beside the scenario of the tutorial."""

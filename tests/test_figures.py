@@ -10,8 +10,6 @@ import re
 import runpy
 import shlex
 import shutil
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -294,11 +292,6 @@ def test_the_tutorial_shows_what_its_commands_print(
         assert line in out
 
 
-def figures(line: str) -> list[float]:
-    """Return the numbers of a line."""
-    return [float(figure) for figure in re.findall(r"\d[\d.]*(?:e-\d+)?", line)]
-
-
 def answer(number: int) -> str:
     """Return an answer of the worksheet."""
     lines = (HOME / "docs" / "worksheet-answers.md").read_text(encoding="utf-8")
@@ -385,23 +378,6 @@ def test_a_shot_takes_so_many_bytes_of_a_file(more: str, tmp_path: Path) -> None
 @pytest.mark.parametrize("page", ["README.md", "docs/many-shots.md"])
 def test_an_atlas_is_of_so_many_shots(page: str) -> None:
     assert re.search(rf"{math.prod(SIZE):,} (exact )?shots", text(page))
-
-
-# -- the pygame tutorial ---------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_the_pygame_tutorial_beside_ours(tmp_path: Path) -> None:
-    command = [sys.executable, str(HOME / "examples" / "tutorial_beside_ours.py")]
-    out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
-    rows = [figures(line) for line in out.splitlines() if re.match(r" +\d", line)]
-    page = (HOME / "docs" / "from-pygame.md").read_text(encoding="utf-8")
-    shown = [figures(line) for line in re.findall(r"^\| *\d.*$", page, flags=re.MULTILINE)]
-    assert len(shown) == 4
-    assert shown == rows[:4]
-    for rate, end, overlap, lost, _, angle, passed, _ in rows[4:]:
-        assert (end, overlap, lost, passed) == (0.0, 0.0, 0.0, 0.0), rate
-        assert angle == pytest.approx(0.0, abs=1e-12)
 
 
 # -- what a class hands in -------------------------------------------------------------------------

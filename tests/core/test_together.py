@@ -29,9 +29,9 @@ from pool_pymunk.core.motion.times import unit
 from pool_pymunk.core.variant import NO_SLIP
 from pool_pymunk.laws import LAWS, law_in_core, respond
 from pool_pymunk.laws.contact import NO_BALL, NT, Contact, Pair, Vector, Velocities, closing_speed
-from pool_pymunk.many.source import read_source
 from tests.shared.clusters import ROUNDING, answered, energy, random_cluster
 from tests.shared.core_clusters import InCore, answered_in_core
+from tests.shared.hard_scenes import unmeasured
 
 HOME = Path(pool_pymunk.__file__).parent.parent
 RIGHT, UP = (1.0, 0.0), (0.0, 1.0)
@@ -308,8 +308,7 @@ def imploding(rows: int) -> Scene:
 
 def ends_of(scene: Scene, turn: float = 1.0) -> dict[str, tuple[float, float]]:
     """Return where the balls end, by their ids; with ``turn`` -1 seen in a mirror."""
-    run = read_source(scene, None, None, None, None, None).run(0, measures_policies=False)
-    return {i: (x, turn * y) for i, (x, y) in run.final.items()}
+    return {i: (x, turn * y) for i, (x, y) in unmeasured(scene).final.items()}
 
 
 def mirrored(scene: Scene) -> Scene:

@@ -32,6 +32,7 @@ from pool_pymunk import (
     simulate_many,
 )
 from tests import ROOT
+from tests.shared.scenes import takes_long
 
 gym = pytest.importorskip("gymnasium")
 
@@ -984,6 +985,7 @@ def test_without_a_mode_nothing_is_drawn_and_it_says_so() -> None:
 # -- learning --------------------------------------------------------------------------------------
 
 
+@takes_long
 @pytest.mark.slow
 def test_a_planner_learns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The cross-entropy planner beats random play, and more rounds beat fewer."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from pool_pymunk import load, simulate_many
+from tests import ROOT
 from tests.shared.scenes import example
 
 
@@ -19,6 +21,11 @@ def shown(module: Any, folder: Path) -> Any:
     picture = folder / f"{module.__name__}.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
     return result
+
+
+def numbers(line: str) -> list[str]:
+    """Return the numbers of a line."""
+    return re.findall(r"\d[\d.]*", line)
 
 
 tutorial, flipper = map(example, ("tutorial_beside_ours", "obstacles_and_flipper"))
@@ -43,7 +50,11 @@ def test_ours_is_exact_at_all_frame_rates_and_the_tutorial_at_none(
         assert row.turned > 5.0
     assert [row.passed for row in rows["the tutorial"]] == [21, 1, 0, 0]
     assert rows["the tutorial"][0].lost > 0
-    assert len(capsys.readouterr().out.splitlines()) == 12
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == 12
+    page = (ROOT / "docs" / "from-pygame.md").read_text(encoding="utf-8")
+    on_page = re.findall(r"^\| *\d.*$", page, flags=re.MULTILINE)
+    assert list(map(numbers, on_page)) == list(map(numbers, printed[2:6]))
 
 
 def test_the_tutorials_ends_differ_with_the_frame_rate_and_ours_do_not() -> None:

@@ -27,7 +27,7 @@ from tests import DATA
 from tests.oracle import press_reference
 from tests.oracle.press_reference import PressRun, press_run
 from tests.oracle.reference import Refused, scene_from_dict
-from tests.shared.scenes import seeds
+from tests.shared.scenes import seeds, takes_long
 
 pytestmark = pytest.mark.slow  # No change of the engine reaches the reference.
 G, R, M = 9.80665, 0.0286, 0.17
@@ -294,6 +294,7 @@ FROM_STEPS = [
 ]
 
 
+@takes_long
 @pytest.mark.parametrize(("scene", "ends"), FROM_STEPS, ids=["cushion", "stadium", "off centre"])
 def test_ends_of_tiny_time_steps(scene: Scene, ends: tuple[complex, ...]) -> None:
     run = press_run(scene)
@@ -302,7 +303,7 @@ def test_ends_of_tiny_time_steps(scene: Scene, ends: tuple[complex, ...]) -> Non
     assert run.strongest
 
 
-@pytest.mark.slow
+@takes_long
 @pytest.mark.parametrize("scene", [scene for scene, _ in FROM_STEPS])
 def test_shorter_steps_leave_ends_where_they_are(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
@@ -314,7 +315,7 @@ def test_shorter_steps_leave_ends_where_they_are(
     assert max(abs(a - b) for a, b in zip(run.final, finer.final, strict=True)) < 1e-11
 
 
-@pytest.mark.slow
+@takes_long
 @pytest.mark.seeded
 def test_energy_never_grows_in_random_scenes_and_no_balls_overlap() -> None:
     tables = (None, Table.rectangle(1.2, 0.8), Table.stadium(1.6, 0.8), Table.circle(0.5))

@@ -7,12 +7,19 @@ from typing import Any
 
 from pool_pymunk import Ball, Friction, Restitution, Run, Scene, State, Table, simulate
 from pool_pymunk.laws.contact import Vector
+from pool_pymunk.solvers.request import request
 
 R = 0.05
 
 
 def exact(scene: Scene, start: State | None = None, **bounds: Any) -> Run:
     return simulate(scene, solver="event-driven", start=start, **bounds)
+
+
+def unmeasured(scene: Scene, **bounds: Any) -> Run:
+    """Play a scene exactly, without measuring what its policies change."""
+    asked = request(scene, "event-driven", **bounds)
+    return asked._replace(settings=asked.settings._replace(measures_policies=False)).play(None)
 
 
 def disc(

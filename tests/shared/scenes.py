@@ -42,7 +42,7 @@ BASE_SEED = int(os.environ.get("POOL_SEED", "0"))
 SHARE = float(os.environ.get("POOL_SHARE", "1"))  # of the random scenes of slow tests
 # These tests take ten seconds or more each; `.ci/run`, which plays a share, leaves them out.
 takes_long = pytest.mark.skipif(SHARE < 1.0, reason="it takes ten seconds or more")
-MANY = 20  # From so many scenes on, a share of them is played.
+MANY = 10  # From so many scenes on, a share of them is played.
 INCH = 0.0254
 TABLES = {
     "rectangle": Table.rectangle(2.0, 1.0),
@@ -60,7 +60,7 @@ def seeds(count: int, least: int = MANY) -> range:
 
 
 def share_of(count: int, least: int = MANY) -> int:
-    """Return how many of many random scenes are played: all, or the share POOL_SHARE of them."""
+    """Return how many scenes or steps of many are played: all, or the share POOL_SHARE of them."""
     return count if count < least else max(least, math.ceil(SHARE * count))
 
 

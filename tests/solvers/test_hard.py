@@ -22,6 +22,7 @@ from tests.large.hard_random import TooLongError, time_limit
 from tests.oracle.hard_reference import COARSE, FINE, Settings, hard_run, off
 from tests.oracle.reference import Refused, scene_from_dict
 from tests.shared.hard_kinds import FOUND, KINDS, RECORDS, random_hard_scene
+from tests.shared.hard_scenes import unmeasured
 from tests.shared.scenes import seeds, takes_long
 
 ANSWERS = json.loads((DATA / "hard_runs.json").read_text())
@@ -54,17 +55,16 @@ def test_hard_contacts_in_many_digits(record: dict[str, Any]) -> None:
 # -- the reference against itself ------------------------------------------------------------------
 
 QUICK = ("squeeze 0", "corner 0", "row 5", "packed 2", "moving 0", "struck 4", "found corner 113")
-SLOWEST = ("slow 0", "slow 1", "slow 2", "row 0", "row 1", "packed 0")
-
-
-def marks(name: str) -> list[pytest.MarkDecorator]:
-    """Return the marks of a record's test: no change of the engine makes it another."""
-    return [] if name in QUICK else [pytest.mark.slow, *[takes_long] * (name in SLOWEST)]
+# No change of the engine makes the reference another, so `.ci/run` plays some of its records.
+ELSEWHERE = pytest.mark.slow, takes_long
 
 
 @pytest.mark.parametrize(
     "record",
-    [pytest.param(record, marks=marks(name), id=name) for name, record in BY_NAME.items()],
+    [
+        pytest.param(record, marks=() if name in QUICK else ELSEWHERE, id=name)
+        for name, record in BY_NAME.items()
+    ],
 )
 def test_the_reference_has_the_answers_on_file_to_their_last_digit(record: dict[str, Any]) -> None:
     run = hard_run(scene_from_dict(record["scene"]))
@@ -96,6 +96,7 @@ def test_there_are_answers_of_every_kind() -> None:
     assert all(record["trusted"] < 1e-13 for record in ANSWERS)
 
 
+@takes_long
 def test_easy_scenes_end_where_the_other_reference_has_them() -> None:
     easy = [record for record in EASY if record["scene"]["law"] == "coulomb"]
     for record in easy:
@@ -133,10 +134,9 @@ def test_normals_may_stand_still_in_the_last_moment() -> None:
     assert off(run, base) < 1e-20
 
 
-@pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=(pytest.mark.slow, takes_long))])
+@pytest.mark.parametrize("kick", [1e-4, pytest.param(1e-5, marks=ELSEWHERE)])
 @pytest.mark.parametrize(
-    "name",
-    ["struck 3", *(pytest.param(f"persistent {k}", marks=pytest.mark.slow) for k in (1, 3))],
+    "name", ["struck 3", *(pytest.param(f"persistent {k}", marks=ELSEWHERE) for k in (1, 3))]
 )
 def test_contact_forces_are_the_limit_of_ever_smaller_hits(name: str, kick: float) -> None:
     scene = scene_from_dict(BY_NAME[name]["scene"])
@@ -172,24 +172,24 @@ def checked(kind: str, k: int) -> Scene:
     return random_hard_scene(kind, random.Random(f"check {kind} {k}"))
 
 
-@pytest.mark.parametrize(("kind", "k"), [("packed", 28), ("packed", 188)])
+@takes_long
 @pytest.mark.slow
-def test_the_reference_sees_balls_meet_again_that_part_while_others_press(
-    kind: str, k: int
-) -> None:
+@pytest.mark.parametrize("k", [28, 188])
+def test_the_reference_sees_balls_meet_again_that_part_while_others_press(k: int) -> None:
     """Balls that touch and part may close again within one step under contact forces."""
-    scene = checked(kind, k)
+    scene = checked("packed", k)
     far, _ = ends_off(scene, [(p.real, p.imag) for p in hard_run(scene).final])
     assert far < 2e-6
 
 
 def test_every_ball_of_a_settled_run_is_at_rest() -> None:
     """A stop that is due at the time of a void one is still due when void ones are left out."""
-    run = simulate(checked("packed", 188), solver="event-driven")
+    run = unmeasured(checked("packed", 188))
     assert run.status == "settled"
     assert all(not breakpoints[-1, 3:].any() for breakpoints in run.knots)
 
 
+@takes_long
 @pytest.mark.slow
 @pytest.mark.xfail(strict=True, reason="five nudges of 399 events see 2e-4 m of 4 cm")
 def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> None:
@@ -203,6 +203,6 @@ def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> Non
 @pytest.mark.slow
 def test_a_pair_whose_bounces_are_nearly_rounding_does_not_hit_without_end() -> None:
     """What is too slow for a hit, and too near for a later one, is in persistent contact."""
-    run = simulate(checked("struck", 200), solver="event-driven")
+    run = unmeasured(checked("struck", 200))
     assert run.status == "settled"
     assert run.steps < 5_000

@@ -29,9 +29,9 @@ from pool_pymunk import (
 )
 from pool_pymunk.core.motion.patches import OPEN, Circle, Patches
 from pool_pymunk.model.inputs import with_inputs
-from pool_pymunk.solvers.request import request
 from tests.oracle.patch_reference import patch_run
 from tests.oracle.reference import Refused
+from tests.shared.hard_scenes import unmeasured
 from tests.shared.patch_scenes import M, R, random_scene
 from tests.shared.scenes import seeds, some_slow
 
@@ -360,8 +360,7 @@ def test_no_scene_has_many_crossings(seed: int) -> None:
         Friction(0.2, rnd.choice((0.0, 0.2)), rolling=0.02 if rolls else None),
         patches=tuple(patches),
     )  # fmt: skip
-    asked = request(scene, "event-driven", max_events=2_000)
-    run = asked._replace(settings=asked.settings._replace(measures_policies=False)).play(None)
+    run = unmeasured(scene, max_events=2_000)
     assert run.status == "settled"
     assert len(crossings(run)) <= 60
 

@@ -207,14 +207,9 @@ def test_several_starts_find_what_one_does_not() -> None:
     assert found.values == again.values
 
 
-@pytest.mark.parametrize(
-    "sets",
-    [
-        pytest.param(25, marks=pytest.mark.slow),
-        pytest.param(100, marks=(pytest.mark.slow, takes_long)),
-    ],
-)
-def test_standard_errors_are_calibrated(sets: int) -> None:
+@takes_long
+@pytest.mark.slow
+def test_standard_errors_are_calibrated() -> None:
     """The truth lies within two standard errors in 90 to 99 of 100 sets of noisy ends."""
     shots = tuple(
         replace(shot, name=f"{shot.name} {k}", angle=(shot.angle or 0.0) + 0.7 * k)
@@ -226,11 +221,10 @@ def test_standard_errors_are_calibrated(sets: int) -> None:
     rng = np.random.default_rng(2)
     exact = ends(truth)
     off = np.array(
-        [errors_off(fit(near, noisy(exact, rng), FREE, starts=1), truth) for _ in range(sets)]
+        [errors_off(fit(near, noisy(exact, rng), FREE, starts=1), truth) for _ in range(100)]
     )
     inside = (off < 2.0).sum(axis=0)
-    if sets == 100:
-        assert ((inside >= 90) & (inside <= 99)).all(), inside
+    assert ((inside >= 90) & (inside <= 99)).all(), inside
     assert 0.75 < (off**2).mean() < 1.35
     assert 0.9 < (off < 2.0).mean() < 0.99
 

@@ -51,19 +51,17 @@ LONG = (
 )  # fmt: skip
 
 
-def is_slow(key: Key) -> bool:
-    """Tell whether a cell is left to the slow tests.
+def marks(key: Key) -> list[pytest.MarkDecorator]:
+    """Return the marks of a cell, of which the slow tests play most.
 
     The rows of the report's law take as long again, and differ in the law alone. The other
-    solvers play the same rows.
+    solvers play the same rows. `.ci/run` leaves out what differs in both.
     """
-    return key.law == "published" or key.solver != "event-driven"
+    others = key.law == "published", key.solver != "event-driven"
+    return [pytest.mark.slow] * any(others) + [takes_long] * all(others)
 
 
-ROWS = [
-    pytest.param(key, marks=[pytest.mark.slow] if is_slow(key) else [], id="-".join(key))
-    for key in KEYS
-]
+ROWS = [pytest.param(key, marks=marks(key), id="-".join(key)) for key in KEYS]
 
 
 @pytest.mark.parametrize("key", ROWS)

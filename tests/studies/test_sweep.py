@@ -26,7 +26,7 @@ from pool_pymunk.studies.sweep import job
 from pool_pymunk.studies.sweep.job import Done
 from pool_pymunk.studies.sweep.plan import Plan, as_begun, make_plan
 from tests.shared.commands import exit_code, refusal, without_remarks
-from tests.shared.scenes import AT_A_TERMINAL, sliding
+from tests.shared.scenes import AT_A_TERMINAL, share_of, sliding, takes_long
 
 pytestmark = pytest.mark.skipif(find_spec("pyarrow") is None, reason="pyarrow is not installed")
 INCH = 0.0254
@@ -306,11 +306,11 @@ COMMAND = [
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-def test_killed_ten_times_it_has_every_shot_once(tmp_path: Path) -> None:
+def test_killed_again_and_again_it_has_every_shot_once(tmp_path: Path) -> None:
     rnd = random.Random(5)
     alone, killed = tmp_path / "alone", tmp_path / "killed"
     subprocess.run([*COMMAND, "--out", str(alone)], check=True, capture_output=True)
-    for _ in range(10):
+    for _ in range(share_of(10, 3)):
         process = subprocess.Popen([*COMMAND, "--out", str(killed)], stdout=subprocess.DEVNULL)
         time.sleep(rnd.uniform(0.5, 1.2))
         process.send_signal(signal.SIGKILL)
@@ -339,7 +339,7 @@ def test_an_interrupt_keeps_what_was_finished(tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_with_a_killed_worker_has_every_shot_once(tmp_path: Path) -> None:
     distributed = import_module("distributed")
-    how: dict[str, Any] = {"vary": VARY, "samples": 100_000, "chunk": 1_000}
+    how: dict[str, Any] = {"vary": VARY, "samples": 20_000, "chunk": 500}
     sweep(load("report"), 1, **how, out=tmp_path / "alone")
     killed: list[int] = []
     with (
@@ -359,10 +359,11 @@ def test_a_cluster_with_a_killed_worker_has_every_shot_once(tmp_path: Path) -> N
             load("report"), 1, **how, out=tmp_path / "cluster", workers=executor, on_done=kill
         )
     assert killed
-    assert found.played == 100_000
+    assert found.played == 20_000
     assert same(tmp_path / "alone", tmp_path / "cluster")
 
 
+@takes_long
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own figures are read")
 def test_memory_does_not_grow_with_the_sweep(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import random
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import pymunk
@@ -17,7 +17,7 @@ from pool_pymunk import Run, Scene, Shot, load, simulate
 from pool_pymunk.world.ball import AsItCame
 from pool_pymunk.world.bodies import Bodies
 from tests.shared.core_scenes import BUNDLED, SCENES, drawn
-from tests.shared.scenes import BASE_SEED
+from tests.shared.scenes import BASE_SEED, share_of
 from tests.shared.worlds import STEP, A, ball, fence, plane
 
 LENGTHS = 1 / 60, 1 / 37  # s; the steps
@@ -33,11 +33,13 @@ def said(run: Run) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def differences(scene: Scene, shot: Shot | None = None) -> Iterator[str]:
+def differences(
+    scene: Scene, shot: Shot | None = None, lengths: Sequence[float] = LENGTHS
+) -> Iterator[str]:
     """Yield what differs between the exact solver and live tables of some steps."""
     most: Any = {"max_time": scene.physics.max_time or LATEST, "max_events": MOST}
     exact = said(simulate(scene, shot, solver="event-driven", **most))
-    for dt in LENGTHS:
+    for dt in lengths:
         live = said(simulate(scene, shot, solver="pymunk", dt=dt, **most))
         yield from (f"{key} at dt = {dt}" for key in exact if exact[key] != live[key])
 
@@ -51,8 +53,11 @@ def random_scenes(count: int) -> Iterator[tuple[str, Scene]]:
 
 
 def differing(count: int) -> dict[str, list[str]]:
-    """Return in which random scenes something differs."""
-    found = {name: [*differences(scene)] for name, scene in random_scenes(count)}
+    """Return in which random scenes something differs at one of the steps in turn."""
+    found = {
+        name: [*differences(scene, lengths=LENGTHS[k % 2 :][:1])]
+        for k, (name, scene) in enumerate(random_scenes(count))
+    }
     return {name: what for name, what in found.items() if what}
 
 
@@ -69,7 +74,7 @@ def test_random_scenes_have_the_same_bits() -> None:
 
 @pytest.mark.slow
 def test_many_random_scenes_have_the_same_bits() -> None:
-    assert not differing(LONG)
+    assert not differing(share_of(LONG))
 
 
 @pytest.mark.parametrize("settings", [{"alone": True}, {"friction": "callback"}])
