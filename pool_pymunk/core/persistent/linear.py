@@ -73,7 +73,6 @@ class Row:
 
     def clear(self) -> None:
         """Drop all entries, one by one: compiled code cannot free long chains that are acyclic."""
-        self.last = None
         while self.first is not None:
             self.drop()
 
@@ -92,6 +91,8 @@ def solve(rows: list[Row]) -> None:
     [1.0, 2.0, 3.0]
     """
     count = len(rows)
+    for row in rows:  # All entries are in: none that is dropped is to be kept.
+        row.last = None
     for q in range(count):
         best, size = q, abs(rows[q].pivot(q))
         for p in range(q + 1, count):
