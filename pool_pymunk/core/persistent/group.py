@@ -384,7 +384,7 @@ class Group(Gathering):
             for one in self.touches:
                 if one.on:
                     one.look()
-                    gap = one.gap
+                    gap = one.gap_beyond
                     if gap < INF:
                         one.shift(-gap, -one.opening)
         for each in self.members:

@@ -111,14 +111,28 @@ class Touch:
 
     @property
     def gap(self) -> float:
-        a, b, side = self.a, self.b, self.side
-        if b is not None:
-            dx, dy = b.x - a.x, b.y - a.y
-            return math.sqrt(dx * dx + dy * dy) - a.ball.radius - b.ball.radius
-        assert side is not None, "a touch has another side"
+        a, side = self.a, self._present_side()
+        return self._gap_of_balls if side is None else side.gap(a.x, a.y, a.ball.radius)
+
+    @property
+    def gap_beyond(self) -> float:
+        """The same, where a ball has just come to the end of its side, too."""
+        a, side = self.a, self._present_side()
+        return self._gap_of_balls if side is None else side.gap_beyond(a.x, a.y, a.ball.radius)
+
+    @property
+    def _gap_of_balls(self) -> float:
+        a, b = self.a, self.b
+        assert b is not None, "a touch has another side"
+        dx, dy = b.x - a.x, b.y - a.y
+        return math.sqrt(dx * dx + dy * dy) - a.ball.radius - b.ball.radius
+
+    def _present_side(self) -> Side | None:
+        """Return the side where it is at the time of the ball's state."""
+        side = self.side
         if isinstance(side, Carried):
-            side.set_to(a.time)
-        return side.gap(a.x, a.y, a.ball.radius)
+            side.set_to(self.a.time)
+        return side
 
     @property
     def opening(self) -> float:

@@ -30,6 +30,9 @@ class Arc(Curved):
     def gap(self, x: float, y: float, r: float) -> float:
         return super().gap(x, y, r) if self.is_beside(x, y) else INF
 
+    def gap_beyond(self, x: float, y: float, r: float) -> float:
+        return super().gap(x, y, r)
+
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s) a ball meets the arc: as it comes into the circle, or as it leaves it.
 

@@ -41,6 +41,9 @@ class Face(Side):
             return INF
         return (x - x0) * nx + (y - y0) * ny - self.core - r
 
+    def gap_beyond(self, x: float, y: float, r: float) -> float:
+        return self.height(x, y) - self.core - r
+
     def normal(self, x: float, y: float) -> Vector:
         return self.outward
 

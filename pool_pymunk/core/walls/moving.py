@@ -109,6 +109,10 @@ class Carried(Side):
         u, v = in_frame(self.frame, x, y)
         return self.side.gap(u, v, r)
 
+    def gap_beyond(self, x: float, y: float, r: float) -> float:
+        u, v = in_frame(self.frame, x, y)
+        return self.side.gap_beyond(u, v, r)
+
     def normal(self, x: float, y: float) -> Vector:
         u, v = in_frame(self.frame, x, y)
         return turned(self.side.normal(u, v), self.frame[2], self.frame[3])

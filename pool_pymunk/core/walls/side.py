@@ -43,6 +43,10 @@ class Side:
         """Return the distance (m) from a ball; infinite if the ball is not beside the side."""
         raise NotImplementedError
 
+    def gap_beyond(self, x: float, y: float, r: float) -> float:
+        """Return the distance (m) from a ball of the side, or of what would prolong it."""
+        return self.gap(x, y, r)
+
     def normal(self, x: float, y: float) -> Vector:
         """Return the unit vector from the side to a ball at a place (m)."""
         raise NotImplementedError
