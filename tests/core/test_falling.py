@@ -152,6 +152,28 @@ def test_a_ball_slides_off_a_post_where_the_closed_form_says() -> None:
     assert (leaves[1] - 1.0) / far == pytest.approx(2.0 / 3.0 * math.cos(first), abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("speed", "drop", "e", "mu"), [(3.0, 0.01, 0.3, 0.02), (5.0, 0.2, 0.5, 0.06)]
+)
+def test_a_ball_that_slides_off_a_ledge_hits_no_corner(
+    speed: float, drop: float, e: float, mu: float
+) -> None:
+    """It bounces, slides at mu g, and leaves the ledge on a parabola; v^2 > g R there."""
+    ledge = (10.0, 0.0), (14.0, 0.0), (14.0, 5.0), (0.0, 5.0), (0.0, 3.0), (10.0, 3.0)
+    lands, lost = math.sqrt(2.0 * drop / G), mu * math.sqrt(2.0 * drop * G)
+    x, v, t, parting = 2.0 + speed * lands, speed - (1.0 + e) * lost, lands, e * G * lands
+    while parting > 1e-12:
+        x, t = x + v * 2.0 * parting / G, t + 2.0 * parting / G
+        v, parting = v - mu * (1.0 + e) * parting, e * parting
+    leaves = math.sqrt(v * v - 2.0 * mu * G * (10.0 - x))
+    after = 0.25
+    until = t + (v - leaves) / (mu * G) + after
+    run = fallen(ball(2.0, 3.0 + R + drop, (speed, 0.0)), e=e, mu=mu, until=until, outline=ledge)
+    assert [event.cushion for event in run.events if event.cushion == 5] == []
+    end = 10.0 + leaves * after, 3.0 + R - G * after * after / 2.0
+    assert math.dist(run.final["a"], end) <= 1e-7  # the tolerance of contacts that persist
+
+
 def test_a_ball_wakes_others_that_rest() -> None:
     run = fallen(ball(0.0, R), ball(0.5, R, (-1.0, 0.0), "b"), e=1.0, until=0.45)
     assert run.end.position[0] == pytest.approx((0.5 - 2 * R - 0.45 + 0.0, R), abs=1e-9)

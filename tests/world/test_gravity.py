@@ -205,6 +205,41 @@ def test_a_ball_on_a_wall_that_could_move_stops_once() -> None:
     assert 0.0 <= stops[0] - math.sqrt(0.2 / G) <= STEP  # The next step may tell of it.
 
 
+def test_a_ball_that_rides_on_a_lift_is_moving() -> None:
+    table = upright(0.0)
+    lift = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    lift.position = (1.0, 0.5)
+    table.space.add(lift)
+    table.add_wall(pymunk.Segment(lift, (-0.2, 0.0), (0.2, 0.0), 0.0), 0.0)
+    put(table, 1.0, 0.5 + R)
+    table.step()
+    assert table.moving == {}
+    lift.velocity = (0.0, 0.6)
+    table.step()
+    assert list(table.moving) == [0]
+    lift.velocity = (0.0, 0.0)
+    for _ in range(30):
+        table.step()
+    assert table.moving == {}
+
+
+@pytest.mark.parametrize("dt", [1 / 60, 1 / 120])
+@pytest.mark.parametrize(("drop", "rises"), [(1.0, 0.0), (3.0, 0.0), (2.0, 1.5), (2.0, -1.0)])
+def test_a_wall_that_could_move_is_hit_when_it_should(dt: float, drop: float, rises: float) -> None:
+    """However fast a ball has become that was dropped from rest."""
+    table, hits = upright(0.8), list[float]()
+    floor = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    floor.position, floor.velocity = (1.0, 1.0), (0.0, rises)
+    table.space.add(floor)
+    table.add_wall(pymunk.Segment(floor, (-0.5, 0.0), (0.5, 0.0), 0.0), 0.8)
+    put(table, 1.0, 1.0 + R + drop)
+    table.on_contact = lambda contact: hits.append(contact.t)
+    while not hits and table.time < 2.0:
+        table.space.step(dt)
+    root = math.sqrt(rises * rises + 2.0 * G * drop)
+    assert hits == [pytest.approx((root - rises) / G, abs=1e-12)]
+
+
 def test_a_saved_state_goes_on_as_it_did() -> None:
     table = upright(0.9)
     balls = [put(table, 0.5, 1.0, (1.0, 0.0)), put(table, 0.9, 1.5)]

@@ -1,0 +1,54 @@
+"""Hundreds of balls or forces at once: nothing in compiled code grows too deep, or takes long."""
+
+from __future__ import annotations
+
+import pytest
+
+from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, simulate
+from pool_pymunk.core.ball import Ball as CoreBall
+from pool_pymunk.core.motion.path import standing
+from pool_pymunk.core.near import near_of
+from pool_pymunk.core.persistent.linear import Row, solve
+
+R = 0.03
+
+
+def test_forces_of_hundreds_are_solved_and_their_rows_are_freed() -> None:
+    """Rows that are filled by elimination are longer than what compiled code frees in one go."""
+    count = 200
+    for _ in range(3):
+        rows = [Row(1.0 if k > 0 else count + 1.0) for k in range(count)]
+        for k, row in enumerate(rows):  # An arrow: the first force acts on all others.
+            for column in range(count):
+                if k in (0, column) or column == 0:
+                    row.put(column, 3.0 if k == column else 1.0 / count)
+        matrix = [(k, c) for k in range(count) for c in range(count) if k in (0, c) or c == 0]
+        solve(rows)
+        found = [row.right for row in rows]
+        given = [0.0] * count
+        for k, c in matrix:
+            given[k] += found[c] * (3.0 if k == c else 1.0 / count)
+        assert given == pytest.approx([count + 1.0] + [1.0] * (count - 1), abs=1e-9)
+
+
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_a_row_of_150_is_struck_at_its_end(is_reversed: bool) -> None:
+    """So many discs that touch are joined, in whatever order they are numbered."""
+    places = [0.5 + 2 * R * k for k in range(150)]
+    start, speed = (0.2, 2.0) if not is_reversed else (places[-1] + 0.3, -2.0)
+    row = [Ball(f"b{k}", (x, 0.5), R, 0.2) for k, x in enumerate(places)]
+    balls = (Ball("cue", (start, 0.5), R, 0.2, velocity=(speed, 0.0)), *row)
+    scene = Scene(
+        balls[:1] + balls[:0:-1] if is_reversed else balls, None, Restitution(0.9, None, 0.9),
+        Friction(0.2, 0.0, 0.0), physics=Physics(max_time=5.0),
+    )  # fmt: skip
+    run = simulate(scene, solver="event-driven")
+    assert run.status == "settled"
+    momentum = sum(ball.mass * v[0] for ball, v in zip(scene.balls, run.at(0.2)[1], strict=True))
+    assert 0.0 < abs(momentum) < 0.2 * abs(speed)
+
+
+def test_balls_nearly_in_a_line_look_ahead_as_far_as_they_lie_apart() -> None:
+    places = [(0.1 * k, 1e-12 * (k % 2)) for k in range(50)]
+    near = near_of([CoreBall(k, R, 0.2, standing(0.0, *place)) for k, place in enumerate(places)])
+    assert near.ahead == pytest.approx(0.1, rel=0.6)
