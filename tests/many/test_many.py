@@ -181,8 +181,8 @@ def test_balls_that_come_and_go_begin_as_they_are_given(name: str, differ: str) 
         velocity = np.round(rng.normal(0.0, 0.5, shape))  # Some rest.
     if differ in ("rolls", "all"):
         roll = np.round(rng.normal(0.0, 0.5, shape))
-    rolls = {"roll": roll} if scene.surface.rolls else {}
-    check_bits(simulate_many(scene, position, velocity, max_time=2.0, **rolls), range(12))
+    rolls = roll if scene.surface.rolls else None
+    check_bits(simulate_many(scene, position, velocity, roll=rolls, max_time=2.0), range(12))
 
 
 def test_hits_without_end() -> None:
