@@ -205,7 +205,10 @@ def _named(error: Exception) -> str:
         return f"{gone}: is no more: {GONE[gone]}"
     option: Any = getattr(error, "param", None)
     if option is None:
-        return str(error)
+        from pool_pymunk.model.problems import suggestion
+
+        alike = getattr(error, "possibilities", None) or ()
+        return f"{error}{suggestion(gone, alike)}"
     name = option.opts[0]
     if "Missing" in type(error).__name__:
         return f"{name}: is missing"

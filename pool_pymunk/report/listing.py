@@ -193,11 +193,15 @@ class Agreement:
     def sentence(self, run: Run) -> str:
         """Return the comparison in words, in the scenario's units."""
         units = run.scene.units
-        return (
+        text = (
             f"{len(self.agreeing)} of {self.count} agree with the published ends to "
             f"{_last_digit(run)} {units.length}; the farthest is ball {self.farthest}, "
             f"{units.from_si(self.largest, 'length'):.2g} {units.length} off"
         )
+        is_far = any(b.id == self.farthest and self.largest > b.radius for b in run.scene.balls)
+        if is_far and run.shot not in load("report").shots:
+            text += "; if you have changed the shot, delete its `published`"
+        return text
 
     def as_dict(self) -> dict[str, object]:
         """Return the comparison for the JSON; ``largest`` is in m."""

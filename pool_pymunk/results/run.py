@@ -259,8 +259,8 @@ class Run:
 
     @cached_property
     def final(self) -> dict[str, Point]:
-        """Return where each ball ended (m)."""
-        return {b.id: p for b, p in zip(self.scene.balls, self.end.position, strict=True)}
+        """Return where each ball ended (m), by its id; KeyError says which ids there are."""
+        return Ends(zip(self.scene.index, self.end.position, strict=True))
 
     @cached_property
     def pocketed(self) -> dict[str, str]:
@@ -549,6 +549,13 @@ class Run:
         self.table("contacts", units).csv(path)
 
 
+class Ends(dict[str, Point]):
+    """The ends of balls (m) say which ids there are if they are asked for another one."""
+
+    def __missing__(self, id_: object) -> Point:
+        raise KeyError(f"{id_!r} is the id of no ball (there are: {', '.join(map(repr, self))})")
+
+
 def made_later(run: Run, trace: Trace) -> Run:
     """Return a run whose breakpoints and events are made from its trace once they are asked for."""
     for name in LATE:
@@ -574,6 +581,8 @@ def read_times(times: object) -> Array:
         found = np.array(None)
     if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
         raise setting_error("times", shown(times), "must be a finite number or a sequence of them")
+    if (found < 0).any():
+        raise setting_error("times", shown(times), "must not be before the start, 0 s")
     return found.astype(float)
 
 
