@@ -20,7 +20,7 @@ from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.model import Point, Scene, Shot, State, Units
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, choice, made
-from pool_pymunk.model.problems import setting_error, shown
+from pool_pymunk.model.problems import no_such_ball, setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.motion import free_motions
@@ -553,7 +553,7 @@ class Ends(dict[str, Point]):
     """The ends of balls (m) say which ids there are if they are asked for another one."""
 
     def __missing__(self, id_: object) -> Point:
-        raise KeyError(f"{id_!r} is the id of no ball (there are: {', '.join(map(repr, self))})")
+        raise KeyError(f"{id_!r}: {no_such_ball(self)}")
 
 
 def made_later(run: Run, trace: Trace) -> Run:
