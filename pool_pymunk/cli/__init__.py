@@ -27,7 +27,7 @@ from pool_pymunk.cli import options
 from pool_pymunk.cli.lines import CORE, InputError
 from pool_pymunk.core import compiled
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, bundled, check_place
-from pool_pymunk.safety.interrupts import patient_interrupts
+from pool_pymunk.safety.interrupts import INTERRUPTED, patient_interrupts
 
 # The commands, each with an example.
 COMMANDS = {
@@ -126,7 +126,6 @@ for command, example in COMMANDS.items():
         epilog=f"Example: pool-pymunk {command} {example}",
     )(asked)
 
-INTERRUPTED = 130
 # what the value of an option must be, by the type of pydantic's error
 WANTED = {"int_parsing": "must be a whole number", "float_parsing": "must be a number"}
 
