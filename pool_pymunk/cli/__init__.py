@@ -204,10 +204,11 @@ def _named(error: Exception) -> str:
         return f"{gone}: is no more: {GONE[gone]}"
     option: Any = getattr(error, "param", None)
     if option is None:
-        from pool_pymunk.model.problems import suggestion
+        from pool_pymunk.model.problems import most_like
 
-        alike = getattr(error, "possibilities", None) or ()
-        return f"{error}{suggestion(gone, alike)}"
+        known = {name.lstrip("-"): name for name in getattr(error, "possibilities", None) or ()}
+        alike = most_like(str(gone).lstrip("-"), known)
+        return f'{error}; did you mean "{known[alike]}"?' if alike else str(error)
     name = option.opts[0]
     if "Missing" in type(error).__name__:
         return f"{name}: is missing"

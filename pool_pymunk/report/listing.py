@@ -316,7 +316,7 @@ def implausible(scene: Scene) -> Iterator[str]:
 
 
 def unreached(scene: Scene) -> Iterator[str]:
-    """Yield which pockets of a rectangle no ball can reach, because of the cushions."""
+    """Yield the pockets of a rectangle that no ball can reach because of the cushions."""
     if scene.table is None or not scene.table.is_rectangle:
         return
     x0, y0, x1, y1 = scene.table.bounds
