@@ -43,6 +43,7 @@ PAIRS = {"balls": ("ball", "other"), "impulse": ("impulse_x", "impulse_y")}
 What = Literal["samples", "events", "persistent", "contacts"]  # the tables of a run
 
 SAMPLES_PER_SECOND = 60
+EARLIEST = -1e-9  # s; a time of 0 s, such as an end less a duration, may be so early by rounding
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 
@@ -581,7 +582,7 @@ def read_times(times: object) -> Array:
         found = np.array(None)
     if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
         raise setting_error("times", shown(times), "must be a finite number or a sequence of them")
-    if (found < 0).any():
+    if (found < EARLIEST).any():
         raise setting_error("times", shown(times), "must not be before the start, 0 s")
     return found.astype(float)
 
