@@ -1,5 +1,20 @@
-"""``python -m pool_pymunk`` runs the command line."""
+"""``pool-pymunk`` and ``python -m pool_pymunk`` begin here, and run the command line."""
 
-from pool_pymunk.cli import main
+import sys
 
-main()
+from pool_pymunk.safety.interrupts import INTERRUPTED, patient_interrupts
+
+
+def main() -> None:
+    """Import the command line, then run it; Ctrl-C ends the import in one line as it does later."""
+    try:
+        with patient_interrupts():
+            from pool_pymunk import cli
+    except KeyboardInterrupt:
+        print("error: interrupted", file=sys.stderr)
+        sys.exit(INTERRUPTED)
+    cli.main()
+
+
+if __name__ == "__main__":
+    main()

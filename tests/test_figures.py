@@ -349,6 +349,19 @@ def test_how_long_a_break_can_be_foretold() -> None:
     assert f"At 1e-4 s it is {error('pymunk-discrete', 1e-4, 1):.1f} in" in answer(10)
 
 
+def test_so_many_hits_lead_to_the_ball_that_spreads_most() -> None:
+    run = simulate(load("report"), 1, solver="event-driven")
+    hits, behind = list[str](), {"8"}
+    for event in reversed(run.events):
+        if event.kind == "ball-ball" and behind & set(event.balls):
+            behind |= set(event.balls)
+            hits.insert(0, " and ".join(event.balls))
+    assert ", ".join(hits) in answer(10)
+    factor = 540 ** (1 / len(hits))
+    assert f"540^{{1/{len(hits)}}}={factor:.1f}$" in answer(10)
+    assert f"={math.log(44 / 0.0029) / math.log(factor):.1f}$ hits" in answer(10)
+
+
 # -- many shots ------------------------------------------------------------------------------------
 
 

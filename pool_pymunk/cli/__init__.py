@@ -27,7 +27,7 @@ from pool_pymunk.cli import options
 from pool_pymunk.cli.lines import CORE, InputError
 from pool_pymunk.core import compiled
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, bundled, check_place
-from pool_pymunk.safety.interrupts import patient_interrupts
+from pool_pymunk.safety.interrupts import INTERRUPTED, patient_interrupts
 
 # The commands, each with an example.
 COMMANDS = {
@@ -126,7 +126,6 @@ for command, example in COMMANDS.items():
         epilog=f"Example: pool-pymunk {command} {example}",
     )(asked)
 
-INTERRUPTED = 130
 # what the value of an option must be, by the type of pydantic's error
 WANTED = {"int_parsing": "must be a whole number", "float_parsing": "must be a number"}
 
@@ -205,7 +204,11 @@ def _named(error: Exception) -> str:
         return f"{gone}: is no more: {GONE[gone]}"
     option: Any = getattr(error, "param", None)
     if option is None:
-        return str(error)
+        from pool_pymunk.model.problems import most_like
+
+        known = {name.lstrip("-"): name for name in getattr(error, "possibilities", None) or ()}
+        alike = most_like(str(gone).lstrip("-"), known)
+        return f'{error}; did you mean "{known[alike]}"?' if alike else str(error)
     name = option.opts[0]
     if "Missing" in type(error).__name__:
         return f"{name}: is missing"

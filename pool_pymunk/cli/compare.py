@@ -31,11 +31,14 @@ def compare(asked: CompareOptions) -> int:
     scene = read.scene(asked)
     columns, left_out = read.columns(asked, scene, read.seconds("--dt", asked.dt))
     folder = read.folder(asked.out, asked.scenario, "compare")
-    exact = read.reference(asked, scene).runs(scene, read.shots(scene, asked.shot))
+    reference = read.reference(asked, scene)
+    exact = reference.runs(scene, read.shots(scene, asked.shot))
+    others = {str(each): each for each in columns}
+    others.pop(str(reference), None)
     found = Tradeoff(scene, tuple(exact), all_count=True)
     kinds = "Pictures and data" if asked.pictures else "Data"
     with Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put:
-        for each in measure(found, columns):
+        for each in measure(found, list(others.values()) or [reference]):
             put.at_end(_report(each, left_out, asked.pictures))
     return 0
 
@@ -91,7 +94,7 @@ def _distances(found: list[Comparison]) -> ResultTable:
     }
     for one in found:
         name = _name(one.run).replace(" s", f"{NO_BREAK}s")
-        columns[name] = map(from_si, one.distances.values())
+        columns[name] = [_far(from_si(far)) for far in one.distances.values()]
     if published:
         columns["published"] = [
             f"{from_si(math.dist(end, published[id_])):.3f}" if id_ in published else ""
@@ -113,8 +116,7 @@ def sentences(found: list[Comparison]) -> Iterator[str]:
     unit, published = reference.scene.units, reference.shot.published if reference.shot else {}
     for one in found:
         parted, off = one.divergence, unit.from_si(one.largest, "length")
-        largest = f"{off:.3f}" if off >= 0.001 else f"{off:.2g}"
-        text = f"{_name(one.run)}: ends within {largest} {unit.length} of the exact ones"
+        text = f"{_name(one.run)}: ends within {_far(off)} {unit.length} of the exact ones"
         same = ", with the same contacts"
         yield text + (f"; they part at {parted.t:.4f} s: {parted.text}." if parted else f"{same}.")
     if published:
@@ -129,6 +131,11 @@ def sentences(found: list[Comparison]) -> Iterator[str]:
         if ZERO_SLIP in reference.policies and is_of_the_report(reference):
             text += "; a slip of exactly zero got its sign from rounding there, see the warning"
         yield f"{text}.{runs.published_by(reference)}"
+
+
+def _far(length: float) -> str:
+    """Return a distance with three decimals, or if they do not show it with two figures."""
+    return f"{length:.3f}" if length >= 0.001 else f"{length:.2g}"
 
 
 def _name(run: Run) -> str:

@@ -391,7 +391,7 @@ class PlayOptions(OfScenario):
 
 
 class WorksheetOptions(Options):
-    """Write ten exercises on collisions as one HTML file, to be printed: an exercise a sheet."""
+    """Write eleven exercises on collisions as one HTML file, to be printed: an exercise a sheet."""
 
     answers: bool = flag("Write the answers instead.", "--answers")
     out: Path | None = option("Default: renders/worksheet.html, or -answers.html.", "FILE.html")

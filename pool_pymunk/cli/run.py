@@ -54,6 +54,7 @@ def run(asked: RunOptions) -> int:
     folder = read.folder(asked.out, asked.scenario)
     others = {} if asked.against is None else _others(Path(asked.against), scene, shots)
     say(listing.opening(scene))
+    say(f"Warning: {text}." for text in listing.unreached(scene))
     kinds = f"{'Pictures and data' if drawn else 'Data'} of {counted(len(shots), 'shot')}"
     done = list[PlayedShot]()
     with Output(folder, kinds, asked.json, (asked.scenario, scene.title)) as put:

@@ -15,6 +15,7 @@ from pool_pymunk.page.document import source
 from pool_pymunk.safety.files import folder_of, whole
 
 NAME = '<p class="name">Name<span></span>Date<span></span></p>'
+FUNCTION = r"(\\(?:cos|ln|sin|tan)) ?(?=[\\\d])"  # before a number or a letter, not a bracket
 ROOM = '<div class="room"></div>'  # to write on
 
 
@@ -44,16 +45,20 @@ def sheets(text: str) -> str:
 def html(text: str) -> str:
     """Return HTML for Markdown with formulas; what a link of the docs leads to is named.
 
+    A function stands apart from its number, and a per cent sign stays in the line of its own.
+
     >>> print(html("See [*this*](physics.md#a)."), end="")
     <p>See <em>this</em> (docs/physics.md).</p>
     """
     formulas = list[str]()
 
     def put_aside(found: re.Match[str]) -> str:
-        formulas.append(convert(" ".join(found[1].split())))
+        formula = re.sub(FUNCTION, r"\1\\,", " ".join(found[1].split()))
+        formulas.append(convert(formula))
         return f"\ue000{len(formulas) - 1}\ue000"
 
     text = re.sub(r"\$([^$]+)\$", put_aside, text)
+    text = re.sub(r"(?<=\d) %", "\u00a0%", text)
     text = re.sub(r"\[([^\]]+)\]\(([\w-]+\.md)[^)]*\)", r"\1 (docs/\2)", text)
     found: str = MarkdownIt("commonmark").enable("table").render(text)
     return re.sub("\ue000(\\d+)\ue000", lambda one: formulas[int(one[1])], found)

@@ -22,6 +22,7 @@ QUICK = 1.0  # s; of longer runs rounding is not measured, because that may take
 # densest metal, osmium, 22,600; as spheres, flat discs seem lighter than they are. m: a toy, and a
 # curling sheet of 45.7. m/s: the fastest golf balls have some 95.
 DENSITY, TABLE, FASTEST = (10.0, 22_600.0), (0.1, 50.0), 100.0
+ROUNDED_UP = 1.0 + 1e-9  # A pocket that a centre just reaches may seem smaller by rounding.
 DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, except inches
 
 
@@ -192,11 +193,15 @@ class Agreement:
     def sentence(self, run: Run) -> str:
         """Return the comparison in words, in the scenario's units."""
         units = run.scene.units
-        return (
+        text = (
             f"{len(self.agreeing)} of {self.count} agree with the published ends to "
             f"{_last_digit(run)} {units.length}; the farthest is ball {self.farthest}, "
             f"{units.from_si(self.largest, 'length'):.2g} {units.length} off"
         )
+        is_far = any(b.id == self.farthest and self.largest > b.radius for b in run.scene.balls)
+        if is_far and run.shot not in load("report").shots:
+            text += "; if you have changed the shot, delete its `published`"
+        return text
 
     def as_dict(self) -> dict[str, object]:
         """Return the comparison for the JSON; ``largest`` is in m."""
@@ -307,6 +312,24 @@ def implausible(scene: Scene) -> Iterator[str]:
             yield f"the table is {length:.3g} m long"
     if _fastest(scene) > FASTEST:
         yield f"a ball starts with {_fastest(scene):.3g} m/s"
+    yield from unreached(scene)
+
+
+def unreached(scene: Scene) -> Iterator[str]:
+    """Yield the pockets of a rectangle that no ball can reach because of the cushions."""
+    if scene.table is None or not scene.table.is_rectangle:
+        return
+    x0, y0, x1, y1 = scene.table.bounds
+    r = min(ball.radius for ball in scene.balls)
+    for pocket in scene.pockets:
+        nearest = np.clip(pocket.position, (x0 + r, y0 + r), (x1 - r, y1 - r))
+        far = math.dist(nearest, pocket.position)
+        if far > pocket.radius * ROUNDED_UP:
+            least, radius = (scene.units.text(length, ".3g") for length in (far, pocket.radius))
+            yield (
+                f"no ball can reach pocket {pocket.id}: cushions keep every centre {least} away, "
+                f"and its radius is {radius}"
+            )
 
 
 def _fastest(scene: Scene) -> float:

@@ -20,7 +20,7 @@ from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.model import Point, Scene, Shot, State, Units
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, choice, made
-from pool_pymunk.model.problems import setting_error, shown
+from pool_pymunk.model.problems import no_such_ball, setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.motion import free_motions
@@ -43,6 +43,7 @@ PAIRS = {"balls": ("ball", "other"), "impulse": ("impulse_x", "impulse_y")}
 What = Literal["samples", "events", "persistent", "contacts"]  # the tables of a run
 
 SAMPLES_PER_SECOND = 60
+EARLIEST = -1e-9  # s; a time of 0 s, such as an end less a duration, may be so early by rounding
 ROUNDED_RUNS = 4  # This many runs with random rounding errors tell how far rounding moved the ends.
 EARLY = 1_000  # events; runs that are a radius apart by then never agree again
 
@@ -259,8 +260,8 @@ class Run:
 
     @cached_property
     def final(self) -> dict[str, Point]:
-        """Return where each ball ended (m)."""
-        return {b.id: p for b, p in zip(self.scene.balls, self.end.position, strict=True)}
+        """Return where each ball ended (m), by its id; KeyError says which ids there are."""
+        return Ends(zip(self.scene.index, self.end.position, strict=True))
 
     @cached_property
     def pocketed(self) -> dict[str, str]:
@@ -549,6 +550,13 @@ class Run:
         self.table("contacts", units).csv(path)
 
 
+class Ends(dict[str, Point]):
+    """The ends of balls (m) say which ids there are if they are asked for another one."""
+
+    def __missing__(self, id_: object) -> Point:
+        raise KeyError(f"{id_!r}: {no_such_ball(self)}")
+
+
 def made_later(run: Run, trace: Trace) -> Run:
     """Return a run whose breakpoints and events are made from its trace once they are asked for."""
     for name in LATE:
@@ -574,6 +582,8 @@ def read_times(times: object) -> Array:
         found = np.array(None)
     if found.dtype.kind not in "iuf" or found.ndim > 1 or not np.isfinite(found).all():
         raise setting_error("times", shown(times), "must be a finite number or a sequence of them")
+    if (found < EARLIEST).any():
+        raise setting_error("times", shown(times), "must not be before the start, 0 s")
     return found.astype(float)
 
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+INTERRUPTED = 130  # the exit code of a command that Ctrl-C has ended
 PAUSE = 0.01  # s between attempts to raise a pending Ctrl-C
 # Our package, and those that must not be left halfway: pymunk swallows errors in its callbacks, and
 # after an interrupted import of a dataclass Python aborts at its end.

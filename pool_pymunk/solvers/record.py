@@ -14,6 +14,7 @@ from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.results.trace import NEVER_SETTLES, Trace
 from pool_pymunk.results.variants import AS_IT_IS, Variant
+from pool_pymunk.results.words import step_text
 
 # m; at it, the scenes with known ends (tests/data/press.json) are within 1e-6 m, and a soft break
 # has some 500 events. `pool-pymunk tradeoff SCENARIO --contact-tolerance ...` measures others.
@@ -174,4 +175,20 @@ class Stepping(ABC):
             if not self.is_finite:
                 trace.status, trace.duration = "non_finite", self.time
                 break
+        self._warn_of_long_steps()
         return trace
+
+    def _warn_of_long_steps(self) -> None:
+        """Warn if a ball moved farther than its radius in one step, once and of the farthest."""
+        units, each = self.scene.units, zip(self.scene.balls, self.trace.knots, strict=True)
+        moves = (
+            (math.hypot(*row[3:5]) * self.dt, row[0], ball) for ball, rows in each for row in rows
+        )
+        far, t, ball = max(moves, key=lambda move: move[0] / move[2].radius)
+        if far > ball.radius:
+            self.trace.warn(
+                f"a step of {step_text(self.dt)} moves ball {ball.id} by up to "
+                f"{units.text(far, '.3g')}, farther than its radius "
+                f"({units.text(ball.radius, '.3g')}), so it may pass what it should meet",
+                t,
+            )

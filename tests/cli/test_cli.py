@@ -392,3 +392,12 @@ def test_check_says_how_large_all_is_and_warns_of_giants(tmp_path: Path) -> None
     assert "Warning: the table is 88 m long; is a unit or a digit wrong?" in giant.stdout
     assert "ball C has 4.19 kg/m^3, less than a foam" in giant.stdout
     assert all("Warning" not in typed("check", name).stdout for name in bundled())
+
+
+def test_check_and_run_warn_of_a_pocket_that_no_ball_can_reach(tmp_path: Path) -> None:
+    pocket = "[[pockets]]\nid = 'corner'\nposition = [88.0, 44.0]\nradius = 3.0\n[[shots]]"
+    text = bundled()["report"].read_text().replace("[[shots]]", pocket, 1)
+    (tmp_path / "small.toml").write_text(text)
+    for line in (("check",), ("run", "--no-pictures")):
+        said = typed(line[0], "small.toml", *line[1:], cwd=tmp_path).stdout
+        assert said.count("Warning: no ball can reach pocket corner: ") == 1

@@ -12,7 +12,7 @@ from pool_pymunk import load, simulate
 from pool_pymunk.cli import beside, runs
 from pool_pymunk.render import diagram
 from pool_pymunk.studies.grid import Column
-from tests.shared.commands import Capture, exit_code
+from tests.shared.commands import Capture, exit_code, refusal
 
 THIRD = ("report", "--shot", 3)
 PLAIN = (*THIRD, "--solver", "event-driven", "--no-pictures")
@@ -68,3 +68,17 @@ def test_a_solver_that_warns_twice_alike_is_named_once() -> None:
     [line] = runs.warnings_of([one, other, replace(other, solver="pymunk")])
     assert line.startswith("Warning: ")
     assert "(event-driven; alike: pymunk): a ball is 0.5 m off" in line
+
+
+def test_an_option_that_is_nearly_right_is_suggested(capsys: Capture) -> None:
+    said = refusal(capsys, "compare", "report", "--solver", "pymunk")
+    assert said == 'error: No such option: --solver; did you mean "--solvers"?'
+    assert refusal(capsys, "run", "report", "--xyz", "5") == "error: No such option: --xyz"
+
+
+def test_compare_lists_each_solver_once(tmp_path: Path) -> None:
+    words = ("--shot", "3", "--solvers", "event-driven,pymunk,pymunk:1/240,pymunk", "--no-pictures")
+    file = tmp_path / "ends.json"
+    assert exit_code("compare", "report", *words, "--out", tmp_path, "--json", file) == 0
+    rows = json.loads(file.read_text())["comparisons"]
+    assert [row["solver"]["name"] for row in rows] == ["pymunk"]

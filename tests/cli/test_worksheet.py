@@ -87,6 +87,13 @@ def test_formulas_and_code_stay_whole() -> None:
     assert page == "<p><code>$a &lt; b</code> costs a dollar</p>\n"
 
 
+def test_a_function_stands_apart_from_its_number_and_a_per_cent_sign_does_not() -> None:
+    for formula in (r"$\tan 34.99^\circ$", r"$\ln 3.5$", r"$\sin\alpha$"):
+        assert '</mi><mspace width="0.167em" />' in html(formula)
+    assert "mspace" not in html(r"$\ln(44)$")
+    assert html("It loses 37.5 %") == "<p>It loses 37.5\u00a0%</p>\n"
+
+
 @pytest.mark.parametrize(("number", "answer"), [(3, "m_A ="), (3, "0.5"), (9, "sqrt"), (9, "mean")])
 def test_an_exercise_does_not_give_its_answer_away(number: int, answer: str) -> None:
     assert answer not in exercise(number)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import pytest
 
-from pool_pymunk import Ball, Friction, Run, Scene, Shot, simulate
+from pool_pymunk import Ball, Friction, Pocket, Run, Scene, Shot, load, simulate
 from pool_pymunk.model import Point
-from pool_pymunk.report.listing import closing, shot_lines
+from pool_pymunk.report.listing import Agreement, closing, shot_lines, unreached
+from tests.shared.scenes import INCH
 
 END = 1.0 / (2.0 * 0.25 * 9.80665)  # m; where a ball stops that starts at 1 m/s
 
@@ -34,3 +36,31 @@ def test_the_last_line_sums_up_the_ends_of_all_shots() -> None:
     assert [*closing([right])] == ["Published ends: 1 of 1 agree to 0.0001"]
     assert [*closing([right, wrong])] == ["Published ends: 1 of 2 agree to 0.0001 (1 + 0)"]
     assert [*closing([played({})])] == []
+
+
+@pytest.mark.parametrize(("radius", "is_reached"), [(3.0, False), (3.181, False), (3.183, True)])
+def test_a_pocket_that_no_ball_can_reach_is_warned_of(radius: float, is_reached: bool) -> None:
+    """Balls of 2.25 in stay 2.25 sqrt(2) in away from a corner of the report's table."""
+    corner = Pocket("corner", (88.0 * INCH, 44.0 * INCH), radius * INCH)
+    found = list(unreached(replace(load("report"), pockets=(corner,))))
+    said = "no ball can reach pocket corner: cushions keep every centre 3.18 in away, and"
+    assert [text[: len(said)] for text in found] == ([] if is_reached else [said])
+
+
+def test_a_pocket_at_a_cushion_is_reached_by_a_ball_that_touches_it() -> None:
+    side = Pocket("side", (44.0 * INCH, 0.0), 2.25 * INCH)
+    assert list(unreached(replace(load("report"), pockets=(side,)))) == []
+
+
+def test_a_changed_shot_is_told_to_go_without_published_ends() -> None:
+    """It is not, where the report's own shot is played by another law or solver."""
+    report, hint = load("report"), "; if you have changed the shot, delete its `published`"
+    changed = replace(report.shots[0], velocity=(-2.0, 0.0))
+    run = simulate(replace(report, shots=(changed,)), solver="event-driven")
+    assert Agreement.of(run).sentence(run).endswith(f" in off{hint}")
+    for run in (
+        simulate(report, 1, solver="event-driven", law="coulomb"),
+        simulate(report, 1, solver="pymunk-builtin"),
+        simulate(report, 1, solver="event-driven"),
+    ):
+        assert hint not in Agreement.of(run).sentence(run)

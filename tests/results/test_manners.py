@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import pickle
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -608,3 +609,21 @@ def test_a_run_may_start_where_another_ended() -> None:
     for solver in ("pymunk", "pymunk-discrete", "event-driven"):
         cut = played(solver, max_events=6)
         assert played(solver, start=cut.end, shot=2).status == "settled"
+
+
+def test_ends_say_which_balls_there_are() -> None:
+    ends = simulate(load("two-balls")).final
+    with pytest.raises(KeyError, match=r"1: there is no such ball \(there are: A, B\)"):
+        ends[1]  # type: ignore[index]
+    assert ends.get("1") is None and ends == dict(ends)
+    assert pickle.loads(pickle.dumps(ends)) == ends
+
+
+@pytest.mark.parametrize("ask", ["at", "energy_at", "on_table"])
+def test_there_is_no_time_before_the_start(ask: str) -> None:
+    run = simulate(load("two-balls"))
+    for times in (-1, [0.0, -1e-6]):
+        with pytest.raises(SettingError, match=r"times = .*: must not be before the start, 0 s"):
+            getattr(run, ask)(times)
+    with pytest.raises(SettingError, match="must not be before the start"):
+        simulate(load("two-balls"), times=[-1.0])

@@ -10,6 +10,7 @@ import errno
 import json
 import os
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -79,6 +80,22 @@ def test_ctrl_c_before_the_first_shot_leaves_nothing(tmp_path: Path) -> None:
     process.stdout.readline()  # The log has begun, and the first shot runs.
     assert interrupt(process) == "error: interrupted\n"
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("module", ["typer", "pool_pymunk.cli.options", "pool_pymunk.core"])
+def test_ctrl_c_while_the_command_line_is_imported_is_one_line(module: str) -> None:
+    lines = (
+        "import os, runpy, signal, sys",
+        "class Finder:",
+        "    def find_spec(name, *where):",
+        f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)",
+        "sys.meta_path.insert(0, Finder)",
+        "runpy.run_module('pool_pymunk', run_name='__main__')",
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines), "--help"], capture_output=True, text=True
+    )
+    assert (found.stdout, found.stderr, found.returncode) == ("", "error: interrupted\n", 130)
 
 
 @pytest.mark.slow

@@ -332,3 +332,12 @@ def run(solver="pymunk", *, other="time-slice"):
     return {"pymunk-discrete": f"time-slice at {solver}"}
 '''
     assert list(texts(ast.parse(module))) == ["pymunk-discrete", "time-slice at "]
+
+
+@pytest.mark.parametrize("solver", ["time-slice", "pymunk-discrete", "pymunk-builtin"])
+def test_a_step_that_is_longer_than_a_radius_is_warned_of_once(solver: str) -> None:
+    far = simulate(load("report"), 1, solver=solver, dt=0.1, max_time=5.0)
+    (warning,) = [text for text in far.warnings if "radius" in text]
+    assert warning.startswith("a step of 0.1 s moves ball C by up to 15.7 in, farther than its ")
+    near = simulate(load("report"), 1, solver=solver, dt=1 / 240)
+    assert not [text for text in near.warnings if "radius" in text]
