@@ -32,7 +32,7 @@ from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import Law, Pair, law_in_core
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.model.former import Former
-from pool_pymunk.model.plain import argument, check_choice, finite, point, size
+from pool_pymunk.model.plain import argument, check_choice, finite, number, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.world import checks
 from pool_pymunk.world.as_scene import scene_of
@@ -142,8 +142,8 @@ class Billiards:
         def __setattr__(self, name: str, value: object) -> None:
             """Set an attribute; refuse a misspelled one, and a callback that cannot be called."""
             _check_callback(name, is_own=hasattr(type(self), name))
-            if name in CALLBACKS and value is not None and not callable(value):
-                raise setting_error(name, shown(value), "must be a function, or None")
+            if name in CALLBACKS:
+                checks.check_function(name, value)
             super().__setattr__(name, value)
 
         def __getattr__(self, name: str) -> object:
@@ -275,7 +275,7 @@ class Billiards:
         """
         self._catch_up(changes_space=True, sees_walls=True)
         live = self.live
-        checks.check_circle(circle, live.end_of_step)
+        checks.check_circle(circle, live.end_of_step, self.space)
         body = circle.body  # A circle does not keep its body alive.
         assert body is not None
         if body.id in live.ball_of:
@@ -496,7 +496,10 @@ class Billiards:
         self._steps.refuse_in_step("restore_state")
         self._catch_up()
         if not isinstance(state, TableState):
-            raise setting_error("state", shown(state), "must be what save_state of a table gave")
+            message = "must be what save_state of a table gave"
+            if isinstance(state, str):
+                message += ": TableState.from_json makes it of its JSON"
+            raise setting_error("state", shown(state), message)
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
@@ -549,7 +552,8 @@ class Billiards:
         ``on_time`` is called after each step with the time (s). A wall that moves counts if there
         is a latest time: while it moves, not everything rests.
         """
-        self._steps.play(on_time, latest)
+        checks.check_function("on_time", on_time)
+        self._steps.play(on_time, argument("latest", latest, number))
 
 
 class OnTable(Former, list[TableBall]):
