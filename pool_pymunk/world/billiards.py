@@ -46,7 +46,15 @@ from pool_pymunk.world.walls import STILL, Obstacle, pocket_of, sides_of
 PairOf = Callable[[int, int], Pair]  # the coefficients of a hit of two balls, by their numbers
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
 SETTABLE = ("deceleration", "rolling", "least_closing")
-FORMER = {"joints": "the engine slows balls down, without joints"}
+SERVES = {  # what serves instead of names that people try
+    "joints": "the engine slows balls down, without joints",
+    "dt": "each step has its own, up to max_dt",
+    **{name: f"it is space.{name}" for name in ("gravity", "damping", "iterations")},
+    **dict.fromkeys(("pair", "law", "contact_tolerance"), "it is given when the table is made"),
+    **dict.fromkeys(
+        ("restitution", "elasticity", "friction"), "pair says that of balls, add_wall that of walls"
+    ),
+}
 REVOKED = "on_stop_revoked"  # a callback that there was
 
 
@@ -135,21 +143,20 @@ class Billiards:
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         for name in vars(cls):
-            _check_callback(name, is_own=True)
+            _check_name(name, is_own=True)
 
     if not TYPE_CHECKING:  # Type checkers know all names.
 
         def __setattr__(self, name: str, value: object) -> None:
-            """Set an attribute; refuse a misspelled one, and a callback that cannot be called."""
-            _check_callback(name, is_own=hasattr(type(self), name))
+            """Set an attribute; refuse one that would do nothing, or that cannot be called."""
+            _check_name(name, is_own=hasattr(type(self), name))
             if name in CALLBACKS:
                 checks.check_function(name, value)
             super().__setattr__(name, value)
 
         def __getattr__(self, name: str) -> object:
-            """Say what serves instead of what a table had in former versions."""
-            former = FORMER.get(name, "")
-            raise AttributeError(f"a Billiards has no {name}{former and ' any more: '}{former}")
+            """Say what serves instead of what a table does not have."""
+            raise _no_such(name)
 
     def _catch_up(self, changes_space: bool = False, sees_walls: bool = False) -> None:
         """Follow what others have done before this call, or refuse the call."""
@@ -594,8 +601,16 @@ class OwnPairs(CoreTable):
         self.known.clear()
 
 
-def _check_callback(name: str, is_own: bool) -> None:
-    """Refuse a name that is like a callback's; a subclass may have callbacks of its ``own``."""
+def _no_such(name: str) -> AttributeError:
+    """Make the error of a name that a table does not have."""
+    serves, former = SERVES.get(name, ""), " any more" * (name == "joints")
+    return AttributeError(f"a Billiards has no {name}{former}{serves and ': '}{serves}")
+
+
+def _check_name(name: str, is_own: bool) -> None:
+    """Refuse names that do nothing, or are like a callback's; a subclass may have ``own`` ones."""
+    if name in SERVES and not is_own:
+        raise _no_such(name)
     if name == REVOKED:
         message = f"{REVOKED} does nothing: a ball of which on_stop tells has come to rest"
         warnings.warn(message, DeprecationWarning, stacklevel=3)

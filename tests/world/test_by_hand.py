@@ -781,6 +781,29 @@ def test_settings_of_a_table_are_not_misspelled_nor_of_another_kind() -> None:
         table.max_dt = 0.5  # type: ignore[misc]
 
 
+@pytest.mark.parametrize(
+    ("name", "serves"),
+    [
+        ("gravity", "it is space.gravity"),
+        ("damping", "it is space.damping"),
+        ("dt", "each step has its own, up to max_dt"),
+        ("restitution", "pair says that of balls, add_wall that of walls"),
+        ("law", "it is given when the table is made"),
+    ],
+)
+def test_a_name_that_would_do_nothing_says_what_serves(name: str, serves: str) -> None:
+    class Game(Billiards):
+        gravity = damping = dt = restitution = law = 0.0
+
+    _, table = world(1.0)
+    for ask in (lambda: setattr(table, name, 1.0), lambda: getattr(table, name)):
+        with pytest.raises(AttributeError, match=f"^a Billiards has no {name}: {serves}$"):
+            ask()
+    own = Game(pymunk.Space(), DT, pair=same_balls(1.0, 0.0))
+    setattr(own, name, 1.0)
+    assert getattr(own, name) == 1.0
+
+
 def test_times_and_states_of_another_kind_are_named() -> None:
     _, table = world(1.0)
     for dt in ("a", None, [0.01]):
