@@ -435,7 +435,7 @@ class Billiards:
         live = self.live
         check_place(position, ball.radius, live.discs(without=ball), self._walls.now())
         if ball.is_on_table:
-            self._walls.refuse_off_table(live.place_of(ball), position)
+            self._walls.refuse_off_table(position, live.place_of(ball))
         else:
             checks.check_return(ball, live.ball_of, self.space)
             live.enter(ball)
@@ -534,7 +534,7 @@ class Billiards:
 
         The place is for ``ball``, which does not block itself, or for a new ball of this ``radius``
         (m), by default that of the first ball. The line from ``near`` to the place crosses no wall.
-        The place may be off the table if ``near`` is. Raises ValueError if there is no place.
+        The place may be off the table only if ``near`` is. Raises ValueError if there is no place.
         """
         self._catch_up(sees_walls=True)
         near = argument("near", near, point)
@@ -543,7 +543,14 @@ class Billiards:
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is missing where there is no ball")
         wide = self.balls[0].radius if radius is None else argument("radius", radius, size)
-        return free_spot(near, wide, self.live.discs(without=ball).values(), self._walls.now())
+        known = [ball] if ball is not None and ball.is_on_table else self.on_table
+        return free_spot(
+            near,
+            wide,
+            self.live.discs(without=ball).values(),
+            self._walls.now(),
+            partial(self._walls.is_off_table, known=[*map(self.live.place_of, known)]),
+        )
 
     # -- steps -----------------------------------------------------------------------------------
 

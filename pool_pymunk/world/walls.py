@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import pymunk
@@ -35,6 +35,7 @@ OUTLINES: dict[type[pymunk.Shape], tuple[str, ...]] = {
 }  # fmt: skip
 Pose = tuple[Vector, float]  # the place (m) of a body's center of gravity, and its angle
 STILL = (0.0, 0.0)
+OFF_TABLE = "the ball would lie off the table"
 
 
 @dataclass(eq=False)
@@ -203,14 +204,19 @@ class Walls:
 
     # -- what is refused ---------------------------------------------------------------------------
 
-    def refuse_off_table(self, old: Vector, new: Vector) -> None:
-        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
+    def is_off_table(self, new: Vector, known: Iterable[Vector]) -> bool:
+        """Tell whether a place (m) is off the table, if walls enclose one of the ``known`` ones."""
         solid = [each for each in self.now() if not each.wall.is_pocket]
         shapes = [each.shape for each in solid if each.is_drawn]
         # A wall with sides of its own is not its shape: such tables are not judged.
-        is_judged = len(shapes) == len(solid)
-        if is_judged and enclosed(old, shapes) > 0.5 and enclosed(new, shapes) < OFF:
-            raise setting_error("position", list(new), "the ball would lie off the table")
+        if len(shapes) < len(solid) or enclosed(new, shapes) >= OFF:
+            return False
+        return any(enclosed(place, shapes) > 0.5 for place in known)
+
+    def refuse_off_table(self, new: Vector, old: Vector) -> None:
+        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
+        if self.is_off_table(new, [old]):
+            raise setting_error("position", list(new), OFF_TABLE)
 
     def refuse_moved(self, body: pymunk.Body) -> None:
         """Refuse another wall on a body that has moved since the last one came to it."""

@@ -139,6 +139,32 @@ def test_a_ball_is_not_placed_off_a_bounded_table(corners: tuple[Point, ...], ho
     assert one.body.position == (1.0, 0.06)
 
 
+@pytest.mark.parametrize("corners", [RAILS, ELL], ids=["rectangle", "L"])
+@pytest.mark.parametrize("how", ["rails", "gaps", "blocks"])
+def test_a_free_spot_near_a_wall_is_one_that_place_takes(
+    corners: tuple[Point, ...], how: str
+) -> None:
+    table = walled(corners, how)
+    one = ball(table, 0.2, 0.2)
+    own = corners[:1] if how == "gaps" else corners  # Other gaps are off the table.
+    for out in (0.0, 0.02) if how == "gaps" else (0.0,):  # a pocket behind the gap, too
+        hole = table.add_pocket((-out, -out), 0.075)
+        for x, y in (*own, (1.0, 0.0), (1.0, -0.003), (0.0, 0.7), (-0.003, 0.7), (0.0, 1e-4)):
+            for near in ((x, y), (x + 0.001, y - 0.001)):
+                for whose in (None, one):
+                    table.place(one, table.free_spot(near, ball=whose))
+                    table.place(one, (0.2, 0.2))
+        table.remove_pocket(hole)
+
+
+def test_a_ball_that_is_put_on_a_corner_by_hand_lies_on_the_table() -> None:
+    table = walled(RAILS, "rails")
+    one = ball(table, 0.2, 0.2)
+    one.body.position = (0.0, 0.0)
+    table.step(STEP)
+    assert one.body.position == pytest.approx((0.035, 0.035))
+
+
 def test_a_ball_is_placed_between_round_ends_of_ones_own() -> None:
     """Their shapes are discs that overlap, which tell nothing of what lies within the table."""
     space, table = plane()
