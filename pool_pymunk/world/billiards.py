@@ -277,8 +277,9 @@ class Billiards:
         ``id`` is your own name of the ball, such as "8".
 
         Raises ValueError if ``circle`` is no circle in the middle of a dynamic body, is a ball
-        already, overlaps a ball or a wall, or lies within a pocket, if its filter has a group, and
-        if another ball on the table has this id.
+        already, overlaps a ball or a wall, or lies within a pocket or outside of the table, if its
+        filter has a group, and if another ball on the table has this id. A table has an outside if
+        all its balls lie within segments that stand and share their ends.
         """
         self._catch_up(changes_space=True, sees_walls=True)
         live = self.live
@@ -290,6 +291,7 @@ class Billiards:
         place, number = argument("position", body.position, point), len(self.balls)
         near = live.discs_near(place, circle.radius)
         check_place(place, circle.radius, near, self._walls.now())
+        self._walls.refuse_outside(place, map(live.place_of, live.on_table))
         if (other := next(iter(live.ball_of.values()), None)) is not None:
             masses, table = (other.body.mass, body.mass), self.engine.table
             assert isinstance(table, OwnPairs)
@@ -438,6 +440,7 @@ class Billiards:
             self._walls.refuse_off_table(position, live.place_of(ball))
         else:
             checks.check_return(ball, live.ball_of, self.space)
+            self._walls.refuse_outside(position, map(live.place_of, live.on_table))
             live.enter(ball)
         live.mend(ball)
         live.send(ball, position, (0.0, 0.0), STILL)

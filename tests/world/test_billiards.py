@@ -140,6 +140,41 @@ def test_a_ball_is_not_placed_off_a_bounded_table(corners: tuple[Point, ...], ho
 
 
 @pytest.mark.parametrize("corners", [RAILS, ELL], ids=["rectangle", "L"])
+def test_a_ball_is_not_added_outside_of_walls_that_hold_all_others(
+    corners: tuple[Point, ...],
+) -> None:
+    table = walled(corners, "rails")
+    slope = pymunk.Segment(table.space.static_body, (0.6, 0.4), (0.9, 0.5), 0.0)
+    table.add_wall(slope, 0.5)  # It has free ends.
+    one, other = ball(table, 0.2, 0.2), ball(table, 0.4, 0.2)
+    table.remove_ball(other)
+    for off in ((2.3, 0.5), (5.0, 7.0), (-0.3, -0.3), (0.4, 2.3), (1.0, -0.1)):
+        for come in (partial(ball, table, *off), partial(table.place, other, off)):
+            assert said(come) == f"position = {list(off)}: the ball would lie off the table"
+    assert table.on_table == [one] and len(table.space.shapes) == len(table.walls) + 1
+    ball(table, 1.9, 0.9 if corners is RAILS else 0.5)
+
+
+@pytest.mark.parametrize(
+    "how", ["no ball", "a ball outside", "a gap", "no lid", "a lid that moves"]
+)
+def test_a_ball_may_come_from_outside_of_an_open_table(how: str) -> None:
+    space, table = plane()
+    corners = [(0.0, 1.0), (0.0, 0.0), (0.3, 0.0), (0.3, 1.0)]
+    for a, b in itertools.pairwise(corners):
+        table.add_wall(pymunk.Segment(space.static_body, a, b, 0.0), 0.8)
+    if how == "a ball outside":
+        ball(table, 3.0)
+    if how != "no lid":
+        lid = pymunk.Body(body_type=pymunk.Body.KINEMATIC if "moves" in how else pymunk.Body.STATIC)
+        start = 0.1 if how == "a gap" else 0.0
+        table.add_wall(pymunk.Segment(lid, (start, 1.0), (0.3, 1.0), 0.0), 0.8)
+    if how != "no ball":
+        ball(table, 0.15, 0.05)
+    ball(table, 0.15, 1.5)
+
+
+@pytest.mark.parametrize("corners", [RAILS, ELL], ids=["rectangle", "L"])
 @pytest.mark.parametrize("how", ["rails", "gaps", "blocks"])
 def test_a_free_spot_near_a_wall_is_one_that_place_takes(
     corners: tuple[Point, ...], how: str
