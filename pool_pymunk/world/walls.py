@@ -55,7 +55,7 @@ class Obstacle:
 
     @property
     def stands_as_segment(self) -> bool:
-        """Whether it is a segment, and stands."""
+        """Tell whether the obstacle is a segment that stands."""
         return self.is_drawn and isinstance(self.shape, pymunk.Segment) and not self.wall.moves
 
     @property
@@ -294,7 +294,7 @@ def line_of(shape: pymunk.Shape) -> Line:
 
 
 def ring(lines: list[Line]) -> list[Line]:
-    """Return the lines that are left once those with free ends are gone: they are closed.
+    """Return the lines that stay when those with free ends are taken out, so that they close.
 
     >>> square = [((0.0, 0.0), (1.0, 0.0)), ((1.0, 0.0), (1.0, 1.0)), ((1.0, 1.0), (0.0, 0.0))]
     >>> ring([*square, ((1.0, 1.0), (2.0, 2.0))]) == square, ring(square[1:])
