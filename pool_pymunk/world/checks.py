@@ -15,7 +15,7 @@ from pool_pymunk.core.motion.path import LOST, Motion
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
 from pool_pymunk.core.motion.times import EPSILON, Vector
 from pool_pymunk.laws import Pair
-from pool_pymunk.model.plain import argument, check_choice, finite, point, size
+from pool_pymunk.model.plain import argument, check_choice, finite, number, point, size
 from pool_pymunk.model.plain import read_law as read_law
 from pool_pymunk.model.problems import LARGEST, setting_error, shown
 from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, TableBall
@@ -242,7 +242,7 @@ def check_return(ball: TableBall, ball_of: Mapping[int, TableBall], space: pymun
 
 def check_step(dt: float, longest: float) -> None:
     """Refuse a step (s) that is not above 0, or that is above the ``longest`` one."""
-    if not argument("dt", dt, finite) > 0.0:
+    if not argument("dt", dt, number) > 0.0:
         raise setting_error("dt", dt, "a step must be greater than 0")
     if dt > (1.0 + HAIR) * longest:
         raise setting_error("dt", dt, f"a step may be {longest!r} s long at most (max_dt)")
