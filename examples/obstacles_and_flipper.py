@@ -140,6 +140,7 @@ class World:
 def draw(axes: Axes, world: World) -> None:
     """Draw obstacles, the flipper at rest and swung, the box before and after, and the tracks."""
     axes.set(xlim=(0.0, LENGTH), ylim=(0.0, WIDTH), aspect="equal", xticks=[], yticks=[])
+    axes.set_title("Balls: hollow at first, filled at last. Pale: the flipper up, the box at first")
     axes.add_patch(Polygon(WEDGE, color="#8a9199"))
     for place in POSTS:
         axes.add_patch(Circle(place, POST, color="#8a9199"))

@@ -20,7 +20,7 @@ from pool_pymunk.world import ContactEvent, TableBall
 RADIUS, MASS, STEP = 0.0135, 0.08, 1 / 120  # m, kg, s
 GRAVITY = (0.0, -3.0)  # m/s^2, along a board that leans back
 WIDE, HIGH = 0.5, 0.9  # m
-OUTLINE = ((0.0, 0.14), (0.0, HIGH), (WIDE, HIGH), (WIDE, 0.14))  # m; open below
+OUTLINE = ((0.0, 0.0), (0.0, HIGH), (WIDE, HIGH), (WIDE, 0.0))  # m; open below
 GUIDES = (((0.0, 0.22), (0.13, 0.14)), ((WIDE, 0.22), (WIDE - 0.13, 0.14)))
 BUMPERS = ((0.15, 0.62), (0.35, 0.62), (0.25, 0.75))
 BUMPER, KICK, SCORE = 0.04, 0.6, 100  # m, m/s
@@ -105,7 +105,7 @@ class Game:
     def draw(self, surface: pygame.Surface) -> None:
         """Draw the board, its bumpers and flippers, the balls, and the score."""
         surface.fill(INK)
-        pygame.draw.polygon(surface, BOARD, [pixel(p) for p in (*OUTLINE, (WIDE, 0.0), (0.0, 0.0))])
+        pygame.draw.polygon(surface, BOARD, [pixel(p) for p in OUTLINE])
         for a, b in (*pairwise(OUTLINE), *GUIDES):
             pygame.draw.line(surface, STEEL, pixel(a), pixel(b), 7)
         for place in BUMPERS:

@@ -30,11 +30,10 @@ from pool_pymunk.model.problems import setting_error
 from pool_pymunk.world.ball import TableBall
 from pool_pymunk.world.outlook import Straight, crossings, edge_of
 from pool_pymunk.world.table import LiveTable
-from pool_pymunk.world.walls import Obstacle
+from pool_pymunk.world.walls import Line, Obstacle, line_of
 
 JOINED = 1e-9  # of the size of an outline; ends of walls that are nearer are one corner
 STEEP = 1e-9  # the sine of an angle; walls that meet at a smaller one go straight on
-Line = tuple[Vector, Vector]  # the ends of a wall (m), with the table on the left
 
 
 def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, State]:
@@ -149,9 +148,7 @@ def _outline(walls: Sequence[Obstacle]) -> Table:
         shape = each.shape
         if not isinstance(shape, pymunk.Segment) or not each.is_drawn:
             raise setting_error("walls", type(shape).__name__, message)
-        assert shape.body is not None
-        a, b = (shape.body.local_to_world(end) for end in (shape.a, shape.b))
-        lines.append((((a[0], a[1]), (b[0], b[1])), shape.radius))
+        lines.append((line_of(shape), shape.radius))
     size = max(math.dist(*line) for line, _ in lines)
     loop = _loop(lines, JOINED * size)
     if loop is None:

@@ -32,7 +32,7 @@ from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import Law, Pair, law_in_core
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.model.former import Former
-from pool_pymunk.model.plain import argument, check_choice, finite, point, size
+from pool_pymunk.model.plain import argument, check_choice, finite, number, point, size
 from pool_pymunk.model.problems import setting_error, shown, suggestion
 from pool_pymunk.world import checks
 from pool_pymunk.world.as_scene import scene_of
@@ -46,7 +46,15 @@ from pool_pymunk.world.walls import STILL, Obstacle, pocket_of, sides_of
 PairOf = Callable[[int, int], Pair]  # the coefficients of a hit of two balls, by their numbers
 CALLBACKS = ("on_contact", "on_stop", "on_pocket", "on_jam")
 SETTABLE = ("deceleration", "rolling", "least_closing")
-FORMER = {"joints": "the engine slows balls down, without joints"}
+SERVES = {  # what serves instead of names that people try
+    "joints": "the engine slows balls down, without joints",
+    "dt": "each step has its own, up to max_dt",
+    **{name: f"it is space.{name}" for name in ("gravity", "damping", "iterations")},
+    **dict.fromkeys(("pair", "law", "contact_tolerance"), "it is given when the table is made"),
+    **dict.fromkeys(
+        ("restitution", "elasticity", "friction"), "pair says that of balls, add_wall that of walls"
+    ),
+}
 REVOKED = "on_stop_revoked"  # a callback that there was
 
 
@@ -135,21 +143,20 @@ class Billiards:
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         for name in vars(cls):
-            _check_callback(name, is_own=True)
+            _check_name(name, is_own=True)
 
     if not TYPE_CHECKING:  # Type checkers know all names.
 
         def __setattr__(self, name: str, value: object) -> None:
-            """Set an attribute; refuse a misspelled one, and a callback that cannot be called."""
-            _check_callback(name, is_own=hasattr(type(self), name))
-            if name in CALLBACKS and value is not None and not callable(value):
-                raise setting_error(name, shown(value), "must be a function, or None")
+            """Set an attribute; refuse one that would do nothing, or that cannot be called."""
+            _check_name(name, is_own=hasattr(type(self), name))
+            if name in CALLBACKS:
+                checks.check_function(name, value)
             super().__setattr__(name, value)
 
         def __getattr__(self, name: str) -> object:
-            """Say what serves instead of what a table had in former versions."""
-            former = FORMER.get(name, "")
-            raise AttributeError(f"a Billiards has no {name}{former and ' any more: '}{former}")
+            """Say what serves instead of what a table does not have."""
+            raise _no_such(name)
 
     def _catch_up(self, changes_space: bool = False, sees_walls: bool = False) -> None:
         """Follow what others have done before this call, or refuse the call."""
@@ -270,12 +277,13 @@ class Billiards:
         ``id`` is your own name of the ball, such as "8".
 
         Raises ValueError if ``circle`` is no circle in the middle of a dynamic body, is a ball
-        already, overlaps a ball or a wall, or lies within a pocket, if its filter has a group, and
-        if another ball on the table has this id.
+        already, overlaps a ball or a wall, or lies within a pocket or outside of the table, if its
+        filter has a group, and if another ball on the table has this id. A table has an outside if
+        all its balls lie within segments that stand and share their ends.
         """
         self._catch_up(changes_space=True, sees_walls=True)
         live = self.live
-        checks.check_circle(circle, live.end_of_step)
+        checks.check_circle(circle, live.end_of_step, self.space)
         body = circle.body  # A circle does not keep its body alive.
         assert body is not None
         if body.id in live.ball_of:
@@ -283,6 +291,7 @@ class Billiards:
         place, number = argument("position", body.position, point), len(self.balls)
         near = live.discs_near(place, circle.radius)
         check_place(place, circle.radius, near, self._walls.now())
+        self._walls.refuse_outside(place, map(live.place_of, live.on_table))
         if (other := next(iter(live.ball_of.values()), None)) is not None:
             masses, table = (other.body.mass, body.mass), self.engine.table
             assert isinstance(table, OwnPairs)
@@ -428,9 +437,10 @@ class Billiards:
         live = self.live
         check_place(position, ball.radius, live.discs(without=ball), self._walls.now())
         if ball.is_on_table:
-            self._walls.refuse_off_table(live.place_of(ball), position)
+            self._walls.refuse_off_table(position, live.place_of(ball))
         else:
             checks.check_return(ball, live.ball_of, self.space)
+            self._walls.refuse_outside(position, map(live.place_of, live.on_table))
             live.enter(ball)
         live.mend(ball)
         live.send(ball, position, (0.0, 0.0), STILL)
@@ -496,7 +506,10 @@ class Billiards:
         self._steps.refuse_in_step("restore_state")
         self._catch_up()
         if not isinstance(state, TableState):
-            raise setting_error("state", shown(state), "must be what save_state of a table gave")
+            message = "must be what save_state of a table gave"
+            if isinstance(state, str):
+                message += ": TableState.from_json makes it of its JSON"
+            raise setting_error("state", shown(state), message)
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
@@ -524,7 +537,7 @@ class Billiards:
 
         The place is for ``ball``, which does not block itself, or for a new ball of this ``radius``
         (m), by default that of the first ball. The line from ``near`` to the place crosses no wall.
-        The place may be off the table if ``near`` is. Raises ValueError if there is no place.
+        The place may be off the table only if ``near`` is. Raises ValueError if there is no place.
         """
         self._catch_up(sees_walls=True)
         near = argument("near", near, point)
@@ -533,7 +546,14 @@ class Billiards:
         elif radius is None and not self.balls:
             raise setting_error("radius", None, "is missing where there is no ball")
         wide = self.balls[0].radius if radius is None else argument("radius", radius, size)
-        return free_spot(near, wide, self.live.discs(without=ball).values(), self._walls.now())
+        known = [ball] if ball is not None and ball.is_on_table else self.on_table
+        return free_spot(
+            near,
+            wide,
+            self.live.discs(without=ball).values(),
+            self._walls.now(),
+            partial(self._walls.is_off_table, known=[*map(self.live.place_of, known)]),
+        )
 
     # -- steps -----------------------------------------------------------------------------------
 
@@ -549,7 +569,8 @@ class Billiards:
         ``on_time`` is called after each step with the time (s). A wall that moves counts if there
         is a latest time: while it moves, not everything rests.
         """
-        self._steps.play(on_time, latest)
+        checks.check_function("on_time", on_time)
+        self._steps.play(on_time, argument("latest", latest, number))
 
 
 class OnTable(Former, list[TableBall]):
@@ -590,8 +611,16 @@ class OwnPairs(CoreTable):
         self.known.clear()
 
 
-def _check_callback(name: str, is_own: bool) -> None:
-    """Refuse a name that is like a callback's; a subclass may have callbacks of its ``own``."""
+def _no_such(name: str) -> AttributeError:
+    """Make the error of a name that a table does not have."""
+    serves, former = SERVES.get(name, ""), " any more" * (name == "joints")
+    return AttributeError(f"a Billiards has no {name}{former}{serves and ': '}{serves}")
+
+
+def _check_name(name: str, is_own: bool) -> None:
+    """Refuse names that do nothing, or are like a callback's; a subclass may have ``own`` ones."""
+    if name in SERVES and not is_own:
+        raise _no_such(name)
     if name == REVOKED:
         message = f"{REVOKED} does nothing: a ball of which on_stop tells has come to rest"
         warnings.warn(message, DeprecationWarning, stacklevel=3)

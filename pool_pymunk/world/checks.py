@@ -15,7 +15,7 @@ from pool_pymunk.core.motion.path import LOST, Motion
 from pool_pymunk.core.motion.surface import Rolling, Sliding, Surface
 from pool_pymunk.core.motion.times import EPSILON, Vector
 from pool_pymunk.laws import Pair
-from pool_pymunk.model.plain import argument, check_choice, finite, point, size
+from pool_pymunk.model.plain import argument, check_choice, finite, number, point, size
 from pool_pymunk.model.plain import read_law as read_law
 from pool_pymunk.model.problems import LARGEST, setting_error, shown
 from pool_pymunk.world.ball import FROM_ZERO, HAIR, SHARE, TableBall
@@ -27,6 +27,8 @@ OF_SPACES = "gravity", "damping"
 OF_CIRCLES = "body.position", "body.velocity"
 OF_WALLS = "position", "velocity", "angle", "angular_velocity"
 OF_BALLS = "position", "velocity", "force", "angular_velocity", "torque"
+
+ELSEWHERE = "its body is in another space"
 
 Drawn = pymunk.Segment | pymunk.Circle | pymunk.Poly
 
@@ -66,6 +68,12 @@ def _takes_two(function: Callable[..., object]) -> bool:
     return True
 
 
+def check_function(name: str, value: object) -> None:
+    """Refuse a callback that cannot be called."""
+    if value is not None and not callable(value):
+        raise setting_error(name, shown(value), "must be a function, or None")
+
+
 def read_surface(deceleration: Any, rolling: Any) -> Surface:
     """Return the surface on which balls slide, or slide and roll (m/s^2)."""
     pull = argument("deceleration", deceleration, FROM_ZERO)
@@ -102,8 +110,8 @@ def check_pair(pair: Pair, masses: tuple[float, float], numbers: tuple[int, int]
     return pair._replace(m_a=masses[0], m_b=masses[1])
 
 
-def check_circle(circle: Any, t: float) -> None:
-    """Refuse what cannot be a ball; a step ends at ``t`` (s)."""
+def check_circle(circle: Any, t: float, space: pymunk.Space) -> None:
+    """Refuse what cannot be a ball of a space; a step ends at ``t`` (s)."""
     body: Any = getattr(circle, "body", None)
     message = ""
     if not isinstance(circle, pymunk.Circle):
@@ -125,6 +133,8 @@ def check_circle(circle: Any, t: float) -> None:
     check_numbers("circle.", circle, OF_CIRCLES)
     check_speed("circle.body.velocity", body.velocity, circle.radius, t)
     _check_filter("circle", circle)
+    if body.space not in (None, space):
+        raise setting_error("circle", type(circle).__name__, ELSEWHERE)
 
 
 def check_numbers(name: str, thing: object, keys: Iterable[str]) -> None:
@@ -192,7 +202,7 @@ def check_wall(shape: Any, space: pymunk.Space) -> Drawn:
         _check_filter("shape", shape)
         if shape.body.space in (None, space):
             return shape
-        message = "its body is in another space"
+        message = ELSEWHERE
     raise setting_error("shape", type(shape).__name__, message)
 
 
@@ -232,7 +242,7 @@ def check_return(ball: TableBall, ball_of: Mapping[int, TableBall], space: pymun
 
 def check_step(dt: float, longest: float) -> None:
     """Refuse a step (s) that is not above 0, or that is above the ``longest`` one."""
-    if not isinstance(dt, float | int) or not dt > 0.0:
+    if not argument("dt", dt, number) > 0.0:
         raise setting_error("dt", dt, "a step must be greater than 0")
     if dt > (1.0 + HAIR) * longest:
         raise setting_error("dt", dt, f"a step may be {longest!r} s long at most (max_dt)")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -176,21 +176,29 @@ def free_spot(
     radius: float,
     discs: Collection[Disc],
     obstacles: Collection[Obstacle],
+    is_off: Callable[[Vector], bool],
     most: float = math.inf,
 ) -> Vector:
     """Return the place nearest to ``near`` (m) at which a disc overlaps nothing.
 
-    It is not farther off than ``most`` (m). The straight line there crosses no wall. The nearest
-    place is ``near`` itself, or the nearest one at the edge of an obstacle, or one at which the
-    edges of two obstacles cross.
+    It is not farther off than ``most`` (m). The straight line there crosses no wall, and it is not
+    off the table unless ``near`` is. The nearest place is ``near`` itself, or the nearest one at
+    the edge of an obstacle, or one at which the edges of two obstacles cross.
     """
     size = (1.0 + HAIR) * radius
+
+    def leaves(spot: Vector) -> bool:
+        """Tell whether a spot is off the table, but not ``near``, which may be in an obstacle."""
+        if spot == near or not is_off(spot):
+            return False
+        return any(each.room(near, 0.0) <= 0.0 for each in obstacles) or not is_off(near)
 
     def has_room(spot: Vector) -> bool:
         line = sliding(0.0, near, (spot[0] - near[0], spot[1] - near[1]), 0.0)
         return not (
             any(overlap(spot, radius, place, other, TOUCHING) for place, other in discs)
             or any(each.holds(spot, radius) or each.lies_across(line) for each in obstacles)
+            or leaves(spot)
         )
 
     edges: list[Locus] = [Round(place, size + other) for place, other in discs]

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable
 from enum import Enum, auto
+from functools import partial
 
 import numpy as np
 import pymunk
@@ -271,7 +272,8 @@ class LiveTable:
         others = list(discs.values())
         solid = [each for each in self.walls.now() if not each.wall.is_pocket]
         try:
-            return free_spot(place, ball.radius, others, solid, most)
+            is_off = partial(self.walls.is_off_table, known=[self.place_of(ball)])
+            return free_spot(place, ball.radius, others, solid, is_off, most)
         except SettingError:
             return None
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import pymunk
 
@@ -33,8 +35,10 @@ OUTLINES: dict[type[pymunk.Shape], tuple[str, ...]] = {
     pymunk.Segment: ("shape.a", "shape.b"), pymunk.Circle: ("shape.offset",),
     pymunk.Poly: ("corners",),
 }  # fmt: skip
+Line = tuple[Vector, Vector]  # the ends of a wall (m)
 Pose = tuple[Vector, float]  # the place (m) of a body's center of gravity, and its angle
 STILL = (0.0, 0.0)
+OFF_TABLE = "the ball would lie off the table"
 
 
 @dataclass(eq=False)
@@ -48,6 +52,11 @@ class Obstacle:
     def __post_init__(self) -> None:
         assert self.shape.body is not None
         self.body, self.own_filter = self.shape.body, self.shape.filter
+
+    @property
+    def stands_as_segment(self) -> bool:
+        """Tell whether the obstacle is a segment that stands."""
+        return self.is_drawn and isinstance(self.shape, pymunk.Segment) and not self.wall.moves
 
     @property
     def corners(self) -> list[pymunk.Vec2d]:
@@ -203,14 +212,27 @@ class Walls:
 
     # -- what is refused ---------------------------------------------------------------------------
 
-    def refuse_off_table(self, old: Vector, new: Vector) -> None:
-        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
+    def is_off_table(self, new: Vector, known: Iterable[Vector]) -> bool:
+        """Tell whether a place (m) is off the table, if walls enclose one of the ``known`` ones."""
         solid = [each for each in self.now() if not each.wall.is_pocket]
         shapes = [each.shape for each in solid if each.is_drawn]
         # A wall with sides of its own is not its shape: such tables are not judged.
-        is_judged = len(shapes) == len(solid)
-        if is_judged and enclosed(old, shapes) > 0.5 and enclosed(new, shapes) < OFF:
-            raise setting_error("position", list(new), "the ball would lie off the table")
+        if len(shapes) < len(solid) or enclosed(new, shapes) >= OFF:
+            return False
+        return any(enclosed(place, shapes) > 0.5 for place in known)
+
+    def refuse_off_table(self, new: Vector, old: Vector) -> None:
+        """Refuse a place (m) off the table, if walls enclose the ``old`` place of the ball."""
+        if self.is_off_table(new, [old]):
+            raise setting_error("position", list(new), OFF_TABLE)
+
+    def refuse_outside(self, new: Vector, balls: Iterable[Vector]) -> None:
+        """Refuse a new ball's place (m) outside of joined segments that hold all ``balls``."""
+        closed = ring([line_of(each.shape) for each in self.solid if each.stands_as_segment])
+        if closed and not lies_among(new, closed):
+            its = [lies_among(place, closed) for place in balls]
+            if its and all(its):
+                raise setting_error("position", list(new), OFF_TABLE)
 
     def refuse_moved(self, body: pymunk.Body) -> None:
         """Refuse another wall on a body that has moved since the last one came to it."""
@@ -262,6 +284,36 @@ def enclosed(place: Vector, shapes: Sequence[pymunk.Shape]) -> float:
         end = place[0] + far * math.cos(angle), place[1] + far * math.sin(angle)
         odd += sum(each.segment_query(place, end) is not None for each in shapes) % 2
     return odd / LINES
+
+
+def line_of(shape: pymunk.Shape) -> Line:
+    """Return the ends (m) of a segment that stands."""
+    assert isinstance(shape, pymunk.Segment) and shape.body is not None
+    (x, y), (u, v) = (shape.body.local_to_world(end) for end in (shape.a, shape.b))
+    return (x, y), (u, v)
+
+
+def ring(lines: list[Line]) -> list[Line]:
+    """Return the lines that stay when those with free ends are taken out, so that they close.
+
+    >>> square = [((0.0, 0.0), (1.0, 0.0)), ((1.0, 0.0), (1.0, 1.0)), ((1.0, 1.0), (0.0, 0.0))]
+    >>> ring([*square, ((1.0, 1.0), (2.0, 2.0))]) == square, ring(square[1:])
+    (True, [])
+    """
+    while True:
+        ends = Counter(chain.from_iterable(lines))
+        kept = [(a, b) for a, b in lines if ends[a] > 1 and ends[b] > 1]
+        if kept == lines:
+            return lines
+        lines = kept
+
+
+def lies_among(place: Vector, lines: Iterable[Line]) -> bool:
+    """Tell whether lines (m) lie on all four sides of a place, as on a table that is closed."""
+    x, y = place
+    rows = [a + (y - b) * (c - a) / (d - b) for (a, b), (c, d) in lines if (b > y) != (d > y)]
+    columns = [b + (x - a) * (d - b) / (c - a) for (a, b), (c, d) in lines if (a > x) != (c > x)]
+    return bool(rows and columns) and min(rows) < x < max(rows) and min(columns) < y < max(columns)
 
 
 def sides_of(shape: Drawn) -> list[Side]:

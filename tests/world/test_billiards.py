@@ -139,6 +139,67 @@ def test_a_ball_is_not_placed_off_a_bounded_table(corners: tuple[Point, ...], ho
     assert one.body.position == (1.0, 0.06)
 
 
+@pytest.mark.parametrize("corners", [RAILS, ELL], ids=["rectangle", "L"])
+def test_a_ball_is_not_added_outside_of_walls_that_hold_all_others(
+    corners: tuple[Point, ...],
+) -> None:
+    table = walled(corners, "rails")
+    slope = pymunk.Segment(table.space.static_body, (0.6, 0.4), (0.9, 0.5), 0.0)
+    table.add_wall(slope, 0.5)  # It has free ends.
+    one, other = ball(table, 0.2, 0.2), ball(table, 0.4, 0.2)
+    table.remove_ball(other)
+    for off in ((2.3, 0.5), (5.0, 7.0), (-0.3, -0.3), (0.4, 2.3), (1.0, -0.1)):
+        for come in (partial(ball, table, *off), partial(table.place, other, off)):
+            assert said(come) == f"position = {list(off)}: the ball would lie off the table"
+    assert table.on_table == [one] and len(table.space.shapes) == len(table.walls) + 1
+    ball(table, 1.9, 0.9 if corners is RAILS else 0.5)
+
+
+@pytest.mark.parametrize(
+    "how", ["no ball", "a ball outside", "a gap", "no lid", "a lid that moves"]
+)
+def test_a_ball_may_come_from_outside_of_an_open_table(how: str) -> None:
+    space, table = plane()
+    corners = [(0.0, 1.0), (0.0, 0.0), (0.3, 0.0), (0.3, 1.0)]
+    for a, b in itertools.pairwise(corners):
+        table.add_wall(pymunk.Segment(space.static_body, a, b, 0.0), 0.8)
+    if how == "a ball outside":
+        ball(table, 3.0)
+    if how != "no lid":
+        lid = pymunk.Body(body_type=pymunk.Body.KINEMATIC if "moves" in how else pymunk.Body.STATIC)
+        start = 0.1 if how == "a gap" else 0.0
+        table.add_wall(pymunk.Segment(lid, (start, 1.0), (0.3, 1.0), 0.0), 0.8)
+    if how != "no ball":
+        ball(table, 0.15, 0.05)
+    ball(table, 0.15, 1.5)
+
+
+@pytest.mark.parametrize("corners", [RAILS, ELL], ids=["rectangle", "L"])
+@pytest.mark.parametrize("how", ["rails", "gaps", "blocks"])
+def test_a_free_spot_near_a_wall_is_one_that_place_takes(
+    corners: tuple[Point, ...], how: str
+) -> None:
+    table = walled(corners, how)
+    one = ball(table, 0.2, 0.2)
+    own = corners[:1] if how == "gaps" else corners  # Other gaps are off the table.
+    for out in (0.0, 0.02) if how == "gaps" else (0.0,):  # a pocket behind the gap, too
+        hole = table.add_pocket((-out, -out), 0.075)
+        for x, y in (*own, (1.0, 0.0), (1.0, -0.003), (0.0, 0.7), (-0.003, 0.7), (0.0, 1e-4)):
+            for near in ((x, y), (x + 0.001, y - 0.001)):
+                for whose in (None, one):
+                    table.place(one, table.free_spot(near, ball=whose))
+                    table.place(one, (0.2, 0.2))
+        table.remove_pocket(hole)
+
+
+def test_a_ball_that_is_put_on_a_corner_by_hand_lies_on_the_table() -> None:
+    table = walled(RAILS, "rails")
+    one = ball(table, 0.2, 0.2)
+    one.body.position = (0.0, 0.0)
+    table.step(STEP)
+    assert one.body.position == pytest.approx((0.035, 0.035))
+
+
 def test_a_ball_is_placed_between_round_ends_of_ones_own() -> None:
     """Their shapes are discs that overlap, which tell nothing of what lies within the table."""
     space, table = plane()

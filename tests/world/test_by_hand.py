@@ -781,6 +781,55 @@ def test_settings_of_a_table_are_not_misspelled_nor_of_another_kind() -> None:
         table.max_dt = 0.5  # type: ignore[misc]
 
 
+@pytest.mark.parametrize(
+    ("name", "serves"),
+    [
+        ("gravity", "it is space.gravity"),
+        ("damping", "it is space.damping"),
+        ("dt", "each step has its own, up to max_dt"),
+        ("restitution", "pair says that of balls, add_wall that of walls"),
+        ("law", "it is given when the table is made"),
+    ],
+)
+def test_a_name_that_would_do_nothing_says_what_serves(name: str, serves: str) -> None:
+    class Game(Billiards):
+        gravity = damping = dt = restitution = law = 0.0
+
+    _, table = world(1.0)
+    for ask in (lambda: setattr(table, name, 1.0), lambda: getattr(table, name)):
+        with pytest.raises(AttributeError, match=f"^a Billiards has no {name}: {serves}$"):
+            ask()
+    own = Game(pymunk.Space(), DT, pair=same_balls(1.0, 0.0))
+    setattr(own, name, 1.0)
+    assert getattr(own, name) == 1.0
+
+
+def test_times_and_states_of_another_kind_are_named() -> None:
+    _, table = world(1.0)
+    for dt in ("a", None, [0.01]):
+        with pytest.raises(ValueError, match=r"^dt = .*: must be a number$"):
+            table.space.step(dt)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r'^latest = "a": must be a number$'):
+        table.play(latest="a")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"^on_time = 5: must be a function, or None$"):
+        table.play(5)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"^state = .*TableState\.from_json makes it of its JSON$"):
+        table.restore_state(table.save_state().to_json())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("where", ["body", "both"])
+def test_what_is_in_another_space_is_refused(where: str) -> None:
+    space, table = world(1.0)
+    other, body = pymunk.Space(), pymunk.Body(1.0, 1.0)
+    circle = pymunk.Circle(body, R)
+    other.add(body, *[circle] * (where == "both"))
+    with pytest.raises(ValueError, match=r"^circle = Circle: its body is in another space$"):
+        table.add_ball(circle)
+    with pytest.raises(ValueError, match=r"^shape = Segment: its body is in another space$"):
+        table.add_wall(pymunk.Segment(other.static_body, (0, 0), (1, 0), 0.0), 0.5)
+    assert not (table.balls or table.walls or space.shapes)
+
+
 def test_a_wall_may_have_a_static_body_of_its_own() -> None:
     space, table = world(1.0)
     post = pymunk.Circle(pymunk.Body(body_type=pymunk.Body.STATIC), 5.0)

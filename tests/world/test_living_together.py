@@ -46,6 +46,16 @@ def test_every_line_of_the_table_has_its_test_and_every_test_its_line() -> None:
     assert mine <= set(named) <= mine | others
 
 
+def test_a_box_goes_into_balls_that_have_no_way_out() -> None:
+    space, table = plane()
+    table.add_wall(pymunk.Segment(space.static_body, (1.0, -1.0), (1.0, 1.0), 0.0), 0.5)
+    balls, shape = [ball(table, 0.9 - 0.07 * k) for k in range(2)], box(space, 0.3)
+    shape.body.velocity = (2.0, 0.0)
+    steps(space, 5.0)
+    assert min(shape.point_query(each.body.position).distance - R for each in balls) < -R
+    assert max(each.body.position.x for each in balls) < 1.0 - 0.99 * R  # None is in the wall.
+
+
 def test_a_box_and_a_ball_push_each_other() -> None:
     space, table = plane()
     shape, striker = box(space, 0.3), ball(table, 0.0)
