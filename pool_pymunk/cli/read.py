@@ -236,6 +236,8 @@ def size(text: str, said: str, smallest: int = 0) -> tuple[int, int]:
 def numbers(key: str, text: str, units: Units, kind: str = "") -> tuple[float, ...]:
     """Return numbers with colons between them; those of a ``kind`` in SI, angles in degrees."""
     parts = text.split(":")
+    if ".." in text:
+        raise InputError(f"{key} = {text}: must be LOW:HIGH")
     if kind != "":
         return tuple(quantity(key, part, kind, units) for part in parts)
     try:

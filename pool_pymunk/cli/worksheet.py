@@ -16,6 +16,7 @@ from pool_pymunk.safety.files import folder_of, whole
 
 NAME = '<p class="name">Name<span></span>Date<span></span></p>'
 FUNCTION = r"(\\(?:cos|ln|sin|tan)) ?(?=[\\\d])"  # before a number or a letter, not a bracket
+PYTHON = "```python\n"  # opens a block
 ROOM = '<div class="room"></div>'  # to write on
 
 
@@ -35,9 +36,15 @@ def worksheet(asked: WorksheetOptions) -> int:
 
 
 def sheets(text: str) -> str:
-    """Return a sheet of HTML for each exercise, after one for what comes before the first."""
+    """Return a sheet of HTML for each exercise, after one for what comes before the first.
+
+    Each sheet stands alone: the lines of Python of that one stand before those of an exercise, too.
+    """
     opening, *parts = re.split(r"^(?=## )", text, flags=re.MULTILINE)
-    exercises = [part for part in parts if re.match(r"## \d", part)]
+    before = opening[opening.index(PYTHON) :].partition("\n```\n")[0]
+    exercises = [
+        part.replace(PYTHON, f"{before}\n\n", 1) for part in parts if re.match(r"## \d", part)
+    ]
     each = [html(opening), *(f"{NAME}\n{html(part)}{ROOM}" for part in exercises)]
     return "\n".join(f"<section>\n{one}\n</section>" for one in each)
 

@@ -55,11 +55,11 @@ class OwnLaw(core_laws.Law):
         self.solves_at_once = type(law).together is Coulomb.together
 
     def ball_ball(self, a: Plain, b: Plain, pair: CorePair) -> tuple[Plain, Plain]:
-        new_a, new_b = self.law.ball_ball(NT(*a), NT(*b), pair_of(pair))
+        new_a, new_b = ball_ball_by(self.law, NT(*a), NT(*b), pair_of(pair))
         return parts_of(new_a, a), parts_of(new_b, b)
 
     def cushion(self, v: Plain, restitution: float, friction: float) -> Plain:
-        return parts_of(self.law.cushion(NT(*v), restitution, friction), v)
+        return parts_of(cushion_by(self.law, NT(*v), restitution, friction), v)
 
     def jumps(self, a: Plain, b: Plain, pair: CorePair) -> bool:
         jumps: Any = self.law.jumps(NT(*a), NT(*b), pair_of(pair))
@@ -76,6 +76,24 @@ class OwnLaw(core_laws.Law):
         self.law.together(own.contacts, own.velocity, own.answer)
         own.carry_out()
         return False
+
+
+def ball_ball_by(law: Law, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
+    """Return what a law answers to a hit of two balls; raises TypeError if that is None."""
+    after: tuple[NT, NT] | None = law.ball_ball(a, b, pair)
+    if after is None:
+        message = "its ball_ball must return the velocities of A and B after the hit, as two NT"
+        raise TypeError(f"law {law.name} returned None: {message}")
+    return after
+
+
+def cushion_by(law: Law, v: NT, restitution: float, friction: float) -> NT:
+    """Return what a law answers to a hit on a cushion; raises TypeError if that is None."""
+    after: NT | None = law.cushion(v, restitution, friction)
+    if after is None:
+        message = "its cushion must return the velocity after the hit, as an NT"
+        raise TypeError(f"law {law.name} returned None: {message}")
+    return after
 
 
 def parts_of(after: Any, before: Plain) -> Plain:

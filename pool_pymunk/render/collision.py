@@ -149,16 +149,18 @@ def _contact(panel: _Panel) -> None:
 
 
 def _facts(hit: Collision, units: Units) -> str:
-    """Return masses, coefficients and speeds in two lines."""
+    """Return masses, coefficients and velocities in two lines."""
     m_a, m_b = (f"{units.from_si(ball.mass, 'mass'):.4g} {units.mass}" for ball in (hit.a, hit.b))
     (before, after), material = hit.energy, hit.material
+    kind = "speed"
     velocities = {"v_A": hit.a.velocity, "v_B": hit.b.velocity}
     velocities |= {"v_A'": hit.velocity_a, "v_B'": hit.velocity_b}
-    speeds = ", ".join(
-        f"${name}$ = {units.from_si(math.hypot(*v), 'speed'):.4g}" for name, v in velocities.items()
+    said = ", ".join(
+        f"${name}$ = ({', '.join(f'{units.from_si(x, kind) + 0.0:.4g}' for x in v)})"
+        for name, v in velocities.items()
     )
     return (
         f"A: {m_a}, B: {m_b}; restitution {material.restitution:g}, friction {material.friction:g}"
         f", law {find_law(material.law).name}; energy {before:.4g} J before, {after:.4g} J after\n"
-        f"speeds ({units.speed}): {speeds}"
+        f"velocities along x and y ({units.speed}): {said}"
     )

@@ -260,6 +260,8 @@ def modelled(scene: Scene) -> Iterator[str]:
         first, last = scene.first_post, len(scene.cushions) - 1
         which = f"s {first} to {last}" if first < last else f" {last}"
         yield f"posts: {len(scene.posts)}, reported as cushion{which}"
+    if scene.patches:
+        yield f"patches of other friction: {len(scene.patches)}"
     if scene.pockets:
         yield f"pockets: {', '.join(pocket.id for pocket in scene.pockets)}"
     slows = f"{scene.deceleration:.6g} m/s^2" if scene.deceleration else "none; no damping callback"

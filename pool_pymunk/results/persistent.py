@@ -77,14 +77,18 @@ def balls_of(a: int, b: int) -> tuple[int, ...]:
 
 
 def warn_of_persisted(trace: Trace, ids: Sequence[str], presses: str) -> None:
-    """Warn once of each set of balls and cushions that contacts have joined, and what presses."""
-    for each in joined(trace.persisted):
-        text = (
-            f"{presses} presses {each.words(ids)}: they stay in "
-            f"contact {'now and then ' if each.times > 1 else ''}until {each.until:.6g} s. "
-            "For how far that may put the ends off see run.persistent_shift"
-        )
-        trace.warn(text, each.since)
+    """Warn once of the sets of balls and cushions that contacts have joined, and what presses."""
+    found = joined(trace.persisted)
+    if not found:
+        return
+    said = "; ".join(
+        f"{each.words(ids)}: they stay in contact "
+        f"{'now and then ' if each.times > 1 else ''}"
+        f"{f'from {each.since:.6g} s ' if len(found) > 1 else ''}until {each.until:.6g} s"
+        for each in found
+    )
+    more = "For how far that may put the ends off see run.persistent_shift"
+    trace.warn(f"{presses} presses {said}. {more}", found[0].since)
 
 
 class Joined(NamedTuple):

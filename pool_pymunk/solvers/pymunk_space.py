@@ -11,6 +11,7 @@ import math
 import pymunk
 
 from pool_pymunk.model import Scene, State
+from pool_pymunk.model.problems import setting_error
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers.by_core import play
 from pool_pymunk.solvers.in_core import new_table_of
@@ -50,7 +51,11 @@ def set_up(scene: Scene, start: State, settings: Settings) -> Billiards:
     walls, own.walls = own.walls[: len(scene.cushions)], []
     table.live.lay(own)
     table.live.gravity = scene.tilt  # The table of the core has it already.
-    for wall, shape in zip(walls, cushion_shapes(scene, table.space), strict=True):
+    shapes = cushion_shapes(scene, table.space)
+    if len(walls) != len(shapes):
+        message = "takes the walls of tables and posts only, and this scene has walls of its own"
+        raise setting_error("solver", "pymunk", f"{message}; event-driven plays them")
+    for wall, shape in zip(walls, shapes, strict=True):
         table.put_wall(shape, wall)
     for hole in scene.pockets:
         table.add_pocket(hole.position, hole.radius)

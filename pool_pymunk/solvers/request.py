@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pool_pymunk.core.record import POCKET
-from pool_pymunk.laws import Law
+from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.model import Scene, Shot, State
 from pool_pymunk.model.outline import NEVER_RESTS
 from pool_pymunk.model.plain import (
@@ -107,7 +107,10 @@ class Request(NamedTuple):
             asked = self._replace(settings=settings._replace(max_time=trace.duration))
         shift = asked._policy_shift(state, trace, wall_time)
         if not self.solver.own_law and not settings.law_of(scene).hits_are_coulombs:
-            warn_of_gained_energy(trace, scene, settings.law_of(scene).name)
+            if trace.status == "non_finite" and self.law not in LAWS:
+                text = f"a number was not finite: see what the law {self.law} returned"
+                trace.warn(text, trace.duration)
+            warn_of_gained_energy(trace, scene, self.law)
         return asked._run(shot, state, trace, wall_time, shift)
 
     def start(self, shot: Shot | None, before: State | None = None) -> State:

@@ -25,6 +25,7 @@ from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import EPSILON
 from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws.contact import NO_BALL, NT, Contact, Impulse, Pair, impulse_of
+from pool_pymunk.laws.own import ball_ball_by, cushion_by
 from pool_pymunk.model import Point, Scene, State, Table
 from pool_pymunk.results.trace import NONE, Trace
 from pool_pymunk.solvers.record import Settings, Stepping
@@ -152,8 +153,8 @@ class Slices(Stepping):
             if at > high or at < low:
                 place[axis] = min(max(at, low), high)
                 wall = self.scene.cushions[numbers[at > high]]
-                velocity[axis], velocity[1 - axis] = self.law.cushion(
-                    NT(approach, velocity[1 - axis]), wall.restitution, wall.friction
+                velocity[axis], velocity[1 - axis] = cushion_by(
+                    self.law, NT(approach, velocity[1 - axis]), wall.restitution, wall.friction
                 )
                 self._rub(disc, wall, (1.0 - axis, 0.0 + axis), velocity[axis] - approach)
                 (disc.x, disc.y), (disc.vx, disc.vy) = place, velocity
@@ -175,7 +176,7 @@ class Slices(Stepping):
         (x, y, vx, vy), before = disc.motion, disc.velocity
         v = NT(vx * nx + vy * ny, vy * nx - vx * ny)
         if v.n < 0.0:
-            n, s = self.law.cushion(v, wall.restitution, wall.friction)
+            n, s = cushion_by(self.law, v, wall.restitution, wall.friction)
             vx, vy = n * nx - s * ny, n * ny + s * nx
             self._rub(disc, wall, normal, n - v.n)
         disc.x, disc.y, disc.vx, disc.vy = x + depth * nx, y + depth * ny, vx, vy
@@ -236,7 +237,7 @@ class Slices(Stepping):
                 f"friction of law {self.law.name}. The report's program does the same",
                 self.time,
             )
-        for disc, after in zip((ball, other), self.law.ball_ball(a, b, pair), strict=True):
+        for disc, after in zip((ball, other), ball_ball_by(self.law, a, b, pair), strict=True):
             disc.vx = cos(impact) * after.n - cos(pi / 2 - impact) * after.t
             disc.vy = sin(impact) * after.n + sin(pi / 2 - impact) * after.t
         contact = Contact(i, j, (cos(impact), sin(impact)), pair)

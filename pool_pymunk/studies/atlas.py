@@ -114,7 +114,7 @@ def atlas(
     """
     chosen = find_shot(scene, shot)
     if chosen is None:
-        raise setting_error("shot", None, "is missing: the scene has none")
+        raise setting_error("shot", None, "the scene has no shots, and one is needed")
     if axes is None:
         usual = np.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
         speeds = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))

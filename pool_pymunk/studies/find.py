@@ -118,7 +118,7 @@ def find(
     """
     chosen = find_shot(scene, shot)
     if chosen is None:
-        raise setting_error("shot", None, "is missing: the scene has none")
+        raise setting_error("shot", None, "the scene has no shots, and one is needed")
     search = _ShotSearch(scene, chosen, wanted, seed, law)
     search.read_player(angle_error, speed_error, errors or {})
     search.read_goals({} if ends is None else ends)

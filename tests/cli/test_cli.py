@@ -401,3 +401,8 @@ def test_check_and_run_warn_of_a_pocket_that_no_ball_can_reach(tmp_path: Path) -
     for line in (("check",), ("run", "--no-pictures")):
         said = typed(line[0], "small.toml", *line[1:], cwd=tmp_path).stdout
         assert said.count("Warning: no ball can reach pocket corner: ") == 1
+
+
+def test_a_range_with_dots_is_told_how_it_is_written() -> None:
+    with pytest.raises(Exception, match=r"--vary angle = -2\.\.2: must be LOW:HIGH"):
+        read.varied("--vary", ["angle=-2..2"], Units())

@@ -37,6 +37,13 @@ def test_each_exercise_has_a_sheet_with_a_line_for_the_name(tmp_path: Path) -> N
         assert sheet.count("<h2>") == sheet.count(">Name<") == 1
 
 
+def test_a_sheet_with_python_has_its_imports_and_none_names_another_page(tmp_path: Path) -> None:
+    page = written(folder=tmp_path)
+    for sheet in re.findall(r"<section>(.*?)</section>", page, flags=re.DOTALL):
+        assert sheet.count("import math") == min(sheet.count("language-python"), 1)
+        assert "docs/" not in sheet
+
+
 @pytest.mark.parametrize("options", [(), ("--answers",)])
 def test_the_page_needs_nothing_else(options: tuple[str, ...], tmp_path: Path) -> None:
     page = written(*options, folder=tmp_path)
@@ -62,7 +69,7 @@ def test_the_hit_by_hand_has_the_numbers_of_its_scenario() -> None:
     normal = simulate(scene).contacts[0].normal
     assert normal is not None
     angle = math.degrees(math.atan2(normal[1], normal[0]))
-    assert f"at {angle:.2f} degrees" in exercise(11)
+    assert f"at {angle:.4f} degrees" in exercise(11)
 
 
 def test_every_line_that_is_printed_has_its_unit() -> None:

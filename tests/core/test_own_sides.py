@@ -15,6 +15,7 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
+    SettingError,
     Shot,
     Table,
     simulate,
@@ -126,3 +127,13 @@ def test_derivatives_know_how_its_normal_turns() -> None:
             ends(simulate(replace(scene, shots=(shot,)), solver="event-driven")) for shot in shots
         )
         assert found[..., column] == pytest.approx((high - low) / (2 * step), rel=1e-4, abs=1e-4)
+
+
+def test_pymunk_refuses_a_wall_that_no_edge_has() -> None:
+    class More(Rounded):
+        @cached_property
+        def walls(self) -> tuple[Wall, ...]:
+            return (*super().walls, Wall([Hollow(9.0, 1.0)], 0.0, 0.0, 4))
+
+    with pytest.raises(SettingError, match="this scene has walls of its own"):
+        simulate(replace(table(), table=More(CORNERS)), solver="pymunk")

@@ -260,3 +260,24 @@ def test_derivatives_are_those_of_the_law_that_was_asked(monkeypatch: pytest.Mon
     found = run.derivatives(["speed"]).final
     monkeypatch.setitem(LAWS, "damped", Law())
     np.testing.assert_array_equal(run.derivatives(["speed"]).final, found)
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "time-slice"])
+@pytest.mark.parametrize("method", ["ball_ball", "cushion"])
+def test_a_law_that_returns_nothing_is_named(solver: str, method: str) -> None:
+    own = type("Silent", (Law,), {method: lambda *_: None})()
+    ball = Ball("a", (0.5, 0.5), 0.03, 0.2, velocity=(1.0, 0.0))
+    other = Ball("b", (0.8, 0.5) if method == "ball_ball" else (0.8, 0.9), 0.03, 0.2)
+    scene = Scene(
+        (ball, other), Table.rectangle(2.0, 1.0), Restitution(0.9, cushion=0.8), Friction(0.02)
+    )
+    with pytest.raises(TypeError, match=f"law Silent returned None: its {method} must return"):
+        simulate(scene, solver=solver, law=own, max_time=3.0)
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "time-slice"])
+def test_a_law_that_returns_no_number_is_named(solver: str) -> None:
+    own = type("Odd", (Law,), {"ball_ball": lambda _, a, b, pair: (NT(np.nan, 0.0), b)})()
+    run = simulate(laid_out(), 1, solver=solver, law=own)
+    assert run.status == "non_finite"
+    assert any("see what the law Odd returned" in text for text in run.warnings)

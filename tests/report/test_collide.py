@@ -291,3 +291,8 @@ def test_the_energy_that_is_lost_or_gained(
     assert exit_code(*shlex.split(balls + more)) == 0
     (line,) = (line for line in capsys.readouterr().out.splitlines() if "Kinetic" in line)
     assert line.endswith(f" {said}") and "-" not in line
+
+
+def test_the_picture_tells_which_way_a_ball_goes() -> None:
+    a, b = Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03, (-2.0, 0.0))
+    assert "$v_B$ = (-2, 0)" in collision._facts(collide(a, b), Units())

@@ -27,9 +27,10 @@ from pool_pymunk import (
     same_balls,
     simulate,
 )
+from pool_pymunk.model import State
 from pool_pymunk.page.content import content
-from pool_pymunk.results.persistent import joined
-from pool_pymunk.results.trace import Persisted
+from pool_pymunk.results.persistent import joined, warn_of_persisted
+from pool_pymunk.results.trace import Persisted, Trace
 from pool_pymunk.world import ContactEvent
 from tests.shared.hard_scenes import disc, exact, persistent
 
@@ -287,3 +288,12 @@ def test_on_stop_revoked_does_nothing_and_says_so() -> None:
 def test_two_balls_that_only_hit_have_no_such_contact() -> None:
     balls = (disc("a", (0.0, 0.0), (1.0, 0.0)), disc("b", (0.5, 0.0)))
     assert exact(Scene(balls, None, Restitution(0.5), Friction(0.1))).persistent == ()
+
+
+def test_one_warning_tells_of_all_that_is_pressed() -> None:
+    start = State(((0.0, 0.0),) * 4, ((0.0, 0.0),) * 4)
+    trace = Trace(start, [(0.0, 0.0)] * 4)
+    trace.persisted = [(0, 1, 0, 0.5, 2.0, 0.0, 0.0), (2, 3, 0, 1.0, 3.0, 0.0, 0.0)]
+    warn_of_persisted(trace, "abcd", "gravity")
+    [line] = trace.warnings
+    assert "balls a, b together: they stay in contact from 0.5 s until 2 s; balls c, d" in line

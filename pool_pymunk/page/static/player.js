@@ -275,7 +275,7 @@ class Player {
     const number = (value) => (value ?? Number.NaN).toPrecision(4);
     const [x, y] = place.map((value) => (value / length[1]).toFixed(3));
     const angle = ((Math.atan2(row.normal[1], row.normal[0]) * 180) / Math.PI).toFixed(2);
-    const kind = { stick: "; it sticks", slip: "; it slips" }[row.kind] ?? "";
+    const kind = { stick: "; they part without slip", slip: "; they slip" }[row.kind] ?? "";
     const said = [
       `${this.words(event)} at ${x}, ${y} ${length[0]}; normal ${angle}°${kind}`,
       row.lost !== null && `energy lost: ${number(row.lost)} J`,
