@@ -103,6 +103,10 @@ class Setting:
         """The step (s) or the tolerance (m), if it has one: errors shrink with it."""
         return self.dt or self.contact_tolerance
 
+    def __str__(self) -> str:
+        """Return its fineness as people write it; a tolerance is in m."""
+        return self.text(Units())
+
     def text(self, units: Units) -> str:
         """Return its fineness as people write it; a tolerance is in ``units``."""
         if self.contact_tolerance is not None:

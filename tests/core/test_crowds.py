@@ -103,7 +103,7 @@ def test_a_pile_comes_to_rest_and_the_run_says_how(rolling: float | None) -> Non
     assert OVER_AND_OVER in "\n".join(shot_lines(run))
     moments = sorted({float(t) for rows in run.knots for t in rows[:, 0]})  # of all new paths
     left = run.energy_at(moments)
-    assert all(after - before < 1e-5 * left[0] for before, after in itertools.pairwise(left))
+    assert all(after - before < 1e-4 * left[0] for before, after in itertools.pairwise(left))
     times = np.linspace(0.0, run.duration, 20)
     deepest = min(
         math.dist(a, b) - 2.0 * scene.balls[0].radius

@@ -172,6 +172,7 @@ def test_a_ball_comes_to_rest_once_while_others_press_it() -> None:
     assert stops.count(1) == 1
 
 
+@pytest.mark.filterwarnings("ignore:ball . hops")
 @pytest.mark.parametrize("pull", [0.05, 0.5])
 def test_gravity_and_forces_act_on_balls_that_press(pull: float) -> None:
     table = two_that_press()
