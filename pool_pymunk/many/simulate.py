@@ -42,8 +42,7 @@ def simulate_many(
     ``position`` (m) and ``velocity`` (m/s) are arrays (S, N, 2), for S shots and the scene's N
     balls, or (N, 2) for all shots (default: the scene's own). NaN as a position means that the ball
     is off the table. ``shot`` takes the place of both: a Shot of the scene, its name or its number
-    from 1. All shots then begin as in :func:`simulate`; ``simulate_many(scene, 1)`` is enough. A
-    scene that has shots, and no ball that moves, needs a ``shot`` or a ``velocity``.
+    from 1. All shots then begin as in :func:`simulate`; ``simulate_many(scene, 1)`` is enough.
 
     ``vary`` has what else differs from shot to shot: arrays (S,) by the names of the table of
     inputs (:mod:`pool_pymunk.model.inputs`), such as ``mass.C``; a :class:`~pool_pymunk.Variation`

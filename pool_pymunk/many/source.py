@@ -243,9 +243,6 @@ def read_source(
         scene, given["position"], given["velocity"], varied, struck, given.get("roll"), first
     )
     source = Source(asked.scene, asked, places, velocities, _of_balls(scene, others), rolls, struck)
-    if velocity is None and not _moves(source) and scene.shots and not scene.is_tilted:
-        message = f"no ball moves: give shot={scene.shots[0].name!r}, or a velocity"
-        raise setting_error("shot", None, message)
     _check_that_it_ends(source)
     return source
 
@@ -320,18 +317,14 @@ def _refuse(name: str, bad: Any, value: object, message: str) -> None:
         raise setting_error(f"{name}{np.argwhere(bad)[0, :2].tolist()}", value, message)
 
 
-def _moves(source: Source) -> bool:
-    """Tell whether a ball slides or rolls when the shots begin."""
-    return bool(source.velocity.any() or (source.roll is not None and source.roll.any()))
-
-
 def _check_that_it_ends(source: Source) -> None:
     """Refuse shots that no friction brings to rest, and that have no latest time."""
     scene, kind = source.scene, "surface" if source.roll is None else "rolling"
     least = source.vary.get(f"friction.{kind}", np.array(getattr(scene.friction, kind)))
+    moves = source.velocity.any() or (source.roll is not None and source.roll.any())
     its = [getattr(patch, kind) for patch in scene.patches]
     slows = (least * scene.physics.gravity > 0.0).all() and 0.0 not in its
-    if not slows and source.asked.settings.max_time is None and (_moves(source) or scene.is_tilted):
+    if not slows and source.asked.settings.max_time is None and (moves or scene.is_tilted):
         message = f"is missing: without {kind} friction the balls of these shots never come to rest"
         message = f"is missing: {NEVER_RESTS}" if scene.is_tilted else message
         raise setting_error("max_time", None, message)
