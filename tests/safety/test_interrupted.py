@@ -86,6 +86,7 @@ def test_ctrl_c_before_the_first_shot_leaves_nothing(tmp_path: Path) -> None:
 def test_ctrl_c_while_the_command_line_is_imported_is_one_line(module: str) -> None:
     lines = (
         "import os, runpy, signal, sys",
+        "signal.signal(signal.SIGINT, signal.default_int_handler)",  # It may be ignored here.
         "class Finder:",
         "    def find_spec(name, *where):",
         f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)",
