@@ -656,7 +656,7 @@ def test_the_row_of_a_contact(visit: Any, report: Path, runs: list[Run]) -> None
     row = runs[0].contacts[0]
     assert row.impulse is not None and row.lost is not None
     said = seen.text("contact")
-    assert "C meets 1 at 42.297, 21.615 in; normal -170.15\N{DEGREE SIGN}; it slips" in said
+    assert "C meets 1 at 42.297, 21.615 in; normal -170.15\N{DEGREE SIGN}; they slip" in said
     assert f"Jn {row.impulse:.4g} N s" in said and f"energy lost: {row.lost:.4g} J" in said
     assert seen.page.locator("#contact sub").all_inner_texts() == ["n", "t"]
     assert " ".join(f"{v:.4f}" for v in row.after[0]) in said.replace(",", "")
