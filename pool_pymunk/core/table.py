@@ -58,7 +58,7 @@ class Table:
         return last
 
     def forget(self) -> None:
-        """Forget what a user has said of pairs, who may say otherwise now; this table asks none."""
+        """Forget pairs that a user's function gave, which may give others now; here are none."""
 
 
 def may_press(table: Table) -> bool:

@@ -291,7 +291,7 @@ class Billiards:
         place, number = argument("position", body.position, point), len(self.balls)
         near = live.discs_near(place, circle.radius)
         check_place(place, circle.radius, near, self._walls.now())
-        self._walls.refuse_outside(place, map(live.place_of, live.on_table))
+        self._walls.refuse_outside(place, (live.place_of(b) for b in self.balls if b.is_on_table))
         if (other := next(iter(live.ball_of.values()), None)) is not None:
             masses, table = (other.body.mass, body.mass), self.engine.table
             assert isinstance(table, OwnPairs)

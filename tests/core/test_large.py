@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from pool_pymunk import Ball, Friction, Physics, Restitution, Scene, simulate
 from pool_pymunk.core.ball import Ball as CoreBall
+from pool_pymunk.core.contact.contact import Contact, Disc, Pair, groups
 from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.near import near_of
 from pool_pymunk.core.persistent.linear import Row, solve
@@ -31,9 +34,20 @@ def test_forces_of_hundreds_are_solved_and_their_rows_are_freed() -> None:
         assert given == pytest.approx([count + 1.0] + [1.0] * (count - 1), abs=1e-9)
 
 
+def test_discs_that_contacts_join_do_not_hold_each_other() -> None:
+    """A chain of so many would write over other memory when compiled code frees it."""
+    discs = [
+        Disc(CoreBall(k, R, 0.2, standing(0.0, 0.0, 0.0)), 0.0, 0.0, 0.0, 0.0) for k in range(60)
+    ]
+    pair = Pair(0.2, 0.2, 0.9, 0.0)
+    row = [Contact(a, b, None, 1.0, 0.0, pair) for a, b in pairwise(discs)]
+    assert [len(found) for found in groups(row[::-1])] == [59]
+    assert {disc.first for disc in discs} == {None}
+
+
 @pytest.mark.parametrize("is_reversed", [False, True])
 def test_a_row_of_150_is_struck_at_its_end(is_reversed: bool) -> None:
-    """So many discs that touch are joined, in whatever order they are numbered."""
+    """It takes no time, though it is played with tiny gaps, too, in which balls lie in no line."""
     places = [0.5 + 2 * R * k for k in range(150)]
     start, speed = (0.2, 2.0) if not is_reversed else (places[-1] + 0.3, -2.0)
     row = [Ball(f"b{k}", (x, 0.5), R, 0.2) for k, x in enumerate(places)]

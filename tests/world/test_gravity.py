@@ -37,6 +37,15 @@ def upright(e: float = 0.6, mu: float = 0.0, width: float = 2.0, **more: Any) ->
     return table
 
 
+def lift_in(table: Billiards, y: float, e: float = 0.0) -> pymunk.Body:
+    """Return the body of a floor at a height (m) that could move, with restitution ``e``."""
+    body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    body.position = (1.0, y)
+    table.space.add(body)
+    table.add_wall(pymunk.Segment(body, (-0.5, 0.0), (0.5, 0.0), 0.0), e)
+    return body
+
+
 def put(table: Billiards, x: float, y: float, velocity: tuple[float, float] = (0, 0)) -> TableBall:
     body = pymunk.Body(0.2, math.inf)
     body.position, body.velocity = (x, y), velocity
@@ -180,10 +189,7 @@ def test_a_ball_under_others_may_be_taken_away() -> None:
 
 def test_a_wall_that_moves_lifts_a_ball() -> None:
     table = upright(0.0)
-    lift = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-    lift.position = (1.0, 0.5)
-    table.space.add(lift)
-    table.add_wall(pymunk.Segment(lift, (-0.2, 0.0), (0.2, 0.0), 0.0), 0.0)
+    lift = lift_in(table, 0.5)
     ball = put(table, 1.0, 0.5 + R)
     lift.velocity = (0.0, 0.3)
     for _ in range(60):
@@ -193,10 +199,7 @@ def test_a_wall_that_moves_lifts_a_ball() -> None:
 
 def test_a_ball_on_a_wall_that_could_move_stops_once() -> None:
     table, stops = upright(0.0), list[float]()
-    shelf = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-    shelf.position = (1.0, 0.5)
-    table.space.add(shelf)
-    table.add_wall(pymunk.Segment(shelf, (-0.2, 0.0), (0.2, 0.0), 0.0), 0.0)
+    lift_in(table, 0.5)
     put(table, 1.0, 0.6 + R)
     table.on_stop = lambda _, t: stops.append(t)
     for _ in range(60):
@@ -206,10 +209,7 @@ def test_a_ball_on_a_wall_that_could_move_stops_once() -> None:
 
 def test_a_ball_that_rides_on_a_lift_is_moving() -> None:
     table = upright(0.0)
-    lift = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-    lift.position = (1.0, 0.5)
-    table.space.add(lift)
-    table.add_wall(pymunk.Segment(lift, (-0.2, 0.0), (0.2, 0.0), 0.0), 0.0)
+    lift = lift_in(table, 0.5)
     put(table, 1.0, 0.5 + R)
     table.step()
     assert table.moving == {}
@@ -227,10 +227,7 @@ def test_a_ball_that_rides_on_a_lift_is_moving() -> None:
 def test_a_wall_that_could_move_is_hit_when_it_should(dt: float, drop: float, rises: float) -> None:
     """However fast a ball has become that was dropped from rest."""
     table, hits = upright(0.8), list[float]()
-    floor = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-    floor.position, floor.velocity = (1.0, 1.0), (0.0, rises)
-    table.space.add(floor)
-    table.add_wall(pymunk.Segment(floor, (-0.5, 0.0), (0.5, 0.0), 0.0), 0.8)
+    lift_in(table, 1.0, 0.8).velocity = (0.0, rises)
     put(table, 1.0, 1.0 + R + drop)
     table.on_contact = lambda contact: hits.append(contact.t)
     while not hits and table.time < 2.0:

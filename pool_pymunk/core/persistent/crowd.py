@@ -29,7 +29,7 @@ SHORT: Final = 2.0  # times the shortest step, in place of LONGEST
 FAST_SWEEPS: Final = 120  # while a ball is faster than it gets in a step
 SLOW_SWEEPS: Final = 360
 LEAST: Final = 1e-9  # of the speed that a ball gets in a step; slower ones are none
-SHIFTS: Final = 30  # at most, after each step
+SHIFTS: Final = 30  # rounds at most, after each step
 
 
 @final
@@ -60,8 +60,7 @@ class Crowd(Gathering):
     def states_at(self, t: float) -> list[State]:
         """Return the states at a time (s): velocities are those of the whole step.
 
-        Balls that go straight to where they do not overlap may overlap before, so there is made
-        room for them.
+        On straight paths balls may overlap before the end of the step. So they are moved apart.
         """
         if self.sleeps or t <= self.began:
             return [each.start for each in self.members]

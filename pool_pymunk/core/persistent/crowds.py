@@ -19,8 +19,8 @@ from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 
 MANY: Final = 1000  # CROWD balls or fewer are a crowd after so many hits, together.
-# balls; more that press on each other are a crowd at once. Where they fall, and hit each other all
-# the time, more than CROWD are.
+# balls; more that press on each other are a crowd at once. Where balls fall, more than CROWD are:
+# there they hit each other most of the time.
 LARGE: Final = 16
 STRIDE: Final = 0.05  # radii; a step of a crowd moves no ball farther
 # s; balls that fall rest once they have not moved for so long, to the eye. In that time even a ball

@@ -13,9 +13,9 @@ from pool_pymunk.core.persistent.spells import Spells
 from pool_pymunk.core.persistent.touch import Touch, is_of
 from pool_pymunk.core.walls.wall import Wall
 
-# What errors leave too near is moved apart, a little more than it has sunk in.
+# Balls that overlap by errors are moved apart by a little more than they overlap.
 APART: Final = 1.2
-LAST_SHIFTS: Final = 1000  # at most, where balls come to rest or are looked at
+LAST_SHIFTS: Final = 1000  # rounds at most, where balls come to rest or are looked at
 SUNK: Final = 1e-10  # radii; less is none
 
 
@@ -86,9 +86,9 @@ class Gathering(Company):
             one.at_start = one.halfway = one.push
 
     def make_room(self, most: int, times: float) -> None:
-        """Move balls apart that are too near, one after another, at most so often each.
+        """Move balls apart that overlap, one pair after another, in at most so many rounds.
 
-        They are moved so many times what they have sunk in.
+        Each pair is moved by so many times its overlap.
         """
         for _ in range(most):
             deepest = 0.0

@@ -91,7 +91,7 @@ def solve(rows: list[Row]) -> None:
     [1.0, 2.0, 3.0]
     """
     count = len(rows)
-    for row in rows:  # All entries are in: none that is dropped is to be kept.
+    for row in rows:  # It would keep entries that are dropped.
         row.last = None
     for q in range(count):
         best, size = q, abs(rows[q].pivot(q))

@@ -33,14 +33,17 @@ class Touch:
     unseen end at ``bounces`` (s). Sides that hit over and over are joined though nothing presses
     them: then the touch ``is_dull``.
 
+    In a step of a crowd, if no ball had an acceleration, the gap would open by the ``excess``
+    (m/s^2) faster than it should, and the slip would be too large by the ``skew``.
+
     The normal turns at ``swing`` (rad/s). A wall that moves has the ``drift`` (m/s) along the
     normal, and the ``shear`` along the tangent. If the ball had no acceleration, the speed at which
     the gap opens would change by ``lift`` (m/s^2), and the slip by ``tug``.
     """
 
-    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "free", "halfway", "i",
-                 "is_dull", "kept", "later", "lift", "mu", "n", "nx", "ny", "on", "pair",
-                 "shear", "short", "side", "skew", "slides", "slip", "spared", "struck", "swing",
+    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "excess", "free", "halfway",
+                 "i", "is_dull", "kept", "later", "lift", "mu", "n", "nx", "ny", "on", "pair",
+                 "shear", "side", "skew", "slides", "slip", "spared", "struck", "swing",
                  "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
@@ -56,7 +59,7 @@ class Touch:
         self.wrings = b is None and a.rolls and pair.friction > 0.0
         self.on = self.closed = self.is_dull = False
         self.later = -INF
-        self.short = self.skew = 0.0
+        self.excess = self.skew = 0.0
         self.slides = self.turns = 0.0
         self.n = self.t = self.i = 0.0
         self.nx, self.ny, self.slip = 1.0, 0.0, 0.0
@@ -279,7 +282,7 @@ class Touch:
     # -- in a step of a crowd ------------------------------------------------------------------
 
     def aim(self, h: float, bounces: float) -> None:
-        """Find what the sides lack in a step (s) in which they hit, to part, and to slip no more.
+        """Find excess and skew in a step (s) after which the sides are to slip no more.
 
         They are to part at e times the speed at which they close. Slower ones, which bounce unseen,
         come to touch.
@@ -288,7 +291,7 @@ class Touch:
         touches = -max(gap, 0.0) / h
         parting = -bounces * self.pair.restitution * opening
         bounce = parting > SLOW * h * self.a.pull and gap + h * opening <= 0.0
-        self.short = self.lift + (opening - (parting if bounce else touches)) / h
+        self.excess = self.lift + (opening - (parting if bounce else touches)) / h
         self.skew = self.tug + self.slip / h
 
     def carry(self, h: float) -> float:
@@ -300,7 +303,7 @@ class Touch:
         ax, ay = a.ax, a.ay
         if b is not None:
             ax, ay = b.ax - ax, b.ay - ay
-        n = max(self.n - self.unit * (ax * nx + ay * ny + self.short), 0.0)
+        n = max(self.n - self.unit * (ax * nx + ay * ny + self.excess), 0.0)
         if n == 0.0 and self.n == 0.0:
             return 0.0
         t, i, most = self.t, self.i, self.mu * n
