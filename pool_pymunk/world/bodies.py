@@ -15,6 +15,7 @@ import numpy.typing as npt
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
+from pool_pymunk.core.motion.path import Motion
 from pool_pymunk.model.problems import LARGEST
 from pool_pymunk.world.ball import TableBall
 
@@ -56,6 +57,7 @@ class Bodies:
     def __init__(self, space: pymunk.Space) -> None:
         self._space, self._buffer = space, Buffer()
         self._ids, self._shapes, self._seen = array(ID), -1, array("d")
+        self._row_of: dict[int, int] = {}  # the rows of balls, by the ids of their bodies
         self.at: Index = slice(0, 0)
         self.numbers: Index = slice(0, 0)
         self._bodies: set[pymunk.Body] = set()
@@ -77,8 +79,9 @@ class Bodies:
         """
         self._ids, self._shapes = array(ID, bytes(self._buffer.int_buf())), len(self._space.shapes)
         ids = self._ids.tolist()
-        at = [k for k, body in enumerate(ids) if body in balls]
-        self.at, self.numbers = in_a_row(at), in_a_row([balls[ids[k]].number for k in at])
+        self._row_of = {body: k for k, body in enumerate(ids) if body in balls}
+        self.at = in_a_row([*self._row_of.values()])
+        self.numbers = in_a_row([balls[body].number for body in self._row_of])
         bodies = set(self._space.bodies)
         new = bodies - self._bodies
         self._odd = [body for body in (*self._odd, *new) if body.center_of_gravity != (0.0, 0.0)]
@@ -98,6 +101,7 @@ class Bodies:
             its = *body.position, *body.velocity, body.angular_velocity, *body.force, body.torque
             is_sound = sum(map(abs, its)) <= LARGEST
             self._ids.insert(k, ball.body_id)
+            self._row_of[ball.body_id] = k
             self._seen[k * WIDTH : k * WIDTH] = array("d", its if is_sound else ())
 
     @property
@@ -115,6 +119,16 @@ class Bodies:
         """Keep the numbers in mind, unless one of them is not finite, or very large."""
         is_sound = float(np.abs(self._rows).sum()) <= LARGEST
         self._seen = array("d", bytes(self._buffer.float_buf()) if is_sound else b"")
+
+    def show(self, ball: TableBall, motion: Motion) -> Motion:
+        """Let one body show a motion (m, m/s), and return how it shows it; keep that in mind."""
+        body, (x, y, vx, vy) = ball.body, motion
+        body.position, body.velocity = (x, y), (vx, vy)
+        row = self._row_of.get(ball.body_id)
+        if self._is_plain and self.are_known and row is not None and len(self._seen) > 0:
+            self._seen[row * WIDTH : row * WIDTH + ROW] = array("d", motion)
+            return motion
+        return *body.position, *body.velocity
 
     def forget(self) -> None:
         """Know no bodies any more, as other balls are on the table."""

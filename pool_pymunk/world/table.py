@@ -187,9 +187,8 @@ class LiveTable:
         """Let the bodies of some balls show how they move now."""
         for ball in balls:
             if ball.is_on_table:
-                (x, y, vx, vy), _ = self.motion_of(ball)
-                ball.body.position, ball.body.velocity = (x, y), (vx, vy)
-                self.written[ball.number] = *ball.body.position, *ball.body.velocity
+                motion, _ = self.motion_of(ball)
+                self.written[ball.number] = self.bodies.show(ball, motion)
 
     def send(self, ball: TableBall, place: Vector, velocity: Vector, roll: Vector = SAME) -> None:
         """Set a ball off from a place, with a velocity and a roll; what is ``SAME`` stays."""
