@@ -1,6 +1,6 @@
 """This module films shots: one by one, all in one, or two runs of a shot compared.
 
-Frames become mp4 by PyAV, and gif by Pillow.
+Frames become mp4 by imageio's plugin for PyAV, and gif by Pillow.
 """
 
 from __future__ import annotations
@@ -119,28 +119,26 @@ def written(path: Path) -> Iterator[Path]:
 
 def write_mp4(path: Path, frames: Iterable[Pixels], fps: float) -> None:
     """Write frames, (height, width, 4) each; one is encoded while the next one is drawn."""
-    import av
+    import imageio.v3 as iio
+    from imageio.plugins.pyav import PyAVPlugin
 
-    pace = _pace(fps)
-    with (
-        av.open(str(path), "w", format="mp4", container_options=FASTSTART) as film,
-        ThreadPoolExecutor(1) as thread,
-    ):
-        stream = film.add_stream(CODEC, pace, options=OPTIONS)
-
-        def write(frame: Pixels, k: int) -> None:
-            if k == 0:
-                stream.height, stream.width, _ = frame.shape
-            picture = av.VideoFrame.from_ndarray(frame, "rgba")
-            picture.pts, picture.time_base = k, 1 / pace
-            film.mux(stream.encode(picture))
-
-        done: Future[object] = thread.submit(int)  # There is nothing to wait for yet.
-        for k, frame in enumerate(frames):
+    with path.open("wb") as file, ThreadPoolExecutor(1) as thread:
+        film = iio.imopen(
+            file, "w", plugin=PyAVPlugin, extension=".mp4", container_options=FASTSTART
+        )
+        try:
+            film.init_video_stream(CODEC, fps=float(_pace(fps)))
+            # imageio has no public call that sets them.
+            film._video_stream.options = OPTIONS  # type: ignore[union-attr]
+            done: Future[object] = thread.submit(int)  # There is nothing to wait for yet.
+            for frame in frames:
+                done.result()
+                done = thread.submit(film.write_frame, frame, pixel_format="rgba")
             done.result()
-            done = thread.submit(write, frame, k)
-        done.result()
-        film.mux(stream.encode())
+            film.close()
+        except BaseException:
+            film._video_stream = None  # Otherwise imageio would still encode when it is deleted.
+            raise
 
 
 def timed(frames: Iterable[Pixels], fps: float) -> Iterator[Shown]:

@@ -369,7 +369,7 @@ def test_help_imports_no_solver_and_nothing_that_draws() -> None:
         "for command in ('run', 'collide', 'compare', 'tradeoff', 'render', 'check'):\n"
         "    try:\n        main([command, '--help'])\n    except SystemExit:\n        pass\n"
         "heavy = ('numpy', 'pymunk', 'pool_pymunk.solvers', 'pool_pymunk.model', 'matplotlib', "
-        "'av', 'PIL')\n"
+        "'av', 'imageio', 'PIL')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
     result = subprocess.run(
