@@ -34,7 +34,9 @@ LEGIBLE = 0.34  # in ``letter``; if capitals are smaller, the label stands besid
 SOFT = 14  # A soft shadow or light consists of this number of circles.
 PALE = 0.7  # the strength of a ghost's track
 KINK = 0.06  # rad; a parabola is drawn as straight lines, one for each so much of its turn
-CHORDS = math.ceil(math.pi / KINK)  # of a ball that turns back, and others have fewer
+NEAR = 0.01  # of the ball's radius; no middle of a line lies farther from the parabola
+CHORDS = 250  # A parabola consists of at most this number of lines.
+TINY = 1e-300  # m/s; a ball that turns straight back has no velocity between both ends
 # A level stripe crosses a disc of radius 1; these are its corners' angles at the right side.
 ANGLES = math.asin(LOOK.stripe) * np.linspace(-1.0, 1.0, 24)
 BAND = Outline([(side * np.cos(a), side * np.sin(a)) for side in (1.0, -1.0) for a in ANGLES])
@@ -108,16 +110,17 @@ def draw_bodies(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
 
 
 def draw_ghosts(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
-    """Draw ghosts of balls: pale, clear discs with a ring in the ball's colour and a label."""
+    """Draw ghosts of balls: pale, clear discs with a label, to lie below the balls."""
     for ball in balls:
-        width, ink = min(0.14 * ball.radius, 4.0), style.outline
-        looks = {"fc": (1.0, 1.0, 1.0, 0.35), "ec": ball.color, "zorder": 1.7}
-        circle(axes, ball, ball.radius - width / 2, lw=width, **looks)
-        for radius in (ball.radius, ball.radius - width):
-            circle(axes, ball, radius, fc="none", ec=ink, lw=0.2 * width, alpha=0.7, zorder=1.8)
+        circle(axes, ball, ball.radius, fc=(1.0, 1.0, 1.0, 0.35), lw=0, zorder=1.7)
         if ball.is_labelled_inside:
-            looks = {"fc": ink, "ec": "none", "alpha": 0.6, "zorder": 1.9}
+            looks = {"fc": style.outline, "ec": "none", "alpha": 0.6, "zorder": 1.9}
             _shape(axes, _lettering(ball.label), ball, ball.spot, **looks)
+
+
+def draw_rims(axes: Axes, balls: Sequence[DrawnBall], _style: Style) -> None:
+    """Draw the rims of ghosts, which are seen on balls, too: rings in the balls' colours."""
+    draw_rings(axes, balls, wide=0.1, zorder=2.25)
 
 
 def _circles(
@@ -209,16 +212,17 @@ def track_of(run: Run, i: int) -> Array:
     breakpoints = run.knots[i]
     if run.scene.balls[i].id in run.pocketed:
         breakpoints = breakpoints[:-1]
-    t, (vx, vy, ax, ay) = breakpoints[:, 0], breakpoints[:-1, 3:7].T
-    ux, uy = vx + np.diff(t) * ax, vy + np.diff(t) * ay  # the velocity at the end
+    spans, (vx, vy, ax, ay) = np.diff(breakpoints[:, 0]), breakpoints[:-1, 3:7].T
+    ux, uy = vx + spans * ax, vy + spans * ay  # the velocity at the end
     turns = np.abs(np.arctan2(vx * uy - vy * ux, vx * ux + vy * uy))
-    count = np.maximum(np.ceil(np.nan_to_num(turns) / KINK), 1.0)[:, None]
-    chord = np.arange(CHORDS)
-    kept = chord < count
-    times = t[:-1, None] + chord / count * np.diff(t)[:, None]
-    rows = np.repeat(breakpoints[:-1], CHORDS, axis=0)[kept.ravel()]
-    places, _ = free_motions(rows, times[kept])
-    return np.vstack((np.column_stack((times[kept], places)), breakpoints[-1:, :3]))
+    across = np.abs(ax * (vy + uy) - ay * (vx + ux)) / np.maximum(np.hypot(vx + ux, vy + uy), TINY)
+    off = np.sqrt(across * spans**2 / (8.0 * NEAR * run.scene.balls[i].radius))
+    count = np.clip(np.ceil(np.nan_to_num(np.maximum(turns / KINK, off))), 1, CHORDS).astype(int)
+    rows, share = np.repeat(breakpoints[:-1], count, axis=0), np.repeat(spans / count, count)
+    chord = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
+    times = rows[:, 0] + chord * share
+    places, _ = free_motions(rows, times)
+    return np.vstack((np.column_stack((times, places)), breakpoints[-1:, :3]))
 
 
 def track_width(count: int) -> float:
@@ -226,22 +230,41 @@ def track_width(count: int) -> float:
     return LOOK.track * math.sqrt(LOOK.few / max(count, LOOK.few))
 
 
+class _Layer(NamedTuple):
+    """A layer is a track's pieces, each with its strength, in one colour and width."""
+
+    pieces: list[Array]
+    strengths: Array
+    color: str
+    share: float
+    width: float
+
+
 def tracks(
     paths: Sequence[Array], balls: Sequence[DrawnBall], ground: str, *, solid: bool
 ) -> LineCollection:
-    """Return balls' paths (K, 2), in points, as lines that fade towards where they begin."""
+    """Return balls' paths (K, 2), in points, as lines that fade towards where they begin.
+
+    A track that others cover is drawn on them once more, slimmer.
+    """
     full = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
-    bare, colors = np.array(to_rgb(ground)), [np.empty((0, 3))]
-    lines, widths = list[Array](), list[float]()
+    layers, above, bare = list[_Layer](), list[_Layer](), np.array(to_rgb(ground))
     for path, ball in zip(paths, balls, strict=True):
         pieces, strengths = _pieces(path[np.isfinite(path).all(axis=1)])
         core = max(full * ball.radius, 0.9)
-        halo = (halo_color(ball.color), LOOK.halo, core + max(0.5 * core, 1.0))
-        own = (ball.color, 1.0 if solid else PALE, core)
-        for color, share, width in (halo, own)[not solid :]:
-            lines += pieces
-            colors.append(bare + share * np.outer(strengths, to_rgb(color) - bare))
-            widths += [width] * len(pieces)
+        own = _Layer(pieces, strengths, ball.color, 1.0 if solid else PALE, core)
+        if solid and pieces:
+            halo = halo_color(ball.color), LOOK.halo, core + max(0.5 * core, 1.0)
+            layers.append(_Layer(pieces, strengths, *halo))
+            above.append(own._replace(width=LOOK.slim * core))
+        layers.append(own)
+    layers += above[-2::-1]  # Nothing covers the last one.
+    colors = [
+        bare + share * np.outer(strengths, to_rgb(color) - bare)
+        for _, strengths, color, share, _ in layers
+    ]
+    lines = [piece for layer in layers for piece in layer.pieces]
+    widths = [layer.width for layer in layers for _ in layer.pieces]
     looks: dict[str, Any] = {"capstyle": "round", "joinstyle": "round", "zorder": 1.5}
     return LineCollection(lines, colors=np.vstack(colors), linewidths=widths, **looks)
 
@@ -258,13 +281,15 @@ def _pieces(path: Array) -> tuple[list[Array], Array]:
     return list(np.stack([points[:-1], points[1:]], axis=1)), strength
 
 
-def draw_rings(axes: Axes, balls: Sequence[DrawnBall]) -> None:
-    """Draw a thin ring in the ball's colour where each ball started."""
+def draw_rings(
+    axes: Axes, balls: Sequence[DrawnBall], wide: float = 0.07, zorder: float = 1.45
+) -> None:
+    """Draw a thin ring in the ball's colour where each ball started; it is ``wide`` radii wide."""
     for ball in balls:
-        line = min(max(0.07 * ball.radius, 0.9), 2.0)
+        line = min(max(wide * ball.radius, 0.9), 30.0 * wide)
         halo = (halo_color(ball.color), 2.0, LOOK.halo)
         for color, width, alpha in (halo, (ball.color, 1.0, 1.0)):
-            looks = {"ec": color, "lw": width * line, "alpha": alpha, "zorder": 1.45}
+            looks = {"ec": color, "lw": width * line, "alpha": alpha, "zorder": zorder}
             circle(axes, ball, ball.radius - line, fc="none", **looks)
 
 

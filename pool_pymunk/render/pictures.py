@@ -94,6 +94,7 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
         axes.add_collection(lines, autolim=False)
     if not solid:
         balls.draw_ghosts(axes, there, style)
+        balls.draw_rims(axes, there, style)
     elif there:
         balls.draw_balls(axes, there, style)
     if solid and when == "start":

@@ -49,6 +49,10 @@ class Cast:
         # This is how far from its centre anything of a ball is drawn, except a label beside.
         extent = max(1.35 * disc.radius + 2.0 for disc in self.discs)
         self.sprites = _sprites(_at_origin(self.discs), extent, draw, style)
+        # The rims of ghosts are seen on solid balls, too.
+        self.rims = (
+            () if solid else _sprites(_at_origin(self.discs), extent, balls.draw_rims, style)
+        )
         self.labels = Labels(self.discs if solid else ())
         named = self.labels.balls
         extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in named), default=0.0)
@@ -83,6 +87,20 @@ class Cast:
         A ball that falls into a pocket fades.
         """
         self._shine(frame, t)
+        places, strengths = self._stamp(self.sprites, frame, t, position)
+        beside = self.labels.place(places).tolist() if self.names else []
+        for i, name, (x, y) in zip(self.labels.of, self.names, beside, strict=True):
+            name.stamp(frame, x, y, strengths[i])
+
+    def appear_above(self, frame: Frame, t: float, position: Array) -> None:
+        """Put on the frame what balls of another run must not hide: the rims of ghosts."""
+        if self.rims:
+            self._stamp(self.rims, frame, t, position)
+
+    def _stamp(
+        self, sprites: Sequence[Sprite], frame: Frame, t: float, position: Array
+    ) -> tuple[Array, list[float]]:
+        """Put a sprite at every ball; return the places on the frame and how strong they are."""
         seen, strengths = position.copy(), [1.0] * len(self.discs)
         seen[self.absent] = math.nan
         for i, (since, rim) in self.falls.items():
@@ -90,11 +108,9 @@ class Cast:
             if age > 0.0:
                 seen[i], strengths[i] = rim + age * (seen[i] - rim), 1.0 - age
         places = self.view.places(seen)
-        for sprite, (x, y), strength in zip(self.sprites, places.tolist(), strengths, strict=True):
+        for sprite, (x, y), strength in zip(sprites, places.tolist(), strengths, strict=True):
             sprite.stamp(frame, x, y, strength)
-        beside = self.labels.place(places).tolist() if self.names else []
-        for i, name, (x, y) in zip(self.labels.of, self.names, beside, strict=True):
-            name.stamp(frame, x, y, strengths[i])
+        return places, strengths
 
     def _shine(self, frame: Frame, t: float) -> None:
         """Light up the places of contacts for a moment."""
@@ -269,6 +285,8 @@ class Stage:
                 arrows(frame, t)
             for cast, position in zip(self.casts, moves, strict=True):
                 cast.appear(frame, t, position[k])
+            for cast, position in zip(self.casts, moves, strict=True):
+                cast.appear_above(frame, t, position[k])
             for part in self.above:
                 part(frame, t)
             yield frame.pixels

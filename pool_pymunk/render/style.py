@@ -33,6 +33,7 @@ class Look(NamedTuple):
     spot: float = 0.5  # the radius of the white spot, in that of the ball
     stripe: float = 0.62  # half the height of a stripe, in the ball's radius
     track: float = 0.24  # half the width of a ball's track, in the ball's radius
+    slim: float = 0.4  # the width of a track where it lies on another one, in its own
     few: int = 8  # More balls than these have thinner tracks, and thinner lines in plots.
     pieces: int = 40  # A track that fades consists of about this number of pieces.
     oldest: float = 0.6  # The oldest end of a track is as strong as this, the newest end 1.

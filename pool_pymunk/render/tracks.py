@@ -17,34 +17,46 @@ from pool_pymunk.render.canvas import FINE, Box, Frame, Pixels, blank, dimmed, p
 from pool_pymunk.render.style import LOOK
 
 STRENGTH = 0.9  # the share of the cloth that a track covers
-MARGIN = 0.75  # pixels; a ball uncovers its track, and this much beside it
+MARGIN = 1.25  # pixels; a ball uncovers its track, and this much beside it
 
 
 class Ground(Frame):
     """The ground is what lies under the balls of a film: the table, and tracks.
 
-    ``solid`` is what tracks of solid balls cover so far: those of ghosts lie under them.
+    ``solid`` is what tracks of solid balls cover so far: those of ghosts lie under them. ``cores``
+    is that without halos: what lies on it is slimmer, so that both are seen.
     """
 
     def __init__(self, bare: Pixels) -> None:
         super().__init__(bare.copy())
-        self.solid = Image.new("L", self.picture.size)
+        self.solid, self.cores = (Image.new("L", self.picture.size) for _ in range(2))
 
-    def lay(self, color: str, box: Box, cover: Image.Image, *, solid: bool) -> None:
-        """Lay a part of a track on the ground."""
-        if solid:
-            self.solid.paste(255, box, cover)
-        else:
+    def lay(self, line: Line, box: Box, here: Box, brush: Image.Image) -> None:
+        """Lay what the brush uncovers of a line on the ground; ``here`` is its box in the track."""
+        cover = ImageChops.multiply(line.hidden.crop(here), brush)
+        line.hidden.paste(0, here, brush)
+        if line.slim is None:
             cover = ImageChops.multiply(cover, ImageChops.invert(self.solid.crop(box)))
-        self.picture.paste(color, box, cover)
+        else:
+            slim = ImageChops.multiply(line.slim.crop(here), cover)
+            cover = Image.composite(slim, cover, self.cores.crop(box))
+            self.solid.paste(255, box, cover)
+            if not line.is_halo:
+                self.cores.paste(255, box, cover)
+        self.picture.paste(line.color, box, cover)
 
 
 class Line(NamedTuple):
-    """A line has a colour and a width; ``hidden`` is what is not uncovered yet."""
+    """A line has a colour and a width; ``hidden`` is what is not uncovered yet.
+
+    ``slim`` is what is seen of it where it lies on other tracks; ghosts lie on none.
+    """
 
     color: str
     width: float
     hidden: Image.Image
+    slim: Image.Image | None = None
+    is_halo: bool = False
 
 
 class Track:
@@ -59,19 +71,22 @@ class Track:
         self, corners: Array, size: tuple[int, int], wide: float, color: str, halo: str = ""
     ) -> None:
         corners = corners[np.isfinite(corners).all(axis=1)]
-        path, outer, self.is_solid = corners[:, 1:], 1.6 * wide + 1.0, bool(halo)
+        path, outer = corners[:, 1:], 1.6 * wide + 1.0
         box = np.rint([path.min(axis=0) - outer, path.max(axis=0) + outer])
         x0, y0, x1, y1 = np.clip(box, 0, size).astype(int).ravel().tolist()
         self.left, self.top = x0, size[1] - y1
         figure = blank(max(x1 - x0, 1), max(y1 - y0, 1))
         looks: dict[str, Any] = {"capstyle": "round", "joinstyle": "round", "snap": False}
-        looks |= {"colors": ["#000", "#fff"], "linewidths": [outer, wide]}
-        figure.add_artist(LineCollection([path - (x0, y0)] * 2, transform=None, **looks))
-        picture = Image.fromarray(pixels(figure))
-        both = picture.getchannel("A")
-        core = ImageChops.multiply(both, picture.getchannel("R"))
-        self.lines = [Line(halo, outer, dimmed(both, LOOK.halo))][: self.is_solid]
-        self.lines.append(Line(color, wide, dimmed(core, STRENGTH)))
+        looks |= {"colors": ["#000", "#f00", "#ff0"], "linewidths": [outer, wide, LOOK.slim * wide]}
+        figure.add_artist(LineCollection([path - (x0, y0)] * 3, transform=None, **looks))
+        red, green, _, both = Image.fromarray(pixels(figure)).split()
+        core, slim = (dimmed(ImageChops.multiply(both, part), STRENGTH) for part in (red, green))
+        if halo:
+            none = Image.new("L", both.size)
+            around = Line(halo, outer, dimmed(both, LOOK.halo), none, is_halo=True)
+            self.lines = [around, Line(color, wide, core, slim)]
+        else:
+            self.lines = [Line(color, wide, core)]
         self.ahead = deque((t, (x, y)) for t, x, y in corners.tolist())
         self.end: Point = self.ahead.popleft()[1]
 
@@ -87,13 +102,11 @@ class Track:
         if path[-1] == self.end:
             return
         self.end = path[-1]
-        for color, width, hidden in self.lines:
-            box, brush = _brush(path, width / 2.0 + MARGIN, ground.picture.size)
+        for line in self.lines:
+            box, brush = _brush(path, line.width / 2.0 + MARGIN, ground.picture.size)
             x0, y0, x1, y1 = box
             here = x0 - self.left, y0 - self.top, x1 - self.left, y1 - self.top
-            cover = ImageChops.multiply(hidden.crop(here), brush)
-            hidden.paste(0, here, brush)
-            ground.lay(color, box, cover, solid=self.is_solid)
+            ground.lay(line, box, here, brush)
 
 
 def _brush(path: Sequence[Point], half: float, size: tuple[int, int]) -> tuple[Box, Image.Image]:

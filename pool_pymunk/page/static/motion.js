@@ -33,13 +33,17 @@ function freeMotion(breakpoints, t) {
   };
 }
 
-/** Return the times of breakpoints, and more of curves: one for each 0.06 rad of a turn. */
-function bendTimes(breakpoints, end) {
+/** Return the times of breakpoints, and more of curves: one for each 0.06 rad of a turn, and as many
+ * as keep straight lines between them so near (m) to the curve. */
+function bendTimes(breakpoints, end, near) {
   return breakpoints.flatMap(([t, , , vx, vy, ax, ay], k) => {
     const time = (breakpoints[k + 1]?.[0] ?? end) - t;
     const [ux, uy] = [vx + time * ax, vy + time * ay];
     const turn = Math.abs(Math.atan2(vx * uy - vy * ux, vx * ux + vy * uy));
-    const count = Math.max(Math.ceil(turn / 0.06), 1);
+    const [px, py] = [vx + ux, vy + uy];
+    const across = Math.abs(ax * py - ay * px) / (Math.hypot(px, py) || 1);
+    const off = Math.sqrt((across * time * time) / (8 * near));
+    const count = Math.min(Math.max(Math.ceil(turn / 0.06), Math.ceil(off), 1), 250);
     return Array.from({ length: count }, (_, n) => t + (n / count) * time);
   });
 }

@@ -86,6 +86,7 @@ class TableView {
     this.drawArrows(run, 1 - t / (shot * pace));
     this.drawFlashes(run, t, flash * pace);
     this.drawBalls(run, t, drop * pace, picked);
+    if (ghost) this.drawRims(ghost, t);
     if (arrows) this.drawVelocities(run, t, hits);
     this.drawNames(run, t, picked);
     this.over?.();
@@ -167,9 +168,11 @@ class TableView {
 
   // -- what moves -----------------------------------------------------------------------------
 
-  /** Draw the track of every ball up to the time t; it is strongest where the ball was last. */
+  /** Draw the track of every ball up to the time t; it is strongest where the ball was last. A track
+   * that others cover is drawn on them once more, slimmer. */
   drawTracks(run, t, solid) {
     const count = run.knots.length;
+    const above = [];
     const { look, balls } = this.content;
     const thin = Math.sqrt(look.few / Math.max(count, look.few));
     const pieces = Math.min(Math.max(Math.floor(STROKES / count), FEWEST), look.pieces);
@@ -179,7 +182,9 @@ class TableView {
       const width = Math.max(size * radius * this.scale, 1.2 * this.ratio);
       if (solid && count <= CROWD) this.drawTrack(track, 1.5 * width, halo, 0.4);
       this.drawTrack(track, width, color, solid ? 1 : 0.6);
+      if (solid) above.unshift([track, look.slim * width, color, 1]);
     });
+    for (const layer of above.slice(1)) this.drawTrack(...layer);
   }
 
   /** Return the track of a ball up to the time t, at most up to its fall, in equal times. */
@@ -187,7 +192,7 @@ class TableView {
     const end = Math.min(t, run.leaves[i], run.duration);
     const breakpoints = run.knots[i].filter(([time], k) => !k || time < end);
     if (!breakpoints.some(([, , , ...motion]) => motion.some(Boolean))) return [];
-    const bends = bendTimes(breakpoints, end);
+    const bends = bendTimes(breakpoints, end, 0.01 * this.content.balls[i].radius);
     return Array.from({ length: pieces }, (_, n) => {
       const [from, to] = [(n / pieces) * end, ((n + 1) / pieces) * end];
       const corners = bends.filter((time) => time > from && time < to);
@@ -222,6 +227,16 @@ class TableView {
       if (picked === i) this.ring(x, y, 1.35 * radius, 0.2 * radius, flash, 1);
     });
     this.pen.globalAlpha = 1;
+  }
+
+  /** Draw the rims of ghosts, which the balls must not hide. */
+  drawRims(run, t) {
+    statesAt(run, t).forEach(({ x, y }, i) => {
+      const { radius, color, halo } = this.content.balls[i];
+      if (t >= run.leaves[i]) return;
+      this.ring(x, y, 0.9 * radius, 0.2 * radius, halo, 0.6);
+      this.ring(x, y, 0.9 * radius, 0.1 * radius, color, 1);
+    });
   }
 
   /** Write beside a ball a name that does not fit into it, unless the name covers another ball; the
