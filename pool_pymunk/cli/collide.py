@@ -90,7 +90,7 @@ def _print(hit: Collision, units: Units) -> None:
         f"Offset {_six(offset)} of {_six(touching)} {units.length}; line of centres from A to B at "
         f"{_six(math.degrees(hit.angle))}° to x"
     )
-    typer.echo(f"Velocities are in {units.speed}, momentum in {units.mass} {units.speed}")
+    typer.echo(f"Velocities are in {units.speed}, momentum in N s")
     columns = (TableColumn("", left=True), "x", "y", "n", "t")
     show(ResultTable(columns, _rows(hit, units)))
     lost = f"{1.0 - after / before:z.2%}" if before > 0.0 else ""
@@ -102,9 +102,8 @@ def _print(hit: Collision, units: Units) -> None:
 def _rows(hit: Collision, units: Units) -> Iterator[list[str]]:
     """Yield velocities, impulses and momentum along x and y, and along n and t."""
     fastest = max(math.hypot(*ball.velocity) for ball in (hit.a, hit.b))
-    heaviest, mass = max(hit.a.mass, hit.b.mass), units.to_si(1.0, "mass")
     speed = (units.to_si(1.0, "speed"), fastest)
-    momentum = (mass * speed[0], heaviest * fastest)
+    momentum = (1.0, max(hit.a.mass, hit.b.mass) * fastest)
 
     def cells(name: str, v: Point, kind: tuple[float, float]) -> list[str]:
         """Return a vector along x and y, and along n and t; what is only rounding is zero."""

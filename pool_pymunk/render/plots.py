@@ -66,7 +66,7 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
     contacts = [event.t for event in run.events if event.is_contact]
     figure = Figure(figsize=(10.0, 6.0), layout="constrained", facecolor=style.page)
     what = "energy, with that of height" if run.scene.is_tilted else "kinetic energy"
-    names, colors = (f"{what} (J)", "size of momentum (kg m/s)"), (ENERGY, MOMENTUM)
+    names, colors = (f"{what} (J)", "size of momentum (N s)"), (ENERGY, MOMENTUM)
     plots = figure.subplots(2, 1, sharex=True)
     for axes, curve, name, color in zip(plots, values, names, colors, strict=True):
         axes.plot(t, curve, color=color, linewidth=1.8)
@@ -86,7 +86,7 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
 
 
 def energy_and_momentum(run: Run) -> tuple[Array, Array, Array]:
-    """Return times (s), and energy (J) and size of momentum (kg m/s) of all balls, each (T,)."""
+    """Return times (s), and energy (J) and size of momentum (N s) of all balls, each (T,)."""
     breaks = np.concatenate([breakpoints[:, 0] for breakpoints in run.knots])
     even = np.linspace(0.0, run.duration, SAMPLES)
     # Every breakpoint comes twice: just before it, and when it has happened.

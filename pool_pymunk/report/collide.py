@@ -100,7 +100,7 @@ class Collision:
 
     @property
     def impulses(self) -> tuple[NT, NT]:
-        """The impulses on A and B along n and t (kg m/s); by `published` they differ along t."""
+        """The impulses on A and B along n and t (N s); by `published` they differ along t."""
         a, b = (
             NT(ball.mass * (after.n - before.n), ball.mass * (after.t - before.t))
             for ball, before, after in zip((self.a, self.b), self.before, self.after, strict=True)
@@ -109,7 +109,7 @@ class Collision:
 
     @property
     def momentum(self) -> tuple[Point, Point]:
-        """Momentum of both balls along x and y, before and after (kg m/s)."""
+        """Momentum of both balls along x and y, before and after (N s)."""
         m_a, m_b = self.a.mass, self.b.mass
         before, after = (
             (m_a * v[0] + m_b * w[0], m_a * v[1] + m_b * w[1])

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pool_pymunk.laws import LAWS
-from pool_pymunk.model import Point, Scene, Units
+from pool_pymunk.model import Point, Scene, Table, Units
+from pool_pymunk.model.places import room_beside
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario import load
 from pool_pymunk.results.run import FIGURES, STATUSES, Run
@@ -22,6 +23,7 @@ QUICK = 1.0  # s; of longer runs rounding is not measured, because that may take
 # densest metal, osmium, 22,600; as spheres, flat discs seem lighter than they are. m: a toy, and a
 # curling sheet of 45.7. m/s: the fastest golf balls have some 95.
 DENSITY, TABLE, FASTEST = (10.0, 22_600.0), (0.1, 50.0), 100.0
+TOUCHED = 400  # places at each cushion and corner at which a ball is tried
 ROUNDED_UP = 1.0 + 1e-9  # A pocket that a centre just reaches may seem smaller by rounding.
 DECIMALS = {"m": 4, "cm": 2, "mm": 1, "in": 2}  # of lengths: tenths of a millimetre, except inches
 
@@ -318,20 +320,47 @@ def implausible(scene: Scene) -> Iterator[str]:
 
 
 def unreached(scene: Scene) -> Iterator[str]:
-    """Yield the pockets of a rectangle that no ball can reach because of the cushions."""
-    if scene.table is None or not scene.table.is_rectangle:
+    """Yield the pockets that no ball can reach because of the cushions."""
+    if scene.table is None:
         return
-    x0, y0, x1, y1 = scene.table.bounds
     r = min(ball.radius for ball in scene.balls)
     for pocket in scene.pockets:
-        nearest = np.clip(pocket.position, (x0 + r, y0 + r), (x1 - r, y1 - r))
-        far = math.dist(nearest, pocket.position)
-        if far > pocket.radius * ROUNDED_UP:
+        far, error = _nearest_centre(scene.table, pocket.position, r)
+        if far - error > pocket.radius * ROUNDED_UP:
             least, radius = (scene.units.text(length, ".3g") for length in (far, pocket.radius))
             yield (
                 f"no ball can reach pocket {pocket.id}: cushions keep every centre {least} away, "
                 f"and its radius is {radius}"
             )
+
+
+def _nearest_centre(table: Table, place: Point, r: float) -> tuple[float, float]:
+    """Return how near (m) to a place the centre of a ball of radius ``r`` can be, and an error.
+
+    Any table but a rectangle is asked where a ball touches a cushion or a corner, at many places.
+
+    >>> far, error = _nearest_centre(Table.circle(1.0), (2.0, 1.0), 0.1)
+    >>> abs(far - 0.1) <= error < 0.01
+    True
+    """
+    if table.is_rectangle:
+        x0, y0, x1, y1 = table.bounds
+        nearest = np.clip(place, (x0 + r, y0 + r), (x1 - r, y1 - r))
+        return math.dist(nearest, place), 0.0
+    shares, turns = np.linspace(0.0, 1.0, TOUCHED), np.linspace(0.0, math.tau, TOUCHED)
+    feet = [edge.at(share) for edge in table.edges for share in shares.tolist()]
+    corners = [table.outline[k] for k in table.reflex_corners]
+    feet += [(at, (math.cos(t), math.sin(t))) for at in corners for t in turns.tolist()]
+    touching = [(x + r * nx, y + r * ny) for (x, y), (nx, ny) in feet]
+    near = sorted((math.dist(one, place), one) for one in [place, *touching])
+    far = next((far for far, one in near if _fits(table, one, r)), math.inf)
+    return far, max(r, *(edge.arc_length for edge in table.edges)) / TOUCHED
+
+
+def _fits(table: Table, place: Point, r: float) -> bool:
+    """Tell whether a ball of radius ``r`` can lie at a place on a table."""
+    rooms = (room_beside(wall.sides, *place, r) for wall in table.walls)
+    return table.contains(*place) and all(room >= -1e-9 * r for room in rooms)
 
 
 def _fastest(scene: Scene) -> float:

@@ -407,7 +407,7 @@ def test_the_track_of_a_struck_ball_is_as_wide_as_others() -> None:
     """What is drawn otherwise would need a word."""
     show = Show((simulate(load("report"), 1, solver="event-driven"),))
     widths = np.array(tracks_of(show).get_linewidths())
-    assert len({*widths.tolist()}) == 2  # those of tracks, and of their halos
+    assert len({*widths.tolist()}) == 3  # those of tracks, of their halos, and on other tracks
     wide = {track.lines[-1].width for track in stage_of(show).casts[0].tracks.values()}
     assert len(wide) == 1
 
@@ -455,6 +455,26 @@ def test_the_tracks_of_ghosts_lie_under_those_of_solid_balls() -> None:
     beside = Track(CORNERS + np.array([0.0, 0.0, 12.0]), (100, 40), 4.0, "#ff0000")
     beside.follow(ground, 1.0, (80.0, 20.0))
     assert pixels_of(ground)[8, 50, 0] > 100
+
+
+def test_a_track_along_another_one_leaves_both_seen() -> None:
+    ground, track = there_and_back()
+    track.follow(ground, 1.0, (80.0, 20.0))
+    later = Track(CORNERS, (100, 40), 7.0, "#ff0000", "#0000ff")
+    later.follow(ground, 1.0, (80.0, 20.0))
+    across = pixels_of(ground)[10:30, 50, :3].astype(int)
+    assert (across[10] - [230, 0, 0] < [30, 60, 60]).all()  # the later one in the middle
+    assert (across.min(axis=1) > 150).sum() >= 2  # and the earlier one on both sides of it
+
+
+def test_tracks_in_films_are_uncovered_without_gaps() -> None:
+    rng = np.random.default_rng(1)
+    for a, b in rng.uniform((20.0, 20.0), (780.0, 430.0), (20, 2, 2)):
+        ground = Ground(np.asarray(Image.new("RGBA", (800, 450), "#000")))
+        track = Track(np.array([[0.0, *a], [1.0, *b]]), (800, 450), 2.0, "#000000", "#ffffff")
+        for t in np.linspace(0.0, 1.0, 20)[1:].tolist():
+            track.follow(ground, t, tuple((a + (b - a) * t).tolist()))
+        assert max(np.asarray(line.hidden).max() for line in track.lines) == 0
 
 
 def test_a_film_begins_with_the_arrow_of_the_shot(run: Run) -> None:
@@ -842,6 +862,33 @@ def test_tracks_of_what_falls_are_smooth_and_as_high_as_it_rises(across: float) 
     middles = run.at((t[1:] + t[:-1]) / 2.0)[0][:, 0]
     chords = np.column_stack((x[1:] + x[:-1], y[1:] + y[:-1])) / 2.0
     assert np.hypot(*(middles - chords).T).max() < 1e-3
+
+
+def test_tracks_lie_along_flat_curves() -> None:
+    """A slight turn over a long way needs several lines, too."""
+    ball = Ball("a", (0.2, 0.1), 0.03, 0.2, velocity=(3.0, 0.0))
+    table = Table.rectangle(3.0, 2.0, tilt=(0.0, 0.15))
+    scene = Scene((ball,), table, Restitution(cushion=0.8), physics=Physics(max_time=0.8))
+    run = simulate(scene, solver="event-driven")
+    t, *places = track_of(run, 0).T
+    middles = run.at((t[1:] + t[:-1]) / 2.0)[0][:, 0]
+    chords = np.column_stack([(one[1:] + one[:-1]) / 2.0 for one in places])
+    assert np.hypot(*(middles - chords).T).max() < 0.011 * ball.radius
+
+
+def test_the_rim_of_a_ghost_is_seen_on_a_ball(run: Run) -> None:
+    near = shoot(velocity="[0.99, 0.0]"), shoot(velocity="[1.0, 0.0]")
+    figures = [drawn(figure_of(Show(each), "end")) for each in (near, near[:1] * 2)]
+    assert (np.abs(figures[0].astype(int) - figures[1]).max(axis=2) > 100).sum() > 100
+    film = [[*stage_of(Show(each)).frames()][-1] for each in (near, near[:1])]
+    gauge = Gauge(film[0])
+    x, y = gauge.place(near[0].end.position[0])
+    rows, columns = (
+        slice(360 - round(y) - 4, 360 - round(y) + 5),
+        slice(round(x) - 12, round(x) + 13),
+    )
+    change = np.abs(film[0][rows, columns].astype(int) - film[1][rows, columns])
+    assert change[..., :3].max() > 40
 
 
 def test_tracks_end_at_the_rim_of_a_pocket(monkeypatch: pytest.MonkeyPatch) -> None:

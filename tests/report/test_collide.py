@@ -236,7 +236,7 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert exit_code(*TYPED, *more, "--json", data, "--picture", drawing) == 0
     printed = capsys.readouterr().out
     assert "Offset 2 of 4.5 in; line of centres from A to B at 21.8139° to x" in printed
-    assert "Velocities are in m/s, momentum in g m/s" in printed
+    assert "Velocities are in m/s, momentum in N s" in printed
     assert "velocity of A before  " in printed
     assert drawing.stat().st_size > 20_000
     found = json.loads(data.read_text(encoding="utf-8"))

@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from pool_pymunk import Ball, Friction, Pocket, Run, Scene, Shot, load, simulate
+from pool_pymunk import (
+    Ball, Friction, Pocket, Restitution, Run, Scene, Shot, Table, load, simulate,
+)  # fmt: skip
 from pool_pymunk.model import Point
 from pool_pymunk.report.listing import Agreement, closing, shot_lines, unreached
 from tests.shared.scenes import INCH
@@ -64,3 +66,24 @@ def test_a_changed_shot_is_told_to_go_without_published_ends() -> None:
         simulate(report, 1, solver="event-driven"),
     ):
         assert hint not in Agreement.of(run).sentence(run)
+
+
+@pytest.mark.parametrize(("place", "reached"), [((2.0, 1.0), True), ((2.4, 1.0), False)])
+@pytest.mark.parametrize("shape", ["circle", "octagon", "bay"])
+def test_a_pocket_out_of_reach_is_found_on_every_table(
+    shape: str, place: Point, reached: bool
+) -> None:
+    """The centres of the balls come up to x = 1.9 m."""
+    outlines = {
+        "circle": Table.circle(1.0),
+        "octagon": Table(((0.6, 0.0), (1.4, 0.0), (2.0, 0.6), (2.0, 1.4), (1.4, 2.0), (0.6, 2.0),
+                          (0.0, 1.4), (0.0, 0.6))),
+        "bay": Table(((0.0, 0.0), (1.5, 0.0), (1.5, 0.6), (2.0, 0.6), (2.0, 1.4), (0.0, 1.4))),
+    }  # fmt: skip
+    ball = Ball("a", (1.0, 1.0), 0.1, 0.2)
+    scene = Scene((ball,), outlines[shape], Restitution(0.8), pockets=(Pocket("end", place, 0.11),))
+    found = [*unreached(scene)]
+    assert len(found) == (not reached)
+    assert (
+        reached or "no ball can reach pocket end: cushions keep every centre 0.5 m away" in found[0]
+    )

@@ -303,7 +303,7 @@ def test_plots_are_figures_and_files(tmp_path: Path) -> None:
         assert (tmp_path / f"{what}.png").read_bytes().startswith(b"\x89PNG")
         assert figure.axes
     assert [axes.get_ylabel() for axes in run.plot("energy").axes] == [
-        "kinetic energy (J)", "size of momentum (kg m/s)",
+        "kinetic energy (J)", "size of momentum (N s)",
     ]  # fmt: skip
     with pytest.raises(RuntimeError, match=r"must end in one of .png, .svg, .pdf"):
         run.plot(path=tmp_path / "end.txt")

@@ -71,7 +71,7 @@ function energyAt(run, t) {
   }, 0);
 }
 
-/** Return the momentum of all balls [x, y] (kg m/s) at the time t. */
+/** Return the momentum of all balls [x, y] (N s) at the time t. */
 function momentumAt(run, t) {
   return statesAt(run, t).reduce(
     ([x, y], { vx, vy }, i) => [x + run.masses[i] * vx, y + run.masses[i] * vy],
