@@ -8,7 +8,16 @@ from dataclasses import replace
 import pytest
 
 from pool_pymunk import (
-    Ball, Friction, Pocket, Restitution, Run, Scene, Shot, Table, load, simulate,
+    Ball,
+    Friction,
+    Pocket,
+    Restitution,
+    Run,
+    Scene,
+    Shot,
+    Table,
+    load,
+    simulate,
 )  # fmt: skip
 from pool_pymunk.model import Point
 from pool_pymunk.report.listing import Agreement, closing, shot_lines, unreached
