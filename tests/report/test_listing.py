@@ -90,7 +90,9 @@ def test_a_pocket_out_of_reach_is_found_on_every_table(
         "bay": Table(((0.0, 0.0), (1.5, 0.0), (1.5, 0.6), (2.0, 0.6), (2.0, 1.4), (0.0, 1.4))),
     }  # fmt: skip
     ball = Ball("a", (1.0, 1.0), 0.1, 0.2)
-    scene = Scene((ball,), outlines[shape], Restitution(0.8), pockets=(Pocket("end", place, 0.11),))
+    scene = Scene(
+        (ball,), outlines[shape], Restitution(cushion=0.8), pockets=(Pocket("end", place, 0.11),)
+    )
     found = [*unreached(scene)]
     assert len(found) == (not reached)
     assert (
