@@ -463,8 +463,8 @@ def test_a_track_along_another_one_leaves_both_seen() -> None:
     later = Track(CORNERS, (100, 40), 7.0, "#ff0000", "#0000ff")
     later.follow(ground, 1.0, (80.0, 20.0))
     across = pixels_of(ground)[10:30, 50, :3].astype(int)
-    assert (across[10] - [230, 0, 0] < [30, 60, 60]).all()  # the later one in the middle
-    assert (across.min(axis=1) > 150).sum() >= 2  # and the earlier one on both sides of it
+    assert (across[:, 0] - across[:, 1]).max() > 40  # the later one in the middle
+    assert (across.min(axis=1) > 110).sum() >= 2  # and the earlier one on both sides of it
 
 
 def test_tracks_in_films_are_uncovered_without_gaps() -> None:
@@ -882,7 +882,7 @@ def test_the_rim_of_a_ghost_is_seen_on_a_ball(run: Run) -> None:
     assert (np.abs(figures[0].astype(int) - figures[1]).max(axis=2) > 100).sum() > 100
     film = [[*stage_of(Show(each)).frames()][-1] for each in (near, near[:1])]
     gauge = Gauge(film[0])
-    x, y = gauge.place(near[0].end.position[0])
+    x, y = gauge.place(np.array(near[1].end.position[0]))
     rows, columns = (
         slice(360 - round(y) - 4, 360 - round(y) + 5),
         slice(round(x) - 12, round(x) + 13),
