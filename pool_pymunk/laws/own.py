@@ -79,25 +79,31 @@ class OwnLaw(core_laws.Law):
 
 
 def ball_ball_by(law: Law, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
-    """Return what a law answers to a hit of two balls; raises TypeError if that is None."""
-    after: tuple[NT, NT] | None = law.ball_ball(a, b, pair)
-    if after is None:
-        message = "its ball_ball must return the velocities of A and B after the hit, as two NT"
-        raise TypeError(f"law {law.name} returned None: {message}")
-    return after
+    """Return what a law answers to a hit of two balls; raises TypeError if that is no two NT."""
+    after: object = law.ball_ball(a, b, pair)
+    if not (isinstance(after, tuple | list) and len(after) == 2 and all(map(is_velocity, after))):
+        what = "ball_ball must return the velocities of A and B after the hit, as two NT"
+        raise TypeError(f"law {law.name} returned {after!r}: its {what}")
+    new_a, new_b = after
+    return new_a, new_b
 
 
 def cushion_by(law: Law, v: NT, restitution: float, friction: float) -> NT:
-    """Return what a law answers to a hit on a cushion; raises TypeError if that is None."""
-    after: NT | None = law.cushion(v, restitution, friction)
-    if after is None:
-        message = "its cushion must return the velocity after the hit, as an NT"
-        raise TypeError(f"law {law.name} returned None: {message}")
+    """Return what a law answers to a hit on a cushion; raises TypeError if that is no NT."""
+    after = law.cushion(v, restitution, friction)
+    if not is_velocity(after):
+        what = "cushion must return the velocity after the hit, as an NT"
+        raise TypeError(f"law {law.name} returned {after!r}: its {what}")
     return after
 
 
+def is_velocity(after: object) -> bool:
+    """Tell whether something has the parts n and t, as an NT has."""
+    return hasattr(after, "n") and hasattr(after, "t")
+
+
 def parts_of(after: Any, before: Plain) -> Plain:
-    """Return the parts (m/s) of a velocity that a law gives; it must have n and t, as an NT has."""
+    """Return the parts (m/s) of a velocity that a law gives, which must be numbers."""
     changes(after.n, before[0])
     changes(after.t, before[1])
     return float(after.n), float(after.t)
