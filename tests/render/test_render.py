@@ -867,7 +867,7 @@ def test_tracks_of_what_falls_are_smooth_and_as_high_as_it_rises(across: float) 
 
 
 def test_tracks_lie_along_flat_curves() -> None:
-    """A slight turn over a long way needs several lines, too."""
+    """A slight turn over a long distance needs several lines, too."""
     ball = Ball("a", (0.2, 0.1), 0.03, 0.2, velocity=(3.0, 0.0))
     table = Table.rectangle(3.0, 2.0, tilt=(0.0, 0.15))
     scene = Scene((ball,), table, Restitution(cushion=0.8), physics=Physics(max_time=0.8))
