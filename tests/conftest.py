@@ -11,6 +11,7 @@ the tests then end with a line that says so.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import time
@@ -49,6 +50,10 @@ settings.register_profile("quick", settings.get_profile("fixed"), max_examples=2
 settings.load_profile("quick")
 
 UNTIL = float(os.environ.get("POOL_UNTIL", "inf"))  # s; as time.time() has it
+
+# Thousands of tests are objects that stay. While they are made nothing is collected, and then no
+# collection looks at them again: with that, tests that make many objects took ten times as long.
+gc.disable()
 
 # These tests, or cases of them, take longer than half a second.
 LONG = frozenset((ROOT / "tests" / "data" / "takes_long.txt").read_text("utf-8").splitlines())
@@ -114,6 +119,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
     items.sort(key=lambda item: -long[item.path])
+
+
+def pytest_collection_finish() -> None:
+    """Leave what was collected alone from now on, and look rarely for what nobody needs."""
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
+    gc.enable()
 
 
 def pytest_runtest_setup() -> None:

@@ -332,7 +332,8 @@ def test_commands_that_play_say_once_that_they_are_plain_python(
 ) -> None:  # fmt: skip
     monkeypatch.setattr(cli, "compiled", compiled)
     monkeypatch.setenv("POOL_PYMUNK_PURE", pure)
-    more = {"run": ["two-balls", "--solver", "event-driven", "--out", tmp_path]}
+    run = ["two-balls", "--solver", "event-driven", "--no-pictures", "--out", tmp_path]
+    more = {"run": run}
     exit_code(command, *more.get(command, ["two-balls"] if command == "check" else []))
     assert capsys.readouterr().err.splitlines().count(cli.PLAIN) == lines
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Iterator
+from contextlib import chdir
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -151,26 +153,29 @@ class Names(dict[str, Any]):
         raise KeyError(name)
 
 
+@pytest.fixture(autouse=True, scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Let all be asked in one empty folder."""
+    folder = tmp_path_factory.mktemp("empty")
+    with chdir(folder):
+        yield folder
+
+
 @pytest.mark.parametrize(("asked", "needs", "answer"), rows(BY_PYTHON))
-def test_python_refuses_in_one_sentence(
-    asked: str, needs: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_python_refuses_in_one_sentence(asked: str, needs: str, answer: str, empty: Path) -> None:
     if needs:
         pytest.importorskip(needs)
-    monkeypatch.chdir(tmp_path)
     with pytest.raises((ValueError, OSError, RuntimeError)) as refused:
         eval(asked, Names())
     assert_answers(answer, str(refused.value))
-    assert not list(tmp_path.iterdir()), "bad input must write nothing"
+    assert not list(empty.iterdir()), "bad input must write nothing"
 
 
 @pytest.mark.parametrize(("asked", "needs", "answer"), rows(BY_COMMAND))
 def test_the_command_line_refuses_in_one_line(
-    asked: str, needs: str, answer: str,
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture,
-) -> None:  # fmt: skip
+    asked: str, needs: str, answer: str, empty: Path, capsys: Capture
+) -> None:
     if needs:
         pytest.importorskip(needs)
-    monkeypatch.chdir(tmp_path)
     assert_answers(f"error: {answer}", refusal(capsys, *shlex.split(asked)))
-    assert not list(tmp_path.iterdir()), "bad input must write nothing"
+    assert not list(empty.iterdir()), "bad input must write nothing"

@@ -12,7 +12,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
@@ -146,6 +146,12 @@ def _top(
         typer.echo(context.get_help())
 
 
+@cache
+def _commands() -> Any:
+    """Return the commands with their options, which a process makes once."""
+    return typer.main.get_command(app)
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit."""
     sys.exit(_exit_code(arguments))
@@ -172,7 +178,7 @@ def _plain_warnings() -> Iterator[None]:
 def _exit_code(arguments: list[str] | None) -> int:
     try:
         with patient_interrupts(), _plain_warnings():
-            code: int = app(args=arguments, prog_name="pool-pymunk", standalone_mode=False) or 0
+            code: int = _commands()(arguments, "pool-pymunk", standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = INTERRUPTED
     except (ValueError, UsageError, RenderError) as error:

@@ -259,6 +259,7 @@ def test_a_saved_state_has_the_bounces_that_cannot_be_seen(height: float) -> Non
     if height == 0.0:
         put(table, 1.0, 3 * R + 0.05)
     table.on_stop = lambda _, t: stops.append(t)
+    table.play(latest=0.4 if height else 0.11)
     while not (bounces := table.save_state().bounces):
         table.step(1e-4)
     saved = TableState.from_json(table.save_state().to_json())
@@ -279,6 +280,7 @@ def test_bounces_that_cannot_be_seen_last_on_when_a_wall_comes() -> None:
         table = upright(0.6)
         put(table, 1.0, R + 0.05)
         table.on_stop = lambda _, t: stops.append(t)
+        table.play(latest=0.4)
         while not table.save_state().bounces:
             table.step(1e-4)
         if more:
