@@ -7,15 +7,12 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
-import pool_pymunk
 from tests import DATA, ROOT
-
-HOME = Path(pool_pymunk.__file__).parent
+from tests.shared.sources import HOME, trees
 
 # The floors stand from the ground up. A room may import from every floor below its own.
 FLOORS = (
@@ -68,12 +65,11 @@ class Import(NamedTuple):
 @cache
 def imports() -> tuple[Import, ...]:
     """Return every import of the package's modules, except the door's and those for types."""
-    paths = {path.relative_to(HOME).as_posix(): path for path in sorted(HOME.rglob("*.py"))}
     return tuple(
         found
-        for module, path in paths.items()
+        for module, tree in trees().items()
         if "/" in module
-        for found in _of(module, ast.parse(path.read_text(encoding="utf-8")), late=False)
+        for found in _of(module, tree, late=False)
     )
 
 

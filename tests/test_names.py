@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import json
 import re
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -22,6 +23,7 @@ from tests import DATA
 LIST = DATA / "names.json"
 
 
+@cache
 def commands() -> dict[str, list[str]]:
     """Return the names of each command's arguments and options."""
     top: Any = typer.main.get_command(app)

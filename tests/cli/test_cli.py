@@ -288,7 +288,7 @@ def test_who_types_a_former_option_learns_what_serves(
 
 
 def test_balls_off_the_table_have_a_line_in_common(tmp_path: Path) -> None:
-    options = ("--shot", 2, "--no-pictures", "--out", tmp_path)
+    options = ("--shot", 2, "--no-pictures", "--solver", "event-driven", "--out", tmp_path)
     lines = typed("run", "eight-ball", *options).stdout.splitlines()
     assert "    Ball 12: off the table" in lines
     assert sum(line.startswith("    Ball 12") for line in lines) == 1
@@ -398,7 +398,7 @@ def test_check_and_run_warn_of_a_pocket_that_no_ball_can_reach(tmp_path: Path) -
     pocket = "[[pockets]]\nid = 'corner'\nposition = [88.0, 44.0]\nradius = 3.0\n[[shots]]"
     text = bundled()["report"].read_text().replace("[[shots]]", pocket, 1)
     (tmp_path / "small.toml").write_text(text)
-    for line in (("check",), ("run", "--no-pictures")):
+    for line in (("check",), ("run", "--no-pictures", "--shot", 3, "--solver", "event-driven")):
         said = typed(line[0], "small.toml", *line[1:], cwd=tmp_path).stdout
         assert said.count("Warning: no ball can reach pocket corner: ") == 1
 

@@ -28,7 +28,7 @@ FOURTH = ("report", "--shot", 4)
 FEW = ("--budget", 0, "--samples", 2, "--solvers", "pymunk")
 # Each command plays the report's fourth shot, in which law published jumps.
 PLAYING = {
-    "run": ("--no-pictures",),
+    "run": ("--no-pictures", "--solver", "event-driven"),
     "render": ("--no-films", "--no-pictures"),
     "page": (),
     "compare": ("--no-pictures", "--solvers", "pymunk"),

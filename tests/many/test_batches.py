@@ -10,7 +10,7 @@ from tests.large.batches import wrong
 from tests.shared.core_scenes import BUNDLED, bundled_shot, case_of, names
 from tests.shared.scenes import seeds, share_of
 
-HANDFUL, QUICK, MANY = 25, 8, 2_000
+HANDFUL, QUICK, MANY = 25, 4, 2_000
 
 
 @pytest.mark.seeded

@@ -22,7 +22,7 @@ from pool_pymunk.studies.atlas import atlas
 from pool_pymunk.studies.find import find
 from tests.shared.scenes import AT_A_TERMINAL
 
-SHOTS = 700
+SHOTS = 300
 ARRAYS = (
     "final", "duration", "events", "hits", "cushions", "first_hit", "met", "pocketed", "status",
     "in_doubt",

@@ -105,7 +105,7 @@ def test_step_and_law_are_those_that_were_asked_for() -> None:
 
 def test_the_next_shot_goes_on_from_the_end_of_the_one_before() -> None:
     scene = load("eight-ball")
-    first = simulate(scene, 1)
+    first = simulate(scene, 1, solver="event-driven")
     assert first.off
     end = first.end
     asked = question(scene, position=end.position, velocity=end.velocity, off=sorted(end.off))
@@ -266,7 +266,7 @@ def test_where_nothing_was_moved_the_lines_are_the_shot_alone(name: str) -> None
 
 def test_else_the_lines_are_the_whole_scenario() -> None:
     scene = load("eight-ball")
-    end = simulate(scene, 1).end
+    end = simulate(scene, 1, solver="event-driven").end
     remaining = next(ball.id for ball in scene.balls if ball.id not in end.off)
     asked = question(scene, position=end.position, off=sorted(end.off), ball=remaining, dt=1 / 240)
     text = lines(scene, asked)

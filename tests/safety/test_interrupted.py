@@ -139,7 +139,7 @@ def test_ctrl_c_keeps_the_solvers_that_were_compared(
 ) -> None:
     monkeypatch.setattr(Tradeoff, "measured", twice_then_ctrl_c(Tradeoff.measured))
     results = tmp_path / "all.json"
-    arguments = ("compare", "report", "--no-pictures", "--json", str(results))
+    arguments = ("compare", "report", "--no-pictures", "--max-time", 0.3, "--json", results)
     assert exit_code(*arguments, "--out", str(tmp_path / "out")) == 130
     assert without_remarks(capsys.readouterr().err) == "error: interrupted\n"
     assert all_whole(tmp_path / "out") == {"ends.csv"}

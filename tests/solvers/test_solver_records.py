@@ -39,9 +39,9 @@ from pool_pymunk.studies.grid import Column, order, sentences
 from pool_pymunk.studies.stability import EXTREMES, Cell, check, columns, suite
 from pool_pymunk.studies.stability.trial import LISTED
 from pool_pymunk.studies.tolerance import simulate_within
-from tests import ROOT
 from tests.shared.commands import exit_code, refusal
 from tests.shared.scenes import tradeoff
+from tests.shared.sources import trees
 
 # m; how far an end in the scenario two-balls is off for each second by which the hit is late:
 # the balls close at 2.5 m/s, and then go 0.7 m in a direction that is off by that over 2 r.
@@ -279,7 +279,6 @@ def test_the_reference_solver_is_found_by_what_it_can_do(
 
 # -- no one else knows a name ----------------------------------------------------------------------
 
-PACKAGE = ROOT / "pool_pymunk"
 OTHERWISE = {  # a text that has a solver's name in it, and why it may
     *(("cli/options.py", name) for name in SOLVERS),  # for --help, which imports no solver
     # contacts="discrete" is refused, and this says what serves.
@@ -315,10 +314,10 @@ def texts(tree: ast.Module) -> Iterator[str]:
 def test_no_other_module_knows_a_solver_by_name() -> None:
     """A list that is too long fails as well, so an entry must leave it when its text does."""
     found = {
-        (path.relative_to(PACKAGE).as_posix(), text)
-        for path in PACKAGE.rglob("*.py")
-        if "solvers" not in path.relative_to(PACKAGE).parts
-        for text in texts(ast.parse(path.read_text(encoding="utf-8")))
+        (path, text)
+        for path, tree in trees().items()
+        if "solvers" not in path.split("/")
+        for text in texts(tree)
         if SOLVERS.keys() & set(re.findall(r"[\w-]+", text))
     }
     assert found == OTHERWISE

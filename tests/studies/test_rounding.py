@@ -23,7 +23,7 @@ from tests.oracle import reference
 from tests.shared.rounding_scenes import CLASSES, error, rolling
 from tests.shared.scenes import BASE_SEED, share_of
 
-SCENES = 40
+SCENES = 28
 MOST_TOO_LARGE = 30.0  # in the median
 
 

@@ -443,7 +443,7 @@ def with_company(company: str, acts: str, is_ball: bool) -> tuple[float, float]:
     elif company == "pivot":
         body.position = 0.1, 0.0
         space.add(pymunk.PinJoint(space.static_body, body))
-    for _ in range(480):
+    for _ in range(240):
         ACTS[acts](space, body)
         space.step(1 / 240)
     x, y = body.position

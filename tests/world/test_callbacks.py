@@ -21,7 +21,7 @@ from tests.shared.scenes import lines_run
 from tests.shared.worlds import A, M, R
 
 STEP = 1 / 20  # s; in so long a step much happens after a callback
-LAST = 3.0  # s; until then a run is compared with another one
+LAST = 2.0  # s; until then a run is compared with another one
 PLACES = {"cue": (-0.4, 0.0), "hit": (0.0, 0.01), "still": (0.1, 0.4), "lazy": (-0.3, -0.4),
           "runner": (0.5, -0.5)}  # fmt: skip
 VELOCITY = {"cue": (1.4, 0.0), "lazy": (0.11, 0.02), "runner": (-0.8, 0.55)}

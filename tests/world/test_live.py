@@ -21,8 +21,8 @@ from tests.shared.scenes import BASE_SEED, share_of
 from tests.shared.worlds import STEP, A, ball, fence, plane
 
 LENGTHS = 1 / 60, 1 / 37  # s; the steps
-LATEST, MOST = 20.0, 400  # s, and events of a run
-QUICK, LONG = 40, 500  # random scenes
+LATEST, MOST = 5.0, 400  # s, and events of a run
+QUICK, LONG = 20, 500  # random scenes
 
 
 def said(run: Run) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def test_random_scenes_have_the_same_bits() -> None:
 
 @pytest.mark.slow
 def test_many_random_scenes_have_the_same_bits() -> None:
-    assert not differing(share_of(LONG))
+    assert not differing(share_of(LONG, 44))
 
 
 @pytest.mark.parametrize("settings", [{"alone": True}, {"friction": "callback"}])

@@ -27,7 +27,7 @@ def uneven(seed: int) -> Iterator[float]:
 
 
 STEPS: dict[str, Callable[[], Iterator[float]]] = {
-    "1/4000": lambda: itertools.repeat(1 / 4000),
+    "1/1000": lambda: itertools.repeat(1 / 1000),
     "every other 1e-5": lambda: itertools.cycle([1 / 60, 1e-5]),
     "every other 1e-9": lambda: itertools.cycle([1 / 60, 1e-9]),
     "in groups": lambda: itertools.cycle([1 / 60] * 5 + [1 / 90] * 5),
