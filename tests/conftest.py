@@ -3,8 +3,9 @@
 What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
 
 Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
-"fixed" twice as many; "random" (`pytest --hypothesis-profile random`) draws twenty times as many
-again, and others every time. Where hypothesis finds a failure, it prints a line that repeats it.
+"fixed" three times as many; "random" (`pytest --hypothesis-profile random`) draws twenty times as
+many again, and others every time. Where hypothesis finds a failure, it prints a line that repeats
+it.
 The seeds of random scenes count from 0, or from POOL_SEED where it is set (:func:`scenes.seeds`);
 the tests then end with a line that says so.
 """
@@ -46,7 +47,7 @@ settings.register_profile(
     print_blob=True,
     max_examples=1000,
 )
-settings.register_profile("quick", settings.get_profile("fixed"), max_examples=25)
+settings.register_profile("quick", settings.get_profile("fixed"), max_examples=15)
 settings.load_profile("quick")
 
 UNTIL = float(os.environ.get("POOL_UNTIL", "inf"))  # s; as time.time() has it

@@ -224,7 +224,7 @@ def test_the_options_reach_the_solver(
     [
         ("run", ("--solver", "event-driven", "--no-pictures"), {1e-3}),
         ("compare", ("--no-pictures", "--solvers", "pymunk"), {1e-3}),
-        ("render", ("--solver", "event-driven", "--no-films"), {1e-3}),
+        ("render", ("--solver", "event-driven", "--no-films", "--no-pictures"), {1e-3}),
         ("page", ("--solver", "event-driven"), {1e-3}),
         ("tradeoff", ("--budget", 0), {1e-3, 1e-4}),
     ],

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -64,6 +64,12 @@ every_solver = pytest.mark.parametrize("solver", SOLVERS)
 def played(solver: str, scene: Scene = REPORT, **arguments: Any) -> Run:
     """The first shot of a scene, at a step that is quick."""
     return simulate(scene, **{"solver": solver, "dt": STEPS.get(solver)} | arguments)
+
+
+@cache
+def whole(solver: str) -> Run:
+    """The first shot of the report, up to its end."""
+    return played(solver)
 
 
 def line_of(make: Callable[[], object]) -> str:
@@ -162,11 +168,11 @@ def test_numbers_and_arrays_of_numpy_work_and_stay_outside(solver: str) -> None:
 @every_solver
 @pytest.mark.parametrize("most", [1, 2, 3, 7])
 def test_exactly_max_events_are_listed_and_the_run_ends_at_the_last(solver: str, most: int) -> None:
-    whole, cut = played(solver), played(solver, max_events=most)
+    cut = played(solver, max_events=most)
     assert (cut.status, cut.success) == ("max_events", False)
-    assert cut.events == whole.events[:most]
+    assert cut.events == whole(solver).events[:most]
     assert cut.duration == cut.events[-1].t
-    assert cut.end.position == pytest.approx(whole.at(cut.duration)[0], abs=1e-12)
+    assert cut.end.position == pytest.approx(whole(solver).at(cut.duration)[0], abs=1e-12)
     assert all(breakpoints[-1, 0] <= cut.duration for breakpoints in cut.knots)
 
 
@@ -174,20 +180,20 @@ def test_exactly_max_events_are_listed_and_the_run_ends_at_the_last(solver: str,
 def test_the_run_ends_where_the_last_event_is_though_the_solver_went_on(solver: str) -> None:
     """One ball stops before the other, and no solver needs to look at what is between."""
     scene = plane(disc("slow", 0, 0, 1.0), disc("fast", 0, 1, 2.0))
-    whole, run = played(solver, scene), played(solver, scene, max_events=1)
+    uncut, run = played(solver, scene), played(solver, scene, max_events=1)
     assert [event.balls for event in run.events] == [("slow",)]
-    assert run.duration == whole.events[0].t < whole.duration
+    assert run.duration == uncut.events[0].t < uncut.duration
     assert all(breakpoints[-1, 0] <= run.duration for breakpoints in run.knots)
     assert run.end.velocity[1] == pytest.approx((1.0, 0.0), rel=1e-2)
 
 
 @every_solver
 def test_as_many_as_there_are_is_no_bound_and_one_less_is(solver: str) -> None:
-    whole = played(solver)
-    assert "stop" in {event.kind for event in whole.events}
-    enough = played(solver, max_events=len(whole.events))
-    assert (enough.status, enough.events) == ("settled", whole.events)
-    assert played(solver, max_events=len(whole.events) - 1).status == "max_events"
+    events = whole(solver).events
+    assert "stop" in {event.kind for event in events}
+    enough = played(solver, max_events=len(events))
+    assert (enough.status, enough.events) == ("settled", events)
+    assert played(solver, max_events=len(events) - 1).status == "max_events"
 
 
 @every_solver
@@ -197,10 +203,10 @@ def test_of_contacts_and_stops_at_one_instant_exactly_max_events_are_listed(
 ) -> None:
     """Three pairs meet at once and, as they are alike, all six balls stop at once."""
     pairs = [disc(f"{k}{s}", s * 0.2, k, -s * 1.0) for k in range(3) for s in (-1, 1)]
-    whole = played(solver, plane(*pairs))
-    assert [event.kind for event in whole.events] == ["ball-ball"] * 3 + ["stop"] * 6
+    events = played(solver, plane(*pairs)).events
+    assert [event.kind for event in events] == ["ball-ball"] * 3 + ["stop"] * 6
     run = played(solver, plane(*pairs), max_events=most)
-    assert (run.status, run.events) == ("max_events", whole.events[:most])
+    assert (run.status, run.events) == ("max_events", events[:most])
 
 
 # -- objects ---------------------------------------------------------------------------------------
@@ -605,7 +611,7 @@ def test_a_shot_aims_at_the_nearest_ball_that_is_there() -> None:
 def test_a_run_may_start_where_another_ended() -> None:
     """Solvers that find contacts late leave balls in each other by a little."""
     for solver in SOLVERS:
-        assert played(solver, start=played(solver).end, shot=2).status == "settled"
+        assert played(solver, start=whole(solver).end, shot=2).status == "settled"
     for solver in ("pymunk", "pymunk-discrete", "event-driven"):
         cut = played(solver, max_events=6)
         assert played(solver, start=cut.end, shot=2).status == "settled"

@@ -287,7 +287,7 @@ def test_a_ball_held_along_a_cushion_crosses_a_border() -> None:
 # -- an independent reference ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", some_slow(60, quick=20))
+@pytest.mark.parametrize("seed", some_slow(60, quick=8))
 def test_random_scenes_end_where_the_reference_ends(seed: int) -> None:
     scene = random_scene(seed)
     run = played(scene)
@@ -302,7 +302,7 @@ def test_random_scenes_end_where_the_reference_ends(seed: int) -> None:
     assert max(off) < 1e-10 + run.rounding + run.policy_shift + run.persistent_shift
 
 
-@pytest.mark.parametrize("seed", some_slow(20, quick=8))
+@pytest.mark.parametrize("seed", some_slow(20, quick=4))
 def test_soft_scenes_whose_contacts_persist_end_where_the_reference_ends(seed: int) -> None:
     scene = random_scene(("soft", seed), restitution=Restitution(0.0, cushion=0.0))
     run = played(scene)

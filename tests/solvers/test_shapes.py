@@ -104,7 +104,7 @@ def by_pymunk_discrete(scene: Scene, _: Path) -> None:
     if scene.surface.rolls:
         refuses(scene, "pymunk-discrete")
         return
-    run = simulate(scene, 1, solver="pymunk-discrete", dt=1e-4)
+    run = simulate(scene, 1, solver="pymunk-discrete", dt=3e-4)
     assert met(run) == met(exact(scene))
     assert apart(run, exact(scene)) < 3e-3
 

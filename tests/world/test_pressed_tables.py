@@ -102,7 +102,7 @@ def test_a_state_of_a_contact_that_persists_goes_on_alike(build: Any, dt: float)
         states.append(table.save_state())
         go(table, dt)
     assert settle(table, dt) == untouched  # To look at balls changes nothing.
-    for state in states:
+    for state in states[::4]:
         table.restore_state(state)
         assert table.save_state() == state
         assert farthest(settle(table, dt), untouched) < 2e-9
