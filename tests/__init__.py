@@ -2,7 +2,7 @@
 
 `shared/` has scenes, generators of random scenes, worlds and programs that tests share; `oracle/`
 has the independent references; `large/` has comparisons of any size, each a program (`python -m
-tests.large.fuzz`); `data/` has answers and tables on file.
+tests.large.batches`); `data/` has answers and tables on file.
 """
 
 from pathlib import Path

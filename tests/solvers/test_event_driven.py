@@ -1,8 +1,7 @@
 """The exact solver is right where it is hard: at one instant, in collapse, in persistent contact.
 
-It also keeps what must hold, and agrees with random scenes in forty digits. The report's shots are
-in test_exact.py, with the plain cases. Times of impact are in test_time_of_impact.py, and impacts
-of one instant in test_together.py.
+It also keeps what must hold. The report's shots are in test_closed_forms.py, with the plain cases.
+Times of impact are in test_time_of_impact.py, and impacts of one instant in test_together.py.
 """
 
 from __future__ import annotations
@@ -25,6 +24,7 @@ from pool_pymunk import (
     Run,
     Scene,
     Table,
+    load,
     simulate,
 )
 from pool_pymunk.core.contact.laws import Coulomb
@@ -400,6 +400,55 @@ def test_a_grid_is_as_good_as_a_look_through_all_boxes(surface: float) -> None:
     assert len(records[0].events) > 300
     assert records[0].events == records[1].events
     assert records[0].knots == records[1].knots
+
+
+def gas(count: int, seed: int, max_time: float) -> Scene:
+    """Return balls that lose nothing."""
+    rnd = random.Random(seed)
+    columns = math.ceil(math.sqrt(count))
+    balls = tuple(
+        Ball(
+            str(k), ((k % columns + 0.5) * 0.25, (k // columns + 0.5) * 0.25), R,
+            rnd.uniform(0.1, 0.3), velocity=(rnd.uniform(-2, 2), rnd.uniform(-2, 2)),
+        )
+        for k in range(count)
+    )  # fmt: skip
+    side = 0.25 * columns
+    elastic = Restitution(1, cushion=1)
+    return Scene(balls, Table.rectangle(side, side), elastic, physics=Physics(max_time=max_time))
+
+
+@pytest.mark.slow
+def test_energy_holds_over_a_hundred_thousand_contacts() -> None:
+    run = exact(gas(4, 1, 1e6), max_events=100_000)
+    assert run.status == "max_events"
+    assert len(run.events) == 100_000
+    assert run.energy["final"] == pytest.approx(run.energy["initial"], rel=1e-12, abs=0.0)
+
+
+def test_forward_and_back_returns_to_the_start() -> None:
+    scene = gas(9, 2, 1.0)
+    there = exact(scene)
+    assert len(there.events) > 30
+    turned = there.end._replace(velocity=tuple((-vx, -vy) for vx, vy in there.end.velocity))
+    back = simulate(scene, solver="event-driven", start=turned)
+    slack = 1e-15 * amplification(scene, there)[0] * len(there.events)
+    for ball in scene.balls:
+        assert math.dist(back.final[ball.id], ball.position) < max(slack, 1e-12)
+
+
+def test_samples_are_exact_at_any_times() -> None:
+    scene = load("report-corrected")
+    times = [0.0, 0.1234567, 0.5, 1.0, 9.0]
+    run = simulate(scene, 1, solver="event-driven", times=times)
+    assert run.t.tolist() == times
+    cut = simulate(scene, 1, solver="event-driven", max_time=0.5)
+    assert run.position[2].ravel() == pytest.approx(
+        [x for p in cut.end.position for x in p], abs=1e-14
+    )
+    assert run.position[4].ravel() == pytest.approx(
+        [x for p in run.final.values() for x in p], abs=0
+    )
 
 
 # -- limits ----------------------------------------------------------------------------------------

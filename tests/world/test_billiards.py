@@ -513,21 +513,6 @@ def test_a_state_can_be_pickled() -> None:
     assert apart(places([one]), before) < 1e-15
 
 
-@pytest.mark.parametrize(
-    ("key", "change"),
-    [
-        ("offset", lambda circle: circle.unsafe_set_offset((0.01, 0.0))),
-        ("filter", lambda circle: setattr(circle, "filter", pymunk.ShapeFilter(group=1))),
-        ("body_type", lambda circle: setattr(circle.body, "body_type", pymunk.Body.KINEMATIC)),
-    ],
-)
-def test_what_changes_later_is_refused(key: str, change: Callable[[pymunk.Circle], object]) -> None:
-    _, table = plane()
-    one = ball(table, 0.0)
-    change(one.circle)
-    assert said(lambda: table.strike(one, (1.0, 0.0))).startswith(f"ball 0: {key} = ")
-
-
 def test_the_nearest_free_spot_is_the_nearest() -> None:
     space, table = plane()
     table.add_wall(pymunk.Segment(space.static_body, (1, -1), (1, 1), 0.0), 0.8)

@@ -6,6 +6,7 @@ import copy
 import math
 import pickle
 import re
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from threading import Thread
@@ -15,6 +16,7 @@ import pymunk
 import pytest
 
 from pool_pymunk import Billiards
+from pool_pymunk.world import TableBall
 from tests import ROOT
 from tests.shared import worlds
 from tests.shared.worlds import PAIR, A, M, R, ball, plane
@@ -259,15 +261,21 @@ def test_a_body_may_turn() -> None:
     assert other.body.velocity.y == 0.0
 
 
-@pytest.mark.parametrize("what", ["mass", "radius"])
+CHANGED: dict[str, Callable[[TableBall], object]] = {
+    "mass": lambda b: setattr(b.body, "mass", 2.0 * M),
+    "radius": lambda b: b.circle.unsafe_set_radius(2.0 * R),
+    "offset": lambda b: b.circle.unsafe_set_offset((0.01, 0.0)),
+    "filter": lambda b: setattr(b.circle, "filter", pymunk.ShapeFilter(group=1)),
+    "body_type": lambda b: setattr(b.body, "body_type", pymunk.Body.KINEMATIC),
+}
+
+
+@pytest.mark.parametrize("what", CHANGED)
 def test_a_mass_or_radius_that_changes_later_is_refused(what: str) -> None:
     _, table = plane()
     one = ball(table, 0.0)
-    if what == "mass":
-        one.body.mass = 2.0 * M
-    else:
-        one.circle.unsafe_set_radius(2.0 * R)
-    with pytest.raises(ValueError, match=rf"{what} = .*: it was .* when the ball came"):
+    CHANGED[what](one)
+    with pytest.raises(ValueError, match=rf"^ball 0: {what} = .*: it was .* when the ball came"):
         table.strike(one, (1.0, 0.0))
 
 
