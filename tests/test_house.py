@@ -75,7 +75,7 @@ def imports() -> tuple[Import, ...]:
 
 def _of(module: str, node: ast.AST, late: bool) -> Iterator[Import]:
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+        if isinstance(child, ast.If) and getattr(child.test, "id", "") == "TYPE_CHECKING":
             continue
         if isinstance(child, ast.Import):
             yield from (Import(module, name.name, late) for name in child.names)

@@ -216,7 +216,7 @@ def test_of_contacts_and_stops_at_one_instant_exactly_max_events_are_listed(
 def test_reprs_are_short_and_say_the_most_important(name: str) -> None:
     scene = load(name)
     solver, step = ("event-driven", "") if scene.surface.rolls else ("pymunk", " at 1/240 s")
-    run = simulate(scene, solver=solver)
+    run = simulate(scene, solver=solver, max_time=0.5)
     for text in (repr(scene), repr(run), *map(repr, scene.shots)):
         assert len(text.splitlines()) <= 5 and len(text) < 400
     assert f"<Scene {scene.title!r}: balls {scene.balls[0].id}, " in repr(scene)

@@ -36,7 +36,7 @@ from pool_pymunk.studies.tolerance import outcome
 from pool_pymunk.world import Billiards, same_balls
 from tests.shared.commands import exit_code
 from tests.shared.hard_scenes import exact, persistent
-from tests.shared.scenes import largest_distance, random_scene, seeds, takes_long
+from tests.shared.scenes import largest_distance, random_scene, seeds, some_slow, takes_long
 
 # -- any function of the step ----------------------------------------------------------------------
 
@@ -228,7 +228,7 @@ TABLES = ("rectangle", "hexagon", "L", "open plane")
 
 
 @pytest.mark.seeded
-@pytest.mark.parametrize("seed", seeds(20))
+@pytest.mark.parametrize("seed", some_slow(20, quick=8))
 def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
     scene = random_scene(seed, TABLES[seed % 4], speed=(0.5, 3.0))
     [(run, choice)] = simulate_within(scene, [None], 1e-6)
