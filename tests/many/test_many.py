@@ -431,8 +431,3 @@ def test_to_compile_does_nothing_and_says_so() -> None:
     for options in ({}, {"balls": 500}, {"moving": True}):
         with pytest.warns(DeprecationWarning, match="does nothing any more"):
             pool_pymunk.compile(load("report"), **options)
-
-
-def test_a_scene_whose_shots_are_left_out_names_one() -> None:
-    with pytest.raises(pool_pymunk.SettingError, match="shot='Simulation 1'"):
-        pool_pymunk.simulate_many(pool_pymunk.load("report"), vary={"angle": [1.0, 2.0]})

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pool_pymunk import Batch, Law, SettingError, Uncertainty, load, sensitivity, simulate_many
+from pool_pymunk import Batch, Law, Uncertainty, load, sensitivity, simulate_many
 from pool_pymunk.many import play, workers
 from pool_pymunk.many.workers import Workers, cores, workers_of
 from pool_pymunk.studies.atlas import atlas
@@ -148,12 +148,6 @@ def test_few_shots_start_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
     with Workers(2) as found:
         some(workers=found)
         assert found.pool is None
-
-
-@pytest.mark.parametrize("asked", [0, -1, 1.5, "two", [2]])
-def test_what_is_no_number_of_workers_is_refused(asked: Any) -> None:
-    with pytest.raises(SettingError, match=r"^workers = "):
-        some(workers=asked)
 
 
 def test_threads_are_workers_now() -> None:

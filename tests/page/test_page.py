@@ -277,13 +277,6 @@ def test_files_that_one_picture_cannot_show_get_one_line(
     )
 
 
-def test_balls_in_another_order_are_other_balls() -> None:
-    scene = load("two-balls")
-    other = replace(scene, balls=scene.balls[::-1])
-    with pytest.raises(SettingError, match="with the same balls"):
-        simulate(scene, 1).to_html(overlay=[simulate(other, 1)])
-
-
 def test_another_number_of_shots_gets_one_line(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -623,13 +623,3 @@ def test_ends_say_which_balls_there_are() -> None:
         ends[1]  # type: ignore[index]
     assert ends.get("1") is None and ends == dict(ends)
     assert pickle.loads(pickle.dumps(ends)) == ends
-
-
-@pytest.mark.parametrize("ask", ["at", "energy_at", "on_table"])
-def test_there_is_no_time_before_the_start(ask: str) -> None:
-    run = simulate(load("two-balls"))
-    for times in (-1, [0.0, -1e-6]):
-        with pytest.raises(SettingError, match=r"times = .*: must not be before the start, 0 s"):
-            getattr(run, ask)(times)
-    with pytest.raises(SettingError, match="must not be before the start"):
-        simulate(load("two-balls"), times=[-1.0])

@@ -26,7 +26,6 @@ from pool_pymunk import (
     Restitution,
     Run,
     Scene,
-    SettingError,
     Shot,
     Table,
     load,
@@ -513,33 +512,6 @@ def test_rounding_is_never_larger_than_the_table_by_far() -> None:
     scene = Scene(tuple(balls), Table.rectangle(1.0, 1.0), Restitution(1.0, cushion=1.0),
                   Friction(surface=0.05))  # fmt: skip
     assert simulate(scene, solver="event-driven").rounding < 10.0
-
-
-def test_balls_and_times_that_are_not_there_are_refused() -> None:
-    found = simulate(load("report"), 3, solver="event-driven").derivatives("speed")
-    with pytest.raises(SettingError, match="ball = ZZ: there is no such ball"):
-        found.of("ZZ", "speed")
-    with pytest.raises(SettingError, match="ball = ZZ: there is no such ball"):
-        found.at([0.1], "ZZ")
-    for times in ([math.nan], 0.5):
-        with pytest.raises(SettingError, match="times = "):
-            found.at(times, "C")  # type: ignore[arg-type]
-
-
-def test_solvers_that_are_not_exact_are_refused() -> None:
-    run = simulate(load("report"), 3, solver="pymunk-discrete")
-    with pytest.raises(SettingError, match="solver = pymunk-discrete: is not exact"):
-        run.derivatives()
-
-
-def test_inputs_that_are_not_there_are_refused() -> None:
-    run = simulate(load("report"), 3, solver="event-driven")
-    with pytest.raises(SettingError, match=r'wrt = positon: .*did you mean "position"'):
-        run.derivatives("positon")
-    with pytest.raises(SettingError, match=r"wrt = 3: must be names"):
-        run.derivatives(3)  # type: ignore[arg-type]
-    with pytest.raises(SettingError, match="there is no such input"):
-        run.derivatives("speed").of("C", "angle")
 
 
 def test_all_starts_of_eleven_balls_cost_less_than_ten_runs() -> None:

@@ -22,7 +22,6 @@ from pool_pymunk import (
     Physics,
     Restitution,
     Scene,
-    SettingError,
     Shot,
     Table,
     choose_step,
@@ -156,17 +155,6 @@ def test_ends_that_are_no_numbers() -> None:
     choice = choose_step(lambda dt: [(math.nan, 0.0)], 1e-3, smallest=1e-3)
     assert not choice.reached
     assert "ends in numbers that are not finite" in choice.reason
-
-
-@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan, math.inf])
-def test_a_tolerance_must_be_a_positive_number(limit: float) -> None:
-    with pytest.raises(SettingError, match="tolerance"):
-        choose_step(euler, limit)
-
-
-def test_the_smallest_step_must_not_be_larger_than_the_first() -> None:
-    with pytest.raises(SettingError, match="smallest"):
-        choose_step(euler, 1.0, start=0.1, smallest=0.2)
 
 
 # -- scenes with a known end -----------------------------------------------------------------------
