@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pool_pymunk import Batch, Friction, Scene, load, simulate_many
+from pool_pymunk import Batch, Friction, Scene, simulate_many
 from tests.shared.press_scenes import (
     AT_A_CUSHION,
     AT_REST,
     HEAD_ON,
     IN_A_CORNER,
     ON_A_CIRCLE,
-    press_scene,
 )
-from tests.shared.scenes import seeds, share_of
 from tests.shared.shots import check_bits
 
 
@@ -55,18 +53,3 @@ def test_hits_on_an_arc_that_keep_all_speed_do_not_converge() -> None:
     batch = simulate_many(scene, vary={"restitution.cushion": [1.0]}, max_time=0.3)
     check(batch)
     assert not batch.run(0).persistent
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_groups_have_the_bits_of_single_runs(seed: int) -> None:
-    """Balls, cushions and arcs press on each other, and discs and balls that roll move."""
-    check_bits(simulate_many(press_scene(seed)), range(1))
-
-
-@pytest.mark.slow
-@pytest.mark.seeded
-def test_breaks_have_the_bits_of_single_runs() -> None:
-    """In most of them balls press on each other for a while."""
-    rng, count = np.random.default_rng(seeds(1)[0]), share_of(100) // 2
-    vary = {"speed": rng.uniform(0.5, 8.0, count), "turn": rng.uniform(-60.0, 60.0, count)}
-    check(simulate_many(load("eight-ball"), 1, vary=vary))

@@ -11,7 +11,6 @@ from pool_pymunk import (
     Ball,
     Friction,
     Patch,
-    Restitution,
     Run,
     Scene,
     SettingError,
@@ -20,8 +19,6 @@ from pool_pymunk import (
 )
 from tests.shared.patch_scenes import M, R, random_scene
 from tests.shared.shots import check_bits, check_derivatives
-
-SOFT = Restitution(0.0, cushion=0.0)
 
 
 def played(scene: Scene) -> Run:
@@ -34,13 +31,6 @@ def test_a_batch_plays_random_scenes_and_their_derivatives(seed: int) -> None:
     assert batch.by_reference == 0
     check_bits(batch, range(1))
     check_derivatives(batch, [0])
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_batch_plays_contacts_that_persist(seed: int) -> None:
-    batch = simulate_many(random_scene(("soft", seed), restitution=SOFT))
-    assert batch.by_reference == 0
-    check_bits(batch, range(1))
 
 
 def strip(x: float, **own: Any) -> Patch:

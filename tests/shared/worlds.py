@@ -8,7 +8,7 @@ from typing import Any
 import pymunk
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import TableBall
+from pool_pymunk.world import ContactEvent, TableBall
 
 Point = tuple[float, float]
 
@@ -51,3 +51,10 @@ def steps(space: pymunk.Space, seconds: float, dt: float = STEP) -> None:
     """Let time pass."""
     for _ in range(round(seconds / dt)):
         space.step(dt)
+
+
+def heard_by(table: Billiards) -> list[ContactEvent]:
+    """Return a list that hears of contacts."""
+    heard = list[ContactEvent]()
+    table.on_contact = heard.append
+    return heard

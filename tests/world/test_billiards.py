@@ -15,8 +15,8 @@ import pytest
 
 from pool_pymunk import Billiards, same_balls
 from pool_pymunk.core.walls.arc import Arc
-from pool_pymunk.world import ContactEvent, TableBall
-from tests.shared.worlds import PAIR, STEP, A, M, Point, R, ball, hexagon, plane, steps
+from pool_pymunk.world import TableBall
+from tests.shared.worlds import PAIR, STEP, A, M, Point, R, ball, heard_by, hexagon, plane, steps
 
 
 def places(balls: list[TableBall]) -> list[tuple[float, float]]:
@@ -55,8 +55,7 @@ def test_forces_act_on_a_body_that_was_in_the_space_before() -> None:
 
 def test_a_filter_lets_balls_through_each_other() -> None:
     space, table = plane()
-    met: list[ContactEvent] = []
-    table.on_contact = met.append
+    met = heard_by(table)
     balls = []
     for k, bits in enumerate((0b01, 0b10, 0b11)):
         body = pymunk.Body(M, 1e-4)
@@ -256,8 +255,7 @@ def test_the_aiming_line_is_where_the_balls_go() -> None:
     seen = table.predict(cue, (2.0, 0.0))
     assert seen.met is target
     assert seen.wall is seen.pocket is None
-    met: list[ContactEvent] = []
-    table.on_contact = met.append
+    met = heard_by(table)
     table.strike(cue, (2.0, 0.0))
     while not met:
         space.step(STEP)
@@ -460,8 +458,7 @@ def test_others_and_forces_act_on_a_ball_as_on_any_disc(company: str, acts: str)
 def test_a_contact_event_says_where_and_how_fast() -> None:
     space, table = plane()
     one, other = ball(table, 0.0), ball(table, 0.2)
-    heard: list[ContactEvent] = []
-    table.on_contact = heard.append
+    heard = heard_by(table)
     table.strike(one, (1.0, 0.0))
     steps(space, 1.0)
     [event] = heard

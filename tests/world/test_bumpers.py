@@ -9,10 +9,10 @@ import pymunk
 import pytest
 
 from pool_pymunk import Billiards, same_balls
-from pool_pymunk.world import ContactEvent, TableState
+from pool_pymunk.world import TableState
 from tests.shared.moving_scenes import Scene
 from tests.shared.scenes import share_of
-from tests.shared.worlds import M, R, ball, plane
+from tests.shared.worlds import M, R, ball, heard_by, plane
 
 K = 0.5  # m/s
 
@@ -32,13 +32,6 @@ def bumper(
         body.velocity = u, 0.0
     table.add_wall(pymunk.Segment(body, (x, -9.0), (x, 9.0), 0.0), e, mu, kick=K)
     return body
-
-
-def heard_by(table: Billiards) -> list[ContactEvent]:
-    """Return a list that hears of contacts."""
-    heard = list[ContactEvent]()
-    table.on_contact = heard.append
-    return heard
 
 
 def go(table: Billiards, seconds: float) -> None:

@@ -18,7 +18,7 @@ from pool_pymunk.core.walls.round import RoundSide
 from pool_pymunk.world import ContactEvent, TableBall, TableState
 from tests.shared.moving_scenes import R, Scene
 from tests.shared.scenes import some_slow
-from tests.shared.worlds import A, M, ball, fence, plane
+from tests.shared.worlds import A, M, ball, fence, heard_by, plane
 
 Point = tuple[float, float]
 OWN: Any = (RoundSide((0.0, 0.0), 0.1),)
@@ -104,8 +104,7 @@ def test_a_bat_that_turns_hits_at_the_root_of_its_equation(
     _, table = bare(dt)
     table.add_wall(pymunk.Segment(mover(turns=turns), (-0.5, 0.0), (0.5, 0.0), 0.0), 1.0)
     ball(table, 0.2, math.copysign(0.4, turns), (0.0, -math.copysign(speed, turns)))
-    heard = list[ContactEvent]()
-    table.on_contact = heard.append
+    heard = heard_by(table)
     go(table, 0.4)
     with mpmath.workdps(40):
         side, w = mpmath.mpf(math.copysign(1.0, turns)), mpmath.mpf(turns)
@@ -148,8 +147,7 @@ def test_a_ball_that_slows_down_is_caught_up_with() -> None:
     _, table = bare(1 / 30, deceleration=A)
     table.add_wall(upright(mover(velocity=(0.5, 0.0))), 1.0)
     ball(table, R + 0.1, 0.0, (0.6, 0.0))
-    heard = list[ContactEvent]()
-    table.on_contact = heard.append
+    heard = heard_by(table)
     go(table, 3.0)
     # 0.1 + 0.1 t - 0.15 t^2 = 0
     t = (0.1 + math.sqrt(0.01 + 4 * 0.15 * 0.1)) / 0.3
@@ -206,8 +204,7 @@ def test_a_puck_between_a_mallet_and_a_wall_is_one_contact_each() -> None:
     slope = pymunk.Segment(body, (0.0, 0.0), (0.3, 0.3), 0.0)
     wedge = table.add_wall(slope, 0.0)
     ball(table, 0.3, R)
-    heard = list[ContactEvent]()
-    table.on_contact = heard.append
+    heard = heard_by(table)
     go(table, 2.0)
     body.velocity = 0.0, 0.0
     go(table, 1.0)
@@ -256,8 +253,7 @@ def test_a_new_velocity_counts_from_the_next_step() -> None:
     go(table, 0.5)
     assert one.body.position.x == pytest.approx(0.5)
     body.velocity = 1.2, 0.0
-    heard = list[ContactEvent]()
-    table.on_contact = heard.append
+    heard = heard_by(table)
     go(table, 1.0)
     assert heard[0].t == pytest.approx(1.0 + (0.5 - R) / 1.2, abs=1e-12)
     assert one.path.vx == pytest.approx(2.4, abs=1e-12)
@@ -670,9 +666,7 @@ def test_a_fast_spinner_without_restitution_loses_no_ball(seed: int) -> None:
     pull, count = rnd.choice([0.0, 0.2]), rnd.choice([2, 4, 8])
     pair = same_balls(e, 0.05)
     table = Billiards(pymunk.Space(), 1 / 60, pair=pair, deceleration=pull)
-    ground, corners = table.space.static_body, [(0, 0), (2, 0), (2, 1), (0, 1)]
-    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-        table.add_wall(pymunk.Segment(ground, a, b, 0.0), 0.8, 0.1)
+    fence(table, [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)], 0.0, 0.8, 0.1)
     body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
     body.position = (1, 0.5)
     vanes = [pymunk.Segment(body, (-x, -y), (x, y), 0.01) for x, y in ((0.4, 0.0), (0.0, 0.4))]

@@ -21,7 +21,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.model import State
 from pool_pymunk.world import TableBall
-from tests.shared.worlds import M, R
+from tests.shared.worlds import M, R, fence
 
 SIZE = 0.4  # m; the side of the table
 STEPS = [1 / 30, 1 / 60, 1 / 240]
@@ -31,9 +31,7 @@ def corner(e: float = 0.0, **settings: Any) -> Billiards:
     """Return a square table of spheres with dull cushions."""
     settings = {"pair": same_balls(0.0, 0.05), **settings}
     table = Billiards(pymunk.Space(), 1 / 30, deceleration=2.0, rolling=0.1, **settings)
-    ends = [(0.0, 0.0), (SIZE, 0.0), (SIZE, SIZE), (0.0, SIZE)]
-    for a, b in zip(ends, ends[1:] + ends[:1], strict=True):
-        table.add_wall(pymunk.Segment(table.space.static_body, a, b, 0.0), e, 0.14)
+    fence(table, [(0.0, 0.0), (SIZE, 0.0), (SIZE, SIZE), (0.0, SIZE)], 0.0, e, 0.14)
     return table
 
 
