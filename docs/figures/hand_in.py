@@ -1,15 +1,15 @@
 """This program puts into one folder what a class hands in; ``make handin`` runs it.
 
 ``python docs/figures/hand_in.py [FOLDER]`` plays the report's four shots by the report's own
-algorithm. It films them, draws where they begin and end, writes the table of ends, and puts all of
-it on one page, hand-in.html, with captions and a paragraph on Simulation 4.
+algorithm. It draws where they begin and end, writes the table of ends, and puts all of it on one
+page, hand-in.html, with captions and a paragraph on Simulation 4. Then it films them.
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
 import math
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from html import escape
@@ -112,6 +112,9 @@ def setting(run: Run) -> str:
         each.partition(" (")[0] for each in magnitudes(run.scene)
     )  # without what they are in SI
     numbers = f"{size.replace('size over all', 'The table')}. The balls' {radius}; their {mass}"
+    if len({ball.mass for ball in run.scene.balls if not ball.cue}) == 1:
+        cue = next(ball.mass for ball in run.scene.balls if ball.cue)
+        numbers += f" (the cue ball {run.scene.units.text(cue, 'g', 'mass')})"
     coefficients = f"{restitution}; {friction}".replace("_", " on ").capitalize()
     slices = "a microsecond" if run.dt == 1e-6 else f"{1e6 * (run.dt or 0.0):g} microseconds"
     return (
@@ -146,7 +149,6 @@ def hand_in(folder: Path, settings: FilmSettings = FILM, dt: float | None = None
     slices = Column("time-slice", dt)  # by default the report's own
     runs = [run for [run] in simulate_beside(scene, scene.shots, [slices])]
     shows = [Show((run,)) for run in runs]
-    save_films(shows, folder, ".mp4", settings)
     for show, when in product(shows, WHENS):
         path = folder / f"{stem(show.runs[0])}-{when}.png"
         picture(show, path, when=when, dpi=DPI, caption="")
@@ -155,11 +157,19 @@ def hand_in(folder: Path, settings: FilmSettings = FILM, dt: float | None = None
     ends = [f"<h2>Where the balls end</h2>\n{table(runs)}"]
     last = [f"<h2>On Simulation 4</h2>\n<p>{escape(on_simulation_4(scene))}</p>"]
     body = "\n".join([f"<p>{escape(setting(runs[0]))}</p>", *figures(runs), *ends, *last])
-    page = PAGE.format(title=escape(scene.title), body=body)
     written = folder / "hand-in.html"
-    written.write_text(page, encoding="utf-8")
+    written.write_text(PAGE.format(title=escape(scene.title), body=body), encoding="utf-8")
+    print(f"{written} is there; its films follow.", flush=True)
+    save_films(shows, folder, ".mp4", settings)
     return written
 
 
+def main() -> None:
+    """Read the command line, and fill the folder."""
+    parser = argparse.ArgumentParser(description="Put into one folder what a class hands in.")
+    parser.add_argument("folder", nargs="?", default="renders/handin", type=Path)
+    print(hand_in(parser.parse_args().folder))
+
+
 if __name__ == "__main__":
-    print(hand_in(Path(sys.argv[1] if len(sys.argv) > 1 else "renders/handin")))
+    main()

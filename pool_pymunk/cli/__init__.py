@@ -71,6 +71,16 @@ class _Command(TyperCommand):
         whole: str = super().get_help(ctx)
         return whole.replace("{SCENARIO}", "SCENARIO").replace(" <str>", "")
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options; one that takes two values does not take the next option for one."""
+        for option in self.params:
+            for k, word in enumerate(args):
+                values = args[k + 1 : k + 1 + option.nargs]
+                if word in option.opts and option.nargs > 1 and any(map(is_option, values)):
+                    raise UsageError(f"{word} = {values[0]}: needs two values, {option.metavar}")
+        rest: list[str] = super().parse_args(ctx, args)
+        return rest
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         for option in self.params:
@@ -99,6 +109,11 @@ class _Command(TyperCommand):
                 return f"{option.opts[0]} {key}" if key else option.opts[0]
         options = {option.name: option.opts[0] for option in self.params}
         return options.get(name) or options.get(f"{name}s", found[0])
+
+
+def is_option(word: str) -> bool:
+    """Tell whether a word of a command line is the name of an option."""
+    return word.startswith("--")
 
 
 # The bundled scenarios are listed here, and no command lists them again.

@@ -230,13 +230,15 @@ class Slices(Stepping):
         impact = atan2(other.y - ball.y, other.x - ball.x)
         a, b, pair = in_frame(ball, impact), in_frame(other, impact), self.scene.pair(i, j)
         if self.law.jumps(a, b, pair):
-            slip = self.scene.units.text(a.t - b.t, ".0e", "speed")
-            self.trace.warn(
-                f"in the hit of balls {self.scene.balls[i].id} and {self.scene.balls[j].id} the "
-                f"slip was only a rounding error ({slip}), and its sign decided the "
-                f"friction of law {self.law.name}. The report's program does the same",
-                self.time,
+            balls = f"balls {self.scene.balls[i].id} and {self.scene.balls[j].id}"
+            slip, law = self.scene.units.text(a.t - b.t, ".0e", "speed"), self.law.name
+            what = (
+                f"the slip was only a rounding error ({slip}), and its sign decided the friction "
+                f"of law {law}. The report's program does the same"
             )
+            if a.t == b.t:
+                what = f"there was no slip, and so no friction: under law {law} any slip brings all"
+            self.trace.warn(f"in the hit of {balls} {what}", self.time)
         for disc, after in zip((ball, other), ball_ball_by(self.law, a, b, pair), strict=True):
             disc.vx = cos(impact) * after.n - cos(pi / 2 - impact) * after.t
             disc.vy = sin(impact) * after.n + sin(pi / 2 - impact) * after.t
