@@ -69,7 +69,7 @@ def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, Sta
         Physics(_law_of(law), gravity=1.0),
         pockets=tuple([Pocket(f"{k}", *hole) for k, hole in obstacles.pockets.items()]),
         posts=tuple([_post(each) for each in posts]),
-        patches=live.patches,
+        patches=tuple(live.patches.values()),
     )  # fmt: skip
     rolls = tuple([roll for _, roll in moves]) if surface.rolls else None
     return scene, State(places, tuple([(u, v) for (_, _, u, v), _ in moves]), roll=rolls)

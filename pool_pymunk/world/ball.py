@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import pymunk
 
@@ -29,14 +29,21 @@ IN_HITS = "body.body_type", "body.mass", "circle.radius", "circle.filter"
 STAYS = *IN_HITS, "circle.offset", "body.center_of_gravity", "body.position_func"
 
 
+class Named(Protocol):
+    """A ball, a wall or a pocket has a name, by which errors call it."""
+
+    @property
+    def name(self) -> str: ...
+
+
 class AsItCame:
     """This is how a ball, wall or pocket came to the table: nobody may change that there.
 
     ``places`` say where the ``thing`` has each of its features.
     """
 
-    def __init__(self, what: str, number: int, thing: object, places: Sequence[str]) -> None:
-        self._whose, self._thing, self._places = (what, number), thing, places
+    def __init__(self, what: str, thing: Named, places: Sequence[str]) -> None:
+        self._what, self._thing, self._places = what, thing, places
         self._read = attrgetter(*places)
         self._was = self._read(thing)
 
@@ -47,13 +54,13 @@ class AsItCame:
             return
         each = zip(self._places, now, self._was, strict=True)
         place, new, old = next((place, new, old) for place, new, old in each if new != old)
-        (what, number), key = self._whose, place.rpartition(".")[2]
+        what, key = self._what, place.rpartition(".")[2]
         key = place if key in ("position", "angle") else key  # of a wall's body, not of the wall
         message = (
             f"it was {shown(plain(key, old))} when the {what} came to the table; to change it, "
             f"remove the {what} and add {'its circle' if what == 'ball' else 'it'} again"
         )
-        raise setting_error(f"{what} {number}: {key}", plain(key, new), message)
+        raise setting_error(f"{what} {self._thing.name}: {key}", plain(key, new), message)
 
 
 def plain(key: str, value: object) -> object:
@@ -123,13 +130,18 @@ class TableBall:
 
     def come(self) -> None:
         """Keep what nobody may change of the ball while it is on the table."""
-        self.as_it_came = AsItCame("ball", self.number, self, STAYS)
-        self.in_hits = AsItCame("ball", self.number, self, IN_HITS)
+        self.as_it_came = AsItCame("ball", self, STAYS)
+        self.in_hits = AsItCame("ball", self, IN_HITS)
 
     @property
     def number(self) -> int:
         """The number of the ball: that of balls which were added before it."""
         return self.core.number
+
+    @property
+    def name(self) -> str:
+        """The number of the ball, and its id if it has one, as errors name it."""
+        return f"{self.number}" if self.id is None else f'{self.number} (id "{self.id}")'
 
     @property
     def path(self) -> TablePath:

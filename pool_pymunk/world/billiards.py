@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Callable
 from difflib import get_close_matches
 from functools import partial
+from itertools import count
 from typing import TYPE_CHECKING
 
 import pymunk
@@ -139,6 +140,7 @@ class Billiards:
         self.live = LiveTable(space, self.engine, longest)
         table.balls = self.balls = self.live.balls  # all that were ever added, by their numbers
         self._walls, self._steps = self.live.walls, Steps(self.live, self)
+        self._patch_numbers = count()
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -329,10 +331,10 @@ class Billiards:
         was_on_table = ball.is_on_table
         if not (was_on_table or may_be_off):
             message = "the ball is off the table: place(ball, position) puts it back"
-            raise setting_error("ball", ball.number, message)
+            raise setting_error("ball", ball.name, message)
         self._catch_up(changes_space)
         if was_on_table and not ball.is_on_table:
-            raise setting_error("ball", ball.number, "the ball was taken out of the space")
+            raise setting_error("ball", ball.name, "the ball was taken out of the space")
 
     def add_wall(
         self,
@@ -456,14 +458,23 @@ class Billiards:
         forgotten. Returns the patch's number. Raises ValueError for what cannot be a patch.
         """
         self._catch_up(changes_space=True)
-        patches = (*self.live.patches, read_patch(shape, deceleration, rolling))
+        number = next(self._patch_numbers)
+        patches = self.live.patches | {number: read_patch(shape, deceleration, rolling)}
         self.live.change_surface(self.live.surface, patches)
-        return len(patches) - 1
+        return number
+
+    def remove_patch(self, patch: int) -> None:
+        """Take the patch of this number away; the other patches keep their numbers."""
+        self._catch_up(changes_space=True)
+        if patch not in self.live.patches:
+            raise setting_error("patch", shown(patch), "there is no patch of this number")
+        patches = {k: each for k, each in self.live.patches.items() if k != patch}
+        self.live.change_surface(self.live.surface, patches)
 
     @property
     def patches(self) -> dict[int, tuple[tuple[Vector, ...], Vector | None, float | None]]:
         """Return the corners (m) of each patch, or its centre and its radius, by its number."""
-        return {k: (p.corners, p.center, p.radius) for k, p in enumerate(self.live.patches)}
+        return {k: (p.corners, p.center, p.radius) for k, p in self.live.patches.items()}
 
     def to_scene(self, table: Table | None = None) -> tuple[Scene, State]:
         """Return the table as a Scene and a State, as solvers and many shots take them.
@@ -500,8 +511,8 @@ class Billiards:
         """Put the balls and the clock back to a saved state.
 
         Balls that have left the table since come back, those that have come since leave it, and
-        the table goes on as it did. Raises ValueError from within a callback, for a state of
-        another table, and if a wall or a pocket is now where a ball was.
+        the table goes on as it did, to rounding. Raises ValueError from within a callback, for a
+        state of another table, and if a wall or a pocket is now where a ball was.
         """
         self._steps.refuse_in_step("restore_state")
         self._catch_up()

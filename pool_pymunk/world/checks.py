@@ -160,7 +160,7 @@ def check_speed(key: str, velocity: Vector, radius: float, t: float) -> None:
 
 def check_sound(ball: TableBall, t: float) -> None:
     """Refuse numbers of a ball's body that are not finite, or too large; a step ends at ``t`` s."""
-    name = f"ball {ball.number}: "
+    name = f"ball {ball.name}: "
     check_numbers(name, ball.body, OF_BALLS)
     check_speed(name + "velocity", ball.body.velocity, ball.radius, t)
 
@@ -233,10 +233,10 @@ def check_id(id_: Any, balls: Iterable[TableBall]) -> None:
 def check_return(ball: TableBall, ball_of: Mapping[int, TableBall], space: pymunk.Space) -> None:
     """Refuse that a ball comes back whose body is another ball's, or whose id is."""
     if (other := ball_of.get(ball.body.id)) is not None:
-        message = f"the ball cannot come back: its body is that of ball {other.number} now"
-        raise setting_error("ball", ball.number, message)
+        message = f"the ball cannot come back: its body is that of ball {other.name} now"
+        raise setting_error("ball", ball.name, message)
     if ball.body.space not in (None, space):
-        raise setting_error("ball", ball.number, "its body is in another space now")
+        raise setting_error("ball", ball.name, "its body is in another space now")
     check_id(ball.id, ball_of.values())
 
 

@@ -12,6 +12,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.floor import TOUCHING, overlap
 from pool_pymunk.core.live import SAME, LiveEngine
+from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.path import Motion, Path, sliding
 from pool_pymunk.core.motion.times import Vector, unit
 from pool_pymunk.core.record import Recorder
@@ -26,6 +27,7 @@ from pool_pymunk.world.ball import HAIR, Disc, TableBall
 from pool_pymunk.world.walls import Obstacle
 
 VISIBLE = 1e-3  # of a speed; lines that turn by less are straight
+FINE = 0.01  # of a radius; the lines of balls that fall are straight to it between their places
 MOST = 2_000  # This many instants are played at most; those of nine balls take 0.2 s.
 
 
@@ -72,6 +74,7 @@ class Prediction(NamedTuple):
     ball's turning points: its place now, that at the contact, and where it turns next or stops.
     ``other_way`` has those of the ball met, from the contact on. Both have the places, too, where
     balls begin to roll, up to which the line may be curved, and places along contacts that persist.
+    Where balls fall, both have places along the curve.
     """
 
     met: TableBall | None
@@ -86,8 +89,8 @@ class Prediction(NamedTuple):
 class Witness(Recorder):
     """This recorder notes where balls turn, and what one of them meets first."""
 
-    def __init__(self, ball: int) -> None:
-        self.ball = ball
+    def __init__(self, ball: int, falls: bool) -> None:
+        self.ball, self.falls = ball, falls
         self.met: int | None = None
         self.wall: int | None = None
         self.pocket: int | None = None
@@ -97,6 +100,7 @@ class Witness(Recorder):
         self.lines: defaultdict[int, list[Vector]] = defaultdict(list)
         self.turns: defaultdict[int, int] = defaultdict(int)
         self.paths: dict[int, Path] = {}  # the last one of each ball, unless it has hit since
+        self.curves: dict[int, Path] = {}  # the last one of each ball that falls
 
     def contact(self, one: Contact, t: float) -> None:
         balls = [disc.ball.number for disc in (one.a, one.b) if disc is not None]
@@ -105,6 +109,7 @@ class Witness(Recorder):
             self.met = next((i for i in balls if i != self.ball), None)
             if self.met is not None:  # Its line begins here.
                 self.lines[self.met], self.turns[self.met] = [], 0
+                self.curves.pop(self.met, None)
         for i in balls:
             self.paths.pop(i, None)
 
@@ -112,19 +117,30 @@ class Witness(Recorder):
         i = ball.number
         before, place = self.paths.get(i), (path.x, path.y)
         self.paths[i] = path
+        self._bend(ball, path.t)
         if before is None or turns(before, path):
             self._turn(i, place)
         elif self.turns[i] < 2:
             self.lines[i].append(place)
+        if self.falls:
+            self.curves[i] = path
 
     def stop(self, ball: Ball, t: float, place: Vector) -> None:
+        self._bend(ball, t)
         self._turn(ball.number, place)
 
     def pocketed(self, ball: Ball, pocket: Pocket, t: float, motion: Motion) -> None:
         if self.at == math.inf and ball.number == self.ball:
             self.pocket, self.at = pocket.number, t
+        self._bend(ball, t)
         self._turn(ball.number, motion[:2])
         self._turn(ball.number, pocket.center)
+
+    def _bend(self, ball: Ball, t: float) -> None:
+        """Note places along the curve on which a ball falls up to a time (s)."""
+        curve = self.curves.pop(ball.number, None)
+        if curve is not None and self.turns[ball.number] < 2:
+            self.lines[ball.number] += bent(curve, t, ball.radius)
 
     def _turn(self, i: int, place: Vector) -> None:
         if self.turns[i] < 2:
@@ -146,9 +162,16 @@ def turns(before: Path, path: Path) -> bool:
     return abs(path.vx - vx) + abs(path.vy - vy) > VISIBLE * (abs(vx) + abs(vy))
 
 
+def bent(path: Path, t: float, radius: float) -> list[Vector]:
+    """Return places (m) on a path up to a time (s), between which it is as good as straight."""
+    pull, past = math.hypot(path.ax, path.ay), t - path.t
+    pieces = math.ceil(past * math.sqrt(pull / (8.0 * FINE * radius)))
+    return [path.place(path.t + past * k / pieces) for k in range(1, pieces)]
+
+
 def sketch(engine: LiveEngine, balls: Sequence[TableBall], i: int, going: Going) -> Prediction:
     """Strike ball ``i`` in a copy of the table; play until it and what it met have turned."""
-    witness, now = Witness(i), engine.now
+    witness, now = Witness(i, isinstance(engine.table.surface, Falling)), engine.now
     engine.recorder = witness
     own = engine.balls[i]
     witness.paths.update((each.number, each.path) for each in engine.balls if each is not own)
@@ -279,7 +302,7 @@ def check_free(obstacle: Obstacle, discs: Mapping[TableBall, Disc]) -> None:
                 message = "a ball lies within this pocket"
                 raise setting_error("position", list(wall.center), message)
             room = obstacle.room(place, radius)
-            message = places.said(f"ball {ball.number}", "this wall", room, radius, None)
+            message = places.said(f"ball {ball.name}", "this wall", room, radius, None)
             raise setting_error("shape", type(obstacle.shape).__name__, message)
 
 
@@ -295,7 +318,6 @@ def check_place(
             raise setting_error("position", list(center), message)
     for ball, (place, other) in discs.items():
         if overlap(center, radius, place, other, TOUCHING):
-            name = ball.number if ball.id is None else f'{ball.number} (id "{ball.id}")'
             room = places.room_beside_ball(*center, radius, *place, other)
-            message = places.said("the ball", f"ball {name}", room, min(radius, other), None)
+            message = places.said("the ball", f"ball {ball.name}", room, min(radius, other), None)
             raise setting_error("position", list(center), message)

@@ -57,7 +57,7 @@ class LiveTable:
     def __init__(self, space: pymunk.Space, engine: LiveEngine, max_dt: float) -> None:
         self.space, self.engine, self.max_dt = space, engine, max_dt
         self.bodies, self.walls = Bodies(space), Walls(space, engine)
-        self.patches: tuple[Patch, ...] = ()
+        self.patches: dict[int, Patch] = {}
         self.surface: Surface = engine.table.surface
         self.gravity: Vector = NOTHING  # of the space, as far as it is followed
         self.has_warned = False  # of balls that gravity lets hop
@@ -366,11 +366,12 @@ class LiveTable:
 
     # -- all balls at once -------------------------------------------------------------------------
 
-    def change_surface(self, surface: Surface, patches: tuple[Patch, ...]) -> None:
+    def change_surface(self, surface: Surface, patches: dict[int, Patch]) -> None:
         """Let all balls go on over another surface and other patches from now on."""
-        check_patches(surface, patches)
+        its = tuple(patches.values())
+        check_patches(surface, its)
         self.surface, self.patches = surface, patches
-        self.engine.change_surface(surface, ground_of(surface, patches, gravity=1.0))
+        self.engine.change_surface(surface, ground_of(surface, its, gravity=1.0))
 
     def save(self) -> TableState:
         """Return the time, and how balls move now."""

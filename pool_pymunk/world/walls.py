@@ -85,7 +85,12 @@ class Obstacle:
         set_apart(self.shape)
         what = "pocket" if self.wall.is_pocket else "wall"
         places = *STANDS[: 1 if self.wall.moves else 3], *SHAPE, *OUTLINES[type(self.shape)]
-        self.as_it_came = AsItCame(what, self.wall.number, self, places)
+        self.as_it_came = AsItCame(what, self, places)
+
+    @property
+    def name(self) -> str:
+        """The number of the wall or pocket, as errors name it."""
+        return f"{self.wall.number}"
 
 
 class Walls:

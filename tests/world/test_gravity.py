@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import pymunk
@@ -35,6 +35,21 @@ def upright(e: float = 0.6, mu: float = 0.0, width: float = 2.0, **more: Any) ->
     for a, b in (((0, 0), (width, 0)), ((0, 0), (0, 9)), ((width, 0), (width, 9))):
         table.add_wall(pymunk.Segment(ground, a, b, 0.0), e, mu)
     return table
+
+
+def test_the_line_of_a_ball_that_will_fall_is_a_curve() -> None:
+    table = upright()
+    ball = put(table, 0.2, 1.0)
+    found = table.predict(ball, (1.0, 2.0))
+    assert found.where is not None and found.wall == 0
+    before = found.way[: found.way.index(found.where) + 1]
+    for x, y in before:
+        t = x - 0.2
+        assert y == pytest.approx(1.0 + 2.0 * t - G * t * t / 2.0, abs=1e-12)
+    middles = (((a + c) / 2, (b + d) / 2) for (a, b), (c, d) in pairwise(before))
+    assert (
+        max(abs(1.0 + 2.0 * (x - 0.2) - G * (x - 0.2) ** 2 / 2.0 - y) for x, y in middles) < R / 50
+    )
 
 
 def lift_in(table: Billiards, y: float, e: float = 0.0) -> pymunk.Body:

@@ -49,6 +49,21 @@ def test_a_ball_crosses_a_patch(pull: float) -> None:
     assert not table.moving
 
 
+def test_a_patch_that_is_removed_slows_no_ball_any_more() -> None:
+    space, table = plane()
+    sand, ice = table.add_patch(square(0.5), SAND), table.add_patch(square(0.6), ICE)
+    moving = ball(table, 0.0)
+    table.strike(moving, (1.2, 0.0))
+    table.remove_patch(sand)
+    assert [*table.patches] == [ice]
+    steps(space, 10.0)
+    expected = end_of(1.2, (A, 0.6), (ICE, 0.2))
+    assert moving.body.position.x == pytest.approx(expected, abs=1e-11)
+    with pytest.raises(SettingError, match="patch = 0: there is no patch of this number"):
+        table.remove_patch(sand)
+    assert table.add_patch(square(0.5), SAND) == 2  # Numbers do not come again.
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_a_live_table_plays_as_the_exact_solver(seed: int) -> None:
     scene = random_scene(seed)
