@@ -22,6 +22,7 @@ from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
+from pool_pymunk.core.variant import Errors
 from pool_pymunk.core.walls.wall import Pocket, Wall
 
 CANNOT_START: Final = 4  # The other endings are those of the engine.
@@ -59,6 +60,7 @@ class Ends:
     ``counts`` has four numbers of each shot: how many events, hits and cushions there were, and the
     first ball that the watched one hit. ``durations`` are in s. Shots that did not settle have
     ``endings``, which follow their numbers, and in those of ``doubts`` contacts had no known order.
+    In those of ``guesses`` something else had no exact answer, such as a slip of zero.
     Balls of all shots have numbers that go on from shot to shot. Those that have ``moved`` lie at
     ``places``, x and y (m), those that the watched ball has ``met`` are named as well, and those
     that are ``pocketed``, which their pockets follow.
@@ -69,6 +71,7 @@ class Ends:
         self.durations: list[float] = []
         self.endings: list[int] = []
         self.doubts: list[int] = []
+        self.guesses: list[int] = []
         self.moved: list[int] = []
         self.places: list[float] = []
         self.met: list[int] = []
@@ -158,7 +161,7 @@ class Tally(Recorder):
         self.hits = self.cushions = 0
         self.first_hit = NOBODY
         self.duration = 0.0
-        self.is_in_doubt = False
+        self.is_in_doubt = self.is_guessed = False
 
     def contact(self, one: Contact, t: float) -> None:
         if self.beside is not None:
@@ -196,6 +199,12 @@ class Tally(Recorder):
 
     def order_unknown(self, t: float) -> None:
         self.is_in_doubt = True
+
+    def zero_slip(self, one: Contact, t: float) -> None:
+        self.is_guessed = True
+
+    def collapse(self, contacts: list[Contact], hits: int, is_over: bool, t: float) -> None:
+        self.is_guessed = self.is_guessed or not is_over
 
     def pause(self, t: float) -> None:
         self.listener.pause(t)
@@ -253,7 +262,8 @@ class Shots:
     """Shots of some balls on a table are played here up to the ``latest`` (s).
 
     ``watched`` is the number of the ball whose hits count. Contacts persist to a ``tolerance`` (m).
-    A shot whose balls may not lie where they are on the ``floor`` is not played.
+    A shot whose balls may not lie where they are on the ``floor`` is not played. Shots that are
+    variants of a run have their own ``errors``, one after the other.
     """
 
     def __init__(self, table: Table, balls: list[Ball], law: Law, floor: Floor) -> None:
@@ -265,6 +275,7 @@ class Shots:
         self.coefficients: Coefficients | None = None
         self.beside: Beside | None = None
         self.follower: Follower | None = None
+        self.errors: list[Errors] = []
         self.watched = NOBODY
         self.latest = INF
         self.tolerance = 1e-7
@@ -295,6 +306,8 @@ class Shots:
                 continue
             tally.begin()
             engine.start_anew(tally)
+            if len(self.errors) > 0:
+                engine.errors = self.errors[k]
             for start in self.starts:
                 if start.is_off:
                     engine.remove(start.ball, (start.x, start.y))
@@ -388,6 +401,8 @@ class Shots:
             ends.endings += [k, ending]
         if tally.is_in_doubt:
             ends.doubts.append(k)
+        if tally.is_guessed:
+            ends.guesses.append(k)
         events, first = min(engine.events, engine.most_events), k * len(self.balls)
         ends.counts.append(events)
         ends.counts.append(tally.hits)

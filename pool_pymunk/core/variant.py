@@ -14,7 +14,8 @@ from pool_pymunk.core.motion.times import EPSILON, Vector
 # ACM 36 (1993), 108.
 MULTIPLIER: Final = 48_271
 MODULUS: Final = 2**31 - 1
-FIRST: Final = 1_000  # draws are left out, because those of near seeds are alike at first
+# This leaves out a thousand draws, because those of near seeds are alike at first.
+LEAP: Final[int] = pow(MULTIPLIER, 1_000, MODULUS)
 # of the velocities in a variant with a nudged start: balls that a hit leaves together part later
 KICK: Final = 1e-12
 CONVERGED: Final = 64.0 * EPSILON  # of the speeds; a collapse is over at closing speeds below it
@@ -46,9 +47,7 @@ class Errors:
         self.share, self.of_places = KICK, False
 
     def _seed(self, seed: int) -> None:
-        self.state = seed % (MODULUS - 1) + 1
-        for _ in range(FIRST):
-            self.draw()
+        self.state = (seed % (MODULUS - 1) + 1) * LEAP % MODULUS
 
     def draw(self) -> float:
         """Return a random number between -1 and 1."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.core import batch
+from pool_pymunk.core import batch, layouts
 from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
@@ -25,7 +25,12 @@ from pool_pymunk.many.workers import Workers, check_halt
 from pool_pymunk.model import Scene, SceneError, inputs
 from pool_pymunk.results.run import FIGURES
 from pool_pymunk.solvers.in_core import floor_of, new_balls, new_table_of, table_of
-from pool_pymunk.solvers.small_changes import corners_of, inputs_of
+from pool_pymunk.solvers.small_changes import (
+    corners_of,
+    has_derivatives,
+    inputs_of,
+    rounding_errors_of,
+)
 
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
 Make = Callable[[], Beside]  # It returns a reference, with which shots are compared.
@@ -39,6 +44,7 @@ LARGEST = 8_192  # shots are sent to a worker at once, at most
 MANY = 16  # processes, where their number is not known
 GONE = (np.nan, 0.0)  # stand for the velocity and the roll of a ball off the table
 COLUMNS = inputs.column_of("coefficients")
+CLOSE, ROUNDED = 1e-6, 1e-12  # of a radius, and of a place; balls with wider gaps do not touch
 OF_SURFACE = ("friction.surface", "friction.rolling")
 
 
@@ -156,19 +162,9 @@ def play_parts(source: Source, found: Results, make: Make | None) -> Iterator[sl
         began = time.perf_counter()
         part = slice(first, min(first + size, count))
         play(source, part, found.part(part))
-        if source.has_figures:
-            put_figures(found.part(part), source, first)
         yield part
         first = part.stop
         size = min(MOST, 2 * size) if time.perf_counter() - began < SHORT else size
-
-
-def put_figures(found: Results, source: Source, first: int) -> None:
-    """Put the figures of shots from the ``first`` one on into results; each is played as a run."""
-    for k in np.flatnonzero(found.status < NON_FINITE).tolist():
-        check_halt()
-        run = source.run(first + k)
-        found.figures[k] = [getattr(run, name) for name in FIGURES]
 
 
 def has_scenes_of_its_own(source: Source) -> bool:
@@ -203,7 +199,7 @@ class Player:
         self.shots.tolerance = settings.contact_tolerance
         if settings.max_time is not None:
             self.shots.latest = settings.max_time
-        self.follower = follower_of(source) if source.by else None
+        self.follower = follower_of(source) if source.by or source.has_figures else None
         self.shots.follower = self.follower
         if self.has_coefficients:
             self.shots.coefficients = coefficients_in_core(scene, table)
@@ -222,12 +218,16 @@ class Player:
         more = coefficients.ravel().tolist(), masses.ravel().tolist()
         ends = self.shots.play(count, batch.Given(changing, starts, *more), Hearing())
         read_ends(found, ends, places, is_off)
-        if self.follower is not None:
+        if self.follower is not None and source.by:
             read_changes(found.derivatives, self.follower)
         if self.beside is not None:
             found.beside[:] = np.frombuffer(self.beside.take()).reshape(count, -1)
         if is_sound is not None:
             found.status[~is_sound], found.derivatives[~is_sound] = CANNOT_START, np.nan
+        if self.follower is not None and source.has_figures:
+            is_open = found.in_doubt | touch_at_first(scene, places, is_off)
+            is_open[array_of("q", ends.guesses)] = True
+            put_figures(found, source, part.start, array_of("d", self.follower.roundings), is_open)
 
 
 def layout_of(source: Source, part: slice) -> tuple[NDArray[np.bool_], Floats]:
@@ -294,14 +294,52 @@ def array_of(kind: str, numbers: Sequence[float]) -> NDArray[Any]:
     return np.frombuffer(struct.pack(f"{len(numbers)}{kind}", *numbers), kind)
 
 
+# -- figures ---------------------------------------------------------------------------------------
+
+
+def put_figures(
+    found: Results, source: Source, first: int, roundings: Floats, is_open: NDArray[np.bool_]
+) -> None:
+    """Put the figures of shots from the ``first`` one on into results.
+
+    A shot is played as a run where policies may have decided something (it ``is_open``), and where
+    its course does not tell what rounding does: to less than a radius.
+    """
+    found.figures[:] = 0.0
+    found.figures[:, FIGURES.index("rounding")] = roundings
+    small = min(ball.radius for ball in source.scene.balls)
+    has_ended = found.status < NON_FINITE
+    found.figures[~has_ended] = np.nan
+    for k in np.flatnonzero(has_ended & (is_open | ~(roundings < small))).tolist():
+        check_halt()
+        run = source.run(first + k)
+        found.figures[k] = [getattr(run, name) for name in FIGURES]
+
+
+def touch_at_first(scene: Scene, places: Floats, is_off: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell in which shots (S,) balls may touch each other or a wall as they begin."""
+    close = ROUNDED * np.abs(places).max(initial=0.0)
+    radii = [(1.0 + CLOSE) * ball.radius + close for ball in scene.balls]
+    there = np.where(is_off[..., np.newaxis], np.nan, places)
+    free = layouts.may_lie(floor_of(scene), radii, there.tobytes(), 0.0)
+    return np.asarray(~np.frombuffer(free, np.bool_).reshape(is_off.shape).all(axis=1))
+
+
 # -- small changes ---------------------------------------------------------------------------------
 
 
 def follower_of(source: Source) -> Follower:
-    """Return what follows small changes of the inputs ``by`` which a source is to be derived."""
-    numbers = inputs.changed_numbers(source.scene, source.by, "restitution.cue_ball" in source.vary)
+    """Return what follows small changes of the inputs ``by`` which a source is to be derived.
+
+    Where figures are asked for it follows rounding errors, too, unless a surface is somebody's own.
+    """
+    scene = source.scene
+    numbers = inputs.changed_numbers(scene, source.by, "restitution.cue_ball" in source.vary)
     none = np.empty((0, 0, len(source.by)))
-    return Follower(corners_of(source.scene), inputs_of(source.scene, none, numbers))
+    found = Follower(corners_of(scene), inputs_of(scene, none, numbers))
+    if source.has_figures and has_derivatives(scene):
+        found.errors = rounding_errors_of(scene)
+    return found
 
 
 def read_changes(derivatives: Floats, follower: Follower) -> None:

@@ -7,7 +7,7 @@ changes. Up to the next one the acceleration is constant, so a Run knows the pos
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +25,6 @@ from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.motion import free_motions
 from pool_pymunk.results.persistent import PersistentContact, spells, turning
-from pool_pymunk.results.trace import farthest
 from pool_pymunk.results.variants import FINER, Variant
 from pool_pymunk.results.words import counted, step_text
 
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from pool_pymunk.results.contacts import ContactRow
     from pool_pymunk.results.table import ResultTable
     from pool_pymunk.results.trace import Trace
+    from pool_pymunk.solvers.again import Again
     from pool_pymunk.studies.derivatives import Derivatives
 
 Times = Array | Sequence[float] | float
@@ -96,7 +96,7 @@ class Run:
     persistent: tuple[PersistentContact, ...] = ()
     contact_tolerance: float | None = None
     known_shift: float | None = None
-    again: Callable[..., Run] | None = field(default=None, compare=False)
+    again: Again | None = field(default=None, compare=False)
     variants: tuple[Variant, ...] = field(default=(), compare=False)
     law_used: Law | None = field(default=None, compare=False)
     watched: str | None = field(default=None, compare=False)
@@ -373,10 +373,11 @@ class Run:
         moved = max(self._moved(FINER), self.contact_tolerance or 0.0)
         return min(moved, self.scene.diagonal)
 
-    def _moved(self, variants: Iterable[Variant], most: int | None = None) -> float:
+    def _moved(self, variants: Sequence[Variant], most: int | None = None) -> float:
         """Return how far (m) ends may move, by variants of the run, cut at ``most`` events."""
         assert self.again is not None
-        return max(each.sure * farthest(self, self.again(each, most)) for each in variants)
+        moves = self.again.moves(self, variants, {}, most)
+        return max(each.sure * move for each, move in zip(variants, moves, strict=True))
 
     @cached_property
     def energy(self) -> dict[str, float]:

@@ -215,8 +215,13 @@ def farthest(one: Trace | Run, other: Trace | Run) -> float:
     """Return the largest distance (m) of a ball's ends; where one run was cut, both end there."""
     is_cut = "max_events" in (one.status, other.status)
     at = (min if is_cut else max)(one.duration, other.duration)
-    last = [[next(k for k in rows[::-1] if k[0] <= at) for rows in t.knots] for t in (one, other)]
-    return max(map(math.dist, *([path_of(row).place(at) for row in rows] for rows in last)))
+    return max(map(math.dist, places_at(one, at), places_at(other, at)))
+
+
+def places_at(run: Trace | Run, t: float) -> list[Point]:
+    """Return where the balls are (m) at a time (s)."""
+    last = [next(row for row in rows[::-1] if row[0] <= t) for rows in run.knots]
+    return [path_of(row).place(t) for row in last]
 
 
 def breakpoint_of(path: Path, rolls: bool) -> Breakpoint:

@@ -62,7 +62,7 @@ def play(
     """Return the trace of a run that ``advance`` plays with the engine, up to a time (s)."""
     trace = Trace(start, [pull_of(ball.path) for ball in engine.balls])
     record = engine.recorder = Listener(trace, settings.on_time)
-    vary(engine.errors, settings.variant)
+    engine.errors = errors_of(settings.variant)
     engine.most_events = settings.max_events
     latest = math.inf if settings.max_time is None else settings.max_time
     advance(latest)
@@ -71,14 +71,16 @@ def play(
     return trace
 
 
-def vary(errors: Errors, variant: Variant) -> None:
-    """Let a run have the errors of a variant."""
+def errors_of(variant: Variant) -> Errors:
+    """Return the errors of a variant."""
+    errors = Errors()
     if variant.nudge is not None:
         errors.kick(variant.nudge)
     elif variant.seed is not None:
         errors.round_off(variant.seed)
     if variant.slip is not None:
         errors.slip = variant.slip
+    return errors
 
 
 # -- what is kept of a run -------------------------------------------------------------------------

@@ -112,7 +112,7 @@ def nudged(scene: Scene, start: State, number: int) -> State:
     if k and len(rows):
         gaps = np.eye(len(rows))[(3 * turn + k - 1) % len(rows)]
     gaps *= WIDE[turn % len(WIDE)] if is_wide else NARROW
-    open_ = np.linalg.pinv(rows)
+    open_ = _opening(scene, rows)
     moves = open_ @ gaps
     for _ in range(PASSES):
         moves += open_ @ np.maximum(-(rows @ moves), 0.0)
@@ -128,6 +128,14 @@ def nudged(scene: Scene, start: State, number: int) -> State:
         velocity=_turned(start.velocity, turns),
         roll=None if start.roll is None else _turned(start.roll, turns),
     )
+
+
+def _opening(scene: Scene, rows: Rows) -> NDArray[Any]:
+    """Return how balls move to open gaps; the scene keeps this for the latest rows of gaps."""
+    known: tuple[Rows, NDArray[Any]] | None = scene.found.get(_opening)
+    if known is None or known[0] is not rows:
+        known = scene.found[_opening] = rows, np.linalg.pinv(rows)
+    return known[1]
 
 
 def _closing(

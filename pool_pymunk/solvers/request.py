@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache, partial
 from itertools import pairwise
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -28,10 +27,11 @@ from pool_pymunk.model.plain import (
 from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.results.persistent import contacts_of
 from pool_pymunk.results.run import Run, lifted, made_later, read_times
-from pool_pymunk.results.trace import NEVER_SETTLES, ZERO_SLIP, Trace, farthest
-from pool_pymunk.results.variants import AS_IT_IS, Variant
+from pool_pymunk.results.trace import NEVER_SETTLES, ZERO_SLIP, Trace
+from pool_pymunk.results.variants import Variant
 from pool_pymunk.results.words import counted
-from pool_pymunk.solvers.frozen import DECIDED, nudged, touching
+from pool_pymunk.solvers.again import Again
+from pool_pymunk.solvers.frozen import DECIDED, touching
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings, Solver
 from pool_pymunk.solvers.registry import PYMUNK
 from pool_pymunk.solvers.registry import SOLVERS as SOLVERS
@@ -100,18 +100,18 @@ class Request(NamedTuple):
             raise setting_error("max_time", None, f"is missing: {never}")
         self.solver.load()
         began = time.perf_counter()
-        trace = self._solve(state)
+        again = Again(scene, self.solver, self.options, settings, state)
+        trace = again.play()
         wall_time = time.perf_counter() - began
-        asked = self
         if trace.status == "max_events":  # Variants end when the run does.
-            asked = self._replace(settings=settings._replace(max_time=trace.duration))
-        shift = asked._policy_shift(state, trace, wall_time)
+            again = again._replace(settings=settings._replace(max_time=trace.duration))
+        shift = _policy_shift(again, trace, wall_time)
         if not self.solver.own_law and not settings.law_of(scene).hits_are_coulombs:
             if trace.status == "non_finite" and self.law not in LAWS:
                 text = f"a number was not finite: see what the law {self.law} returned"
                 trace.warn(text, trace.duration)
             warn_of_gained_energy(trace, scene, self.law)
-        return asked._run(shot, state, trace, wall_time, shift)
+        return self._run(shot, again, trace, wall_time, shift)
 
     def start(self, shot: Shot | None, before: State | None = None) -> State:
         """Return the state at the moment of a shot, which may go on from the end of another."""
@@ -121,53 +121,8 @@ class Request(NamedTuple):
             before = alone.play(shot_before(self.scene, shot)).end
         return self.scene.start(shot, before)
 
-    def _solve(self, state: State, variant: Variant = AS_IT_IS) -> Trace:
-        settings = self.settings
-        if variant.nudge is not None:
-            state = nudged(self.scene, state, variant.nudge)
-        if variant != AS_IT_IS:
-            settings = settings._replace(variant=variant, on_time=None)
-        trace = self.solver.solve(self.scene, state, settings, **self.options)
-        trace.cut(settings.max_events)
-        if not self.solver.engine:  # The engine's paths tell all accelerations.
-            trace.complete(self.scene.surface)
-        return trace
-
-    def _policy_shift(self, state: State, trace: Trace, wall_time: float) -> float | None:
-        """Warn of how far (m) other answers of policies would move the ends; return it if known."""
-        measures = self.settings.measures_policies and self.solver.engine
-        is_measured = measures and wall_time <= QUICK
-        touches = trace.instants or (is_measured and len(touching(self.scene, state)))
-        is_open = measures and bool(touches)
-        if not (is_open or trace.policies):
-            return 0.0
-        moves = cache(lambda variant: farthest(trace, self._solve(state, variant)))
-        tries = (moves(each) > DECIDED for each in (trace.nudges(0) if is_open else ()))
-        if is_open and (not is_measured or any(tries)):
-            trace.order_decides()
-        if not trace.policies:
-            return 0.0
-        if trace.policies == {ZERO_SLIP} or not is_measured:
-            return None  # A zero slip has its own warning.
-        changed, sure = 0.0, 1.0
-        for variant in trace.variants:
-            if changed <= self.scene.diagonal:  # A larger shift is not reported.
-                changed, sure = max((changed, sure), (variant.sure * moves(variant), variant.sure))
-        shift, said = min(changed, self.scene.diagonal), ""
-        if shift < changed:
-            said = " (the diagonal of the table)"
-        elif sure > 1.0:
-            said = f" ({sure:g} times as far as those that were tried)"
-        far = self.scene.units.text(shift)
-        trace.warn(
-            f"some contacts have no exact answer ({', '.join(sorted(trace.policies))}). With other "
-            f"answers the ends may lie up to {far} elsewhere{said}",
-            trace.duration,
-        )
-        return shift
-
     def _run(
-        self, shot: Shot | None, start: State, trace: Trace, wall_time: float, shift: float | None
+        self, shot: Shot | None, again: Again, trace: Trace, wall_time: float, shift: float | None
     ) -> Run:
         ids = tuple(self.scene.index)
         taken = [ids[balls[0]] for _, kind, balls, _, _ in trace.events if kind == POCKET]
@@ -185,25 +140,51 @@ class Request(NamedTuple):
             warnings=trace.warnings,
             wall_time=wall_time,
             sample_times=self.times,
-            off=start.off.union(taken),
+            off=again.start.off.union(taken),
             policies=frozenset(trace.policies),
             persistent=contacts_of(trace.persisted, ids),
             contact_tolerance=self.settings.contact_tolerance if self.solver.to_tolerance else None,
             known_shift=shift,
             variants=trace.variants,
-            again=partial(self._again, shot, start) if self.solver.engine else None,
+            again=again if self.solver.engine else None,
             law_used=None if self.solver.own_law else self.settings.law_of(self.scene),
         )
         return made_later(run, trace)
 
-    def _again(
-        self, shot: Shot | None, start: State, variant: Variant, most: int | None = None
-    ) -> Run:
-        """Play a variant of the run, of at most this many events."""
-        listed = self.settings.max_events
-        bounds = self.settings._replace(max_events=min(most or listed, listed))
-        trace = self._replace(settings=bounds)._solve(start, variant)
-        return self._run(shot, start, trace, 0.0, None)
+
+def _policy_shift(again: Again, trace: Trace, wall_time: float) -> float | None:
+    """Warn of how far (m) other answers of policies would move the ends; return it if known."""
+    scene, moves = again.scene, dict[Variant, float]()
+    measures = again.settings.measures_policies and again.solver.engine
+    is_measured = measures and wall_time <= QUICK
+    touches = trace.instants or (is_measured and len(touching(scene, again.start)))
+    is_open = measures and bool(touches)
+    if not (is_open or trace.policies):
+        return 0.0
+    narrow = again.moves(trace, trace.nudges(0), moves)
+    if is_open and (not is_measured or any(move > DECIDED for move in narrow)):
+        trace.order_decides()
+    if not trace.policies:
+        return 0.0
+    if trace.policies == {ZERO_SLIP} or not is_measured:
+        return None  # A zero slip has its own warning.
+    changed, sure = 0.0, 1.0
+    variants = trace.variants
+    for variant, move in zip(variants, again.moves(trace, variants, moves), strict=True):
+        changed, sure = max((changed, sure), (variant.sure * move, variant.sure))
+        if changed > scene.diagonal:  # A larger shift is not reported.
+            break
+    shift, said = min(changed, scene.diagonal), ""
+    if shift < changed:
+        said = " (the diagonal of the table)"
+    elif sure > 1.0:
+        said = f" ({sure:g} times as far as those that were tried)"
+    trace.warn(
+        f"some contacts have no exact answer ({', '.join(sorted(trace.policies))}). With other "
+        f"answers the ends may lie up to {scene.units.text(shift)} elsewhere{said}",
+        trace.duration,
+    )
+    return shift
 
 
 def with_law(scene: Scene, law: str) -> Scene:

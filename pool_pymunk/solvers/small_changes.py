@@ -9,6 +9,7 @@ import numpy as np
 from pool_pymunk.core.motion.falling import Falling
 from pool_pymunk.core.motion.surface import Rolling, Sliding
 from pool_pymunk.core.tangent.inputs import Inputs
+from pool_pymunk.core.tangent.rounding import DRAWS
 from pool_pymunk.core.tangent.touches import Corner
 from pool_pymunk.model import Scene
 from pool_pymunk.model.arrays import Array
@@ -17,9 +18,14 @@ from pool_pymunk.model.problems import setting_error
 
 def check_surface(scene: Scene) -> None:
     """Raise SettingError for a scene with a surface of somebody's own."""
-    if type(scene.surface) not in (Sliding, Rolling, Falling):
+    if not has_derivatives(scene):
         message = "has no derivatives: only surfaces on which balls slide, roll or fall have them"
         raise setting_error("surface", type(scene.surface).__name__, message)
+
+
+def has_derivatives(scene: Scene) -> bool:
+    """Tell whether small changes can be followed on the surface of a scene."""
+    return type(scene.surface) in (Sliding, Rolling, Falling)
 
 
 def inputs_of(scene: Scene, starts: Array, numbers: Sequence[Array]) -> Inputs:
@@ -34,6 +40,13 @@ def inputs_of(scene: Scene, starts: Array, numbers: Sequence[Array]) -> Inputs:
     where = np.nonzero(starts)
     entries = zip(*(each.tolist() for each in where), starts[where].tolist(), strict=True)
     return Inputs(list(entries), of_numbers, mass, radius, (own_e, own_mu), patches)
+
+
+def rounding_errors_of(scene: Scene) -> Inputs:
+    """Return columns for rounding errors, which the starts and numbers of a scene do not have."""
+    count = len(scene.balls)
+    none = [np.zeros((rows, DRAWS)) for rows in (7, count, count)]
+    return inputs_of(scene, np.zeros((count, 0, DRAWS)), none)
 
 
 def corners_of(scene: Scene) -> list[Corner]:

@@ -67,6 +67,12 @@ class Atlas:
         """The scene that was played."""
         return self.plan.scene
 
+    @property
+    def maps(self) -> dict[str, NDArray[Any]]:
+        """What is kept, of all maps or of one."""
+        its: dict[str, NDArray[Any]] = {key: getattr(self, key) for key in MAPS.values()}
+        return {key: each for key, each in its.items() if len(each)}
+
 
 class CutShort(KeyboardInterrupt):
     """An interrupt comes while an atlas is played; ``found`` is the atlas so far."""
@@ -115,45 +121,63 @@ def atlas(
     chosen = find_shot(scene, shot)
     if chosen is None:
         raise setting_error("shot", None, "the scene has no shots, and one is needed")
-    if axes is None:
-        usual = np.hypot(*scene.start(chosen).velocity[scene.index[chosen.ball]])
-        speeds = read_pair("speed", speed or (SPEEDS[0] * usual, SPEEDS[1] * usual))
-        ranges = {"angle": read_pair("angle", angle), "speed": speeds}
-    else:
-        if not isinstance(axes, Mapping) or len(axes) != 2:
-            raise setting_error("axes", axes, "must be two inputs with their ranges (low, high)")
-        for name in axes.keys() - {"mass"}:
-            row_of("axes", name, scene, ["mass"])
-        ranges = {name: read_pair(f"axes[{name!r}]", each) for name, each in axes.items()}
+    (across, columns), (up, rows) = _axes(scene, chosen, angle, speed, axes).items()
     wide, high = read_pair("size", size)
     width, height = argument("width", wide, whole(2)), argument("height", high, whole(2))
-    (across, columns), (up, rows) = ranges.items()
-    grid = {up: (*rows, height), across: (*columns, width)}
     begun = as_begun(scene, chosen, law, max_time, aims_anew)
+    grid = {up: (*rows, height), across: (*columns, width)}
     plan = make_plan(begun, None, grid, None, 0, AT_ONCE)
-    watched = struck = scene.index[chosen.ball]
-    if ball is not None or chosen.aim not in (None, NEAREST):
-        watched = ball_number(scene, str(chosen.aim) if ball is None else ball)
-    elif len(scene.balls) > 1:
-        watched = scene.nearest(struck)
-    x, y = np.linspace(*columns, width), np.linspace(*rows, height)
-    kept = _nothing((height, width), show)
-    found, is_seen = Atlas(plan, watched, x, y, **kept, by_reference=0, axes=(across, up)), False
+    found = Atlas(
+        plan, _watched(scene, chosen, ball), np.linspace(*columns, width),
+        np.linspace(*rows, height), **_nothing((height, width), show), by_reference=0,
+        axes=(across, up),
+    )  # fmt: skip
+    with workers_of(workers) as several:
+        _play(found, several, on_done, on_pass or (lambda _: None))
+    return found
+
+
+def _axes(
+    scene: Scene, shot: Shot, angle: Range, speed: Range | None, axes: Mapping[str, Range] | None
+) -> dict[str, Range]:
+    """Read the ranges of two inputs, the one across first."""
+    if axes is None:
+        usual = np.hypot(*scene.start(shot).velocity[scene.index[shot.ball]])
+        speeds = speed or (SPEEDS[0] * usual, SPEEDS[1] * usual)
+        return {"angle": read_pair("angle", angle), "speed": read_pair("speed", speeds)}
+    if not isinstance(axes, Mapping) or len(axes) != 2:
+        raise setting_error("axes", axes, "must be two inputs with their ranges (low, high)")
+    for name in axes.keys() - {"mass"}:
+        row_of("axes", name, scene, ["mass"])
+    return {name: read_pair(f"axes[{name!r}]", each) for name, each in axes.items()}
+
+
+def _watched(scene: Scene, shot: Shot, ball: str | None) -> int:
+    """Return the number of a ball, by default of the one aimed at or the nearest."""
+    struck = scene.index[shot.ball]
+    if ball is not None or shot.aim not in (None, NEAREST):
+        return ball_number(scene, str(shot.aim) if ball is None else ball)
+    return scene.nearest(struck) if len(scene.balls) > 1 else struck
+
+
+def _play(
+    found: Atlas, workers: Workers, on_done: Callable[[int], object] | None,
+    on_pass: Callable[[Atlas], object],
+) -> None:  # fmt: skip
+    """Play the pixels of an atlas, from coarse to fine."""
+    is_seen = False
     try:
-        with workers_of(workers) as several:
-            for step, parts in _passes(height, width):
-                for shots in parts:
-                    batch = plan.play(plan.draw(shots), workers=several, on_done=on_done)
-                    _keep(kept, shots, batch, watched)
-                _spread(kept, step)
-                is_seen = True
-                if on_pass is not None:
-                    on_pass(found)
+        for step, parts in _passes(len(found.speed), len(found.angle)):
+            for shots in parts:
+                drawn = found.plan.draw(shots)
+                _keep(found, shots, found.plan.play(drawn, workers=workers, on_done=on_done))
+            _spread(found, step)
+            is_seen = True
+            on_pass(found)
     except KeyboardInterrupt:
         if not is_seen:
             raise
         raise CutShort(found) from None
-    return found
 
 
 def _passes(height: int, width: int) -> Iterator[tuple[int, list[NDArray[np.int_]]]]:
@@ -181,19 +205,18 @@ def _nothing(size: tuple[int, int], show: str | None) -> dict[str, NDArray[Any]]
     return kept
 
 
-def _spread(kept: dict[str, NDArray[Any]], step: int) -> None:
+def _spread(found: Atlas, step: int) -> None:
     """Let each pixel of a pass stand for those up to the next ones, which are not played yet."""
-    for each in kept.values():
-        if step > 1 and len(each):
-            wide = each[::step, ::step].repeat(step, axis=0).repeat(step, axis=1)
-            each[:] = wide[: len(each), : each.shape[1]]
+    for each in found.maps.values() if step > 1 else ():
+        wide = each[::step, ::step].repeat(step, axis=0).repeat(step, axis=1)
+        each[:] = wide[: len(each), : each.shape[1]]
 
 
-def _keep(kept: dict[str, NDArray[Any]], shots: NDArray[np.int_], batch: Batch, ball: int) -> None:
+def _keep(found: Atlas, shots: NDArray[np.int_], batch: Batch) -> None:
     """Keep what the maps show of some shots."""
-    found = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
+    ball = found.ball
+    its = vars(batch) | {"end": batch.final[:, ball], "pocketed": batch.pocketed[:, ball]}
     unplayed = batch.status == CANNOT_START
-    found["end"][unplayed] = batch.duration[unplayed] = np.nan
-    for key, each in kept.items():
-        if len(each):
-            each.reshape(-1, *found[key].shape[1:])[shots] = found[key]
+    its["end"][unplayed] = batch.duration[unplayed] = np.nan
+    for key, each in found.maps.items():
+        each.reshape(-1, *its[key].shape[1:])[shots] = its[key]

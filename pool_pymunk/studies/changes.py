@@ -18,7 +18,7 @@ from pool_pymunk.core.tangent.course import LASTS, Course
 from pool_pymunk.core.tangent.inputs import Inputs
 from pool_pymunk.core.tangent.moments import Stretch, stretches_of
 from pool_pymunk.core.tangent.reasons import CHAOS, FOLLOWED
-from pool_pymunk.core.tangent.rounding import DRAWS, RoundingErrors, farthest
+from pool_pymunk.core.tangent.rounding import RoundingErrors, farthest
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.many.play import Hearing
@@ -30,7 +30,12 @@ from pool_pymunk.results.run import Run, points
 from pool_pymunk.results.trace import NEVER_SETTLES
 from pool_pymunk.solvers import find_solver
 from pool_pymunk.solvers.by_core import engine_of
-from pool_pymunk.solvers.small_changes import check_surface, corners_of, inputs_of
+from pool_pymunk.solvers.small_changes import (
+    check_surface,
+    corners_of,
+    inputs_of,
+    rounding_errors_of,
+)
 
 SAME = 1e-9  # s; an event of the run comes at the time of its step
 
@@ -212,19 +217,17 @@ def rounding(run: Run) -> float:
     """Return how far (m) rounding may have moved the ends of an exact run, to first order.
 
     The errors that every path and every contact make (:mod:`pool_pymunk.core.tangent.rounding`) go
-    through the run as changes do, in ``DRAWS`` draws of random signs. The answer is four times the
+    through the run as changes do, in draws of random signs. The answer is four times the
     largest root mean square move of a ball over the draws. It is inf where errors grow until other
     contacts may come, and nan where the run has no derivative, or where contacts persisted.
     """
     if not find_solver(run.solver).exact or run.persistent:
         return math.nan
-    count = len(run.scene.balls)
-    none = [np.zeros((rows, DRAWS)) for rows in (7, count, count)]
     try:
         replay = played_again(run)
     except SettingError:
         return math.nan
-    tangent = replay.tangent(inputs_of(run.scene, np.zeros((count, 0, DRAWS)), none))
+    tangent = replay.tangent(rounding_errors_of(run.scene))
     tangent.errors = RoundingErrors(replay.engine.table)
     why = replay.follow(tangent)
     if why != FOLLOWED:

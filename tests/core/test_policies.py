@@ -18,8 +18,8 @@ from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
 from pool_pymunk.laws import LAWS, Law
 from pool_pymunk.laws.contact import NT, Contact, Pair, Respond, Velocities
-from pool_pymunk.results.trace import COLLAPSE
-from pool_pymunk.results.variants import Variant
+from pool_pymunk.results.trace import COLLAPSE, farthest
+from pool_pymunk.results.variants import FINER, Variant
 from tests.shared.hard_scenes import R, disc, exact, persistent, squeezed
 from tests.shared.scenes import largest_distance
 from tests.shared.shots import some_scene
@@ -107,7 +107,7 @@ def test_two_contacts_that_take_turns_need_no_alarm() -> None:
     """Millions of hits amplify what nudges the start, but their order is known."""
     run = exact(squeezed(1e6, 0.8, 0.8, 0.0, 0.0))
     assert run.again is not None and run.policies == frozenset()
-    assert largest_distance(run, run.again(Variant(nudge=0))) > 1e-3
+    assert farthest(run, run.again.play(Variant(nudge=0))) > 1e-3
 
 
 # -- inelastic collapse ----------------------------------------------------------------------------
@@ -204,7 +204,25 @@ def test_variants_end_when_a_run_with_bounded_events_does() -> None:
     run = exact(some_scene("hard that rolls", 102), max_events=300)
     assert run.again is not None and run.status == "max_events"
     coarser = [Variant(coarser=times) for times in (30.0, 300.0)]
-    assert all(run.again(each).duration <= run.duration for each in (*run.variants, *coarser))
+    assert all(run.again.play(each).duration <= run.duration for each in (*run.variants, *coarser))
+
+
+@pytest.mark.parametrize(
+    ("scene", "most"), [("frozen 5008", 12), ("frozen 5011", 300), ("hard that rolls 102", 60)]
+)
+def test_variants_that_are_played_together_have_the_bits_that_they_have_alone(
+    scene: str, most: int
+) -> None:
+    kind, _, seed = scene.rpartition(" ")
+    run = exact(some_scene(kind, int(seed)), max_events=most)
+    assert run.again is not None
+    rounded = [Variant(seed=0), Variant(seed=1)]
+    slips = [Variant(slip=(1.0, -1.0)), Variant(nudge=0), Variant(nudge=1), *FINER]
+    variants = list(dict.fromkeys((*rounded, *slips, *run.variants)))
+    moves = [*run.again.moves(run, variants, {}, 40)]
+    alone = run.again._replace(settings=run.again.settings._replace(max_events=min(most, 40)))
+    assert moves == [farthest(run, alone.play(each)) for each in variants]
+    assert max(moves) > 0.0
 
 
 def test_a_persistent_contact_is_no_row_of_events_and_each_ball_stops_once() -> None:

@@ -27,6 +27,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.model import Point
 from pool_pymunk.report.listing import shot_lines
+from pool_pymunk.results.trace import farthest
 from pool_pymunk.studies.tolerance import simulate_within
 from tests.shared.hard_scenes import disc, exact, persistent, squeezed
 from tests.shared.scenes import INCH, largest_distance
@@ -148,7 +149,7 @@ def test_what_is_not_sampled_has_no_factor(speed: float) -> None:
     run = exact(replace(hit, balls=(*hit.balls, *pair)))
     assert run.policies == {"zero slip"}
     assert run.again is not None and run.persistent
-    assert run.policy_shift == max(largest_distance(run, run.again(v)) for v in run.variants) > 0.0
+    assert run.policy_shift == max(farthest(run, run.again.play(v)) for v in run.variants) > 0.0
 
 
 # -- persistent contact ----------------------------------------------------------------------------

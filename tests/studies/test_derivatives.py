@@ -32,6 +32,7 @@ from pool_pymunk import (
     simulate,
 )
 from pool_pymunk.model.inputs import input_value, with_inputs
+from pool_pymunk.results.trace import places_at
 from pool_pymunk.results.variants import Variant
 from pool_pymunk.studies.changes import rounding
 from tests.oracle.reference import (
@@ -543,7 +544,8 @@ def test_rounding_is_of_the_size_that_runs_with_random_rounding_have() -> None:
     for scenario, shot in (("report", 1), ("report", 2), ("hexagon", 1)):
         run = simulate(load(scenario), shot, solver="event-driven")
         assert run.again is not None
-        ends = [run.again(Variant(seed=seed)).end.position for seed in range(40)]
+        traces = [run.again.play(Variant(seed=seed)) for seed in range(40)]
+        ends = [places_at(trace, trace.duration) for trace in traces]
         apart = np.hypot(*(np.array(ends) - np.array(run.end.position)).transpose(2, 0, 1))
         assert 0.25 < rounding(run) / (4.0 * np.sqrt((apart**2).mean(axis=0)).max()) < 4.0
         assert run.rounding == rounding(run)

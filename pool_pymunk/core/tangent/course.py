@@ -132,6 +132,12 @@ class Course(Recorder):
     def order_unknown(self, t: float) -> None:
         self.inner.order_unknown(t)
 
+    def zero_slip(self, one: Contact, t: float) -> None:
+        self.inner.zero_slip(one, t)
+
+    def collapse(self, contacts: list[Contact], hits: int, is_over: bool, t: float) -> None:
+        self.inner.collapse(contacts, hits, is_over, t)
+
     def pause(self, t: float) -> None:
         self.inner.pause(t)
 

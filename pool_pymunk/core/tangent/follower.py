@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import final
 
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.record import Recorder
-from pool_pymunk.core.tangent.course import Course
+from pool_pymunk.core.tangent.course import Course, End
 from pool_pymunk.core.tangent.inputs import Inputs
+from pool_pymunk.core.tangent.reasons import FOLLOWED
+from pool_pymunk.core.tangent.rounding import RoundingErrors, farthest
 from pool_pymunk.core.tangent.tangent import Tangent
 from pool_pymunk.core.tangent.touches import Corner
 
@@ -18,12 +21,14 @@ class Follower:
 
     The balls that have ``changed`` have numbers that go on from shot to shot. Each has new ``rows``
     (2, P): how its x, and its y, changes by the inputs; nan stands for what is not there. Shots
-    that cannot start are ``missing``.
+    that cannot start are ``missing``. If it has columns of ``errors``, ``roundings`` tell how far
+    (m) rounding may have moved the ends of each shot; nan is what they do not tell.
     """
 
     def __init__(self, corners: list[Corner], inputs: Inputs) -> None:
         self.corners = corners
         self.inputs = inputs
+        self.errors: Inputs | None = None
         self.course = Course([], Recorder())
         self.give([], [], [])
 
@@ -38,6 +43,7 @@ class Follower:
         self.changed: list[int] = []
         self.rows: list[float] = []
         self.missing: list[int] = []
+        self.roundings: list[float] = []
 
     def begin(self, engine: Engine) -> None:
         """Begin a shot, whose balls are on their first paths, and let its course be noted."""
@@ -56,11 +62,16 @@ class Follower:
 
     def end(self, engine: Engine, latest: float) -> None:
         """Follow the changes to the end of a shot, which might have gone on to the latest (s)."""
-        course = self.course
-        duration, is_cut, by_events = course.close(engine, latest)
-        tangent = Tangent(engine, course, self.corners, self.inputs)
+        end = self.course.close(engine, latest)
+        if self.inputs.count > 0:
+            self._differentiate(engine, end)
+        if self.errors is not None:
+            self.roundings.append(self._rounding(engine, end, self.errors))
+
+    def _differentiate(self, engine: Engine, end: End) -> None:
+        tangent = Tangent(engine, self.course, self.corners, self.inputs)
         tangent.times = False
-        tangent.follow(duration, is_cut, by_events)
+        tangent.follow(*end)
         first = (self.shot - 1) * len(tangent.tracks)
         for track in tangent.tracks:
             if track.is_changed:
@@ -70,7 +81,17 @@ class Follower:
                 for change in track.changes:
                     self.rows.append(change.y)
 
+    def _rounding(self, engine: Engine, end: End, errors: Inputs) -> float:
+        if len(engine.persistence.persisted(engine)) > 0:
+            return math.nan
+        tangent = Tangent(engine, self.course, self.corners, errors)
+        tangent.errors = RoundingErrors(engine.table)
+        if tangent.follow(*end) != FOLLOWED:
+            return math.nan
+        return farthest([track.changes for track in tangent.tracks])
+
     def skip(self) -> None:
         """Leave out a shot that cannot start."""
         self.missing.append(self.shot)
+        self.roundings.append(math.nan)
         self._read()
