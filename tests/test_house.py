@@ -120,6 +120,39 @@ def test_late_imports_that_run_up_are_listed() -> None:
     assert up == LATE
 
 
+# Millions of paths are made, so their numbers come one by one.
+MANY_ARGUMENTS = {("core/motion/path.py", "__init__")}
+MOST_ARGUMENTS, MOST_LINES = 6, 60
+
+
+def functions() -> Iterator[tuple[str, ast.FunctionDef]]:
+    """Yield every function of the package, with its module."""
+    for path in HOME.rglob("*.py"):
+        for one in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(one, ast.FunctionDef):
+                yield path.relative_to(HOME).as_posix(), one
+
+
+def test_functions_take_few_arguments() -> None:
+    """What a public function takes by keyword alone is read by its name, however much it is."""
+    many = set()
+    for module, one in functions():
+        taken = [*one.args.posonlyargs, *one.args.args]
+        is_public = one.name == "__init__" or not one.name.startswith("_")
+        taken += [] if is_public else one.args.kwonlyargs
+        if len([each for each in taken if each.arg not in ("self", "cls")]) > MOST_ARGUMENTS:
+            many.add((module, one.name))
+    assert many == MANY_ARGUMENTS
+
+
+def test_functions_are_short() -> None:
+    """Docstrings are no lines."""
+    for module, one in functions():
+        has_docstring = ast.get_docstring(one) is not None
+        first = one.body[min(int(has_docstring), len(one.body) - 1)]
+        assert (one.end_lineno or 0) - first.lineno < MOST_LINES, (module, one.name)
+
+
 @pytest.mark.parametrize(("library", "rooms"), ONLY_IN.items())
 def test_a_library_has_its_rooms(library: str, rooms: str) -> None:
     users = {found.room for found in imports() if found.target.split(".")[0] == library}

@@ -16,7 +16,7 @@ from pool_pymunk.model.outline import NEVER_RESTS
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import find_shot, reference_solver, request
+from pool_pymunk.solvers import find_shot
 from pool_pymunk.solvers.request import Request
 
 Floats = NDArray[np.float64]
@@ -128,25 +128,17 @@ class Begun(NamedTuple):
     roll: Floats | None
 
 
-def opening(
-    scene: Scene,
-    position: Floats,
-    velocity: Floats,
-    values: Mapping[str, Any],
-    ball: int | None = None,
-    carried: Any = None,
-    shot: Shot | None = None,
-) -> Begun:
-    """Return how shots begin.
+def opening(scene: Scene, given: Begun, ball: int | None = None, shot: Shot | None = None) -> Begun:
+    """Return how shots begin for which this is given.
 
-    Inputs have ``values`` (S,) by their names. Positions and velocities (S, N, 2) that own their
-    numbers are changed in place. ``ball`` is the number of the struck ball, by default that of the
-    watched one. Without ``carried`` rolls (S, N, 2) each ball has its own share, and the ball of a
+    Inputs have values (S,) in ``vary``, by their names. Positions and velocities (S, N, 2) that own
+    their numbers are changed in place. ``ball`` is the number of the struck ball, by default that
+    of the watched one. Without rolls (S, N, 2) each ball has its own share, and the ball of a
     ``shot`` that of the shot. A ``roll`` among the values is the share of the struck ball.
     """
-    begun, struck = {"position": position, "velocity": velocity}, dict[str, Any]()
-    vary: dict[str, Floats] = {}
-    for name, its in values.items():
+    begun, struck = {"position": given.position, "velocity": given.velocity}, dict[str, Any]()
+    vary, carried = dict[str, Floats](), given.roll
+    for name, its in given.vary.items():
         kind, whose = inputs.parts(name)
         array, axis = inputs.TABLE[kind].column or ("", 0)
         if array in begun:
@@ -190,25 +182,15 @@ def _struck_ball(scene: Scene, velocity: Floats, values: Mapping[str, Any]) -> i
 
 
 def read_source(
-    scene: Scene,
-    position: Any,
-    velocity: Any,
-    vary: Mapping[str, Any] | None,
-    law: str | Law | None,
-    max_time: float | None,
-    roll: Any = None,
-    contact_tolerance: float | None = None,
+    asked: Request, position: Any, velocity: Any, vary: Mapping[str, Any] | None, roll: Any = None
 ) -> Source:
     """Check the arguments of many shots, and bring them all to one number of shots.
 
     ``position`` may be a shot, its name or its number, from which all of them begin. Raises
     SettingError, in one line that names the argument.
     """
-    asked = request(
-        scene, reference_solver().name, law=law, max_time=max_time,
-        contact_tolerance=contact_tolerance,
-    )  # fmt: skip
-    first, struck = scene.shots[0] if scene.shots else None, None
+    scene, struck = asked.scene, None
+    first = scene.shots[0] if scene.shots else None
     if isinstance(position, Shot | str | Integral):
         refuse_given("the shot has its own", velocity=velocity, roll=roll)
         first = find_shot(scene, position)  # type: ignore[arg-type]
@@ -239,10 +221,9 @@ def read_source(
         {key: np.broadcast_to(each, (count, *each.shape[1:])) for key, each in some.items()}
         for some in (given, varied)
     )
-    places, velocities, others, rolls = opening(
-        scene, given["position"], given["velocity"], varied, struck, given.get("roll"), first
-    )
-    source = Source(asked.scene, asked, places, velocities, _of_balls(scene, others), rolls, struck)
+    begun = Begun(given["position"], given["velocity"], varied, given.get("roll"))
+    places, velocities, others, rolls = opening(scene, begun, struck, first)
+    source = Source(scene, asked, places, velocities, _of_balls(scene, others), rolls, struck)
     _check_that_it_ends(source)
     return source
 

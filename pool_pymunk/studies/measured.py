@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.laws import Law
 from pool_pymunk.model import Scene
@@ -228,11 +229,6 @@ class Forecast:
         self.shots = np.array([one.shot for one in measured])
         self.balls = np.array([scene.index[one.ball] for one in measured])
         self.times = np.array([math.inf if one.t is None else one.t for one in measured])
-        # the rows of each ball that was measured in a shot, by their numbers
-        self.seen: dict[int, dict[int, Any]] = {}
-        for k, i in sorted(set(zip(self.shots.tolist(), self.balls.tolist(), strict=True))):
-            its = np.flatnonzero((self.shots == k) & (self.balls == i))
-            self.seen.setdefault(k, {})[i] = its
         chain = set(self.shots.tolist())
         for k in range(len(scene.shots), 1, -1):
             if k in chain and scene.shots[k - 1].from_previous:
@@ -266,14 +262,18 @@ class Forecast:
         if runs is None:
             return np.full_like(self.places, math.inf)
         found = self.places.copy()
-        for k, of_balls in self.seen.items():
-            for i, rows in of_balls.items():
-                found[rows] -= runs[k].at(self.until(runs[k], rows))[0][:, i]
+        for k, run in runs.items():
+            rows, balls, times = self.measured_in(k, run)
+            found[rows] -= run.at(times)[0][np.arange(len(rows)), balls]
         return found
 
-    def until(self, run: Run, rows: Any) -> Array:
-        """Return when (s) the places in these ``rows`` were measured, at the end at the latest."""
-        return np.asarray(np.minimum(self.times[rows], run.duration))
+    def measured_in(self, shot: int, run: Run) -> tuple[NDArray[np.int_], NDArray[np.int_], Array]:
+        """Return which rows are those of a shot, and of each its ball, and when (s) it was there.
+
+        This is at the end of the run at the latest.
+        """
+        rows = np.flatnonzero(self.shots == shot)
+        return rows, self.balls[rows], np.minimum(self.times[rows], run.duration)
 
     def derivatives(self, values: Array) -> tuple[Array, tuple[str, ...]]:
         """Return the derivatives (M, 2, P) of the predicted places, and what runs warn of."""
@@ -287,8 +287,9 @@ class Forecast:
         for k, known in follow(runs, self.names, self.aims_anew):
             run = known.run
             warnings |= dict.fromkeys(f"{run.name}: {warning}" for warning in known.warnings)
-            for i, rows in self.seen.get(k, {}).items():
-                found[rows] = known.changes.at(self.until(run, rows), i)
+            rows, balls, times = self.measured_in(k, run)
+            for i in set(balls.tolist()):
+                found[rows[balls == i]] = known.changes.at(times[balls == i], i)
         return found, tuple(warnings)
 
     def jacobian(self, values: Array, used: Mask) -> Array:

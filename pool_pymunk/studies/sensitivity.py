@@ -33,7 +33,13 @@ from pool_pymunk.model.plain import argument, flag, whole
 from pool_pymunk.results.run import STATUSES as ENDS
 from pool_pymunk.results.run import Run, points
 from pool_pymunk.results.table import ResultTable
-from pool_pymunk.solvers import SettingError, find_shot, reference_solver, simulate_all
+from pool_pymunk.solvers import (
+    SettingError,
+    find_shot,
+    reference_solver,
+    request,
+    simulate_all,
+)
 from pool_pymunk.solvers.request import shot_before
 from pool_pymunk.studies import Mask, known
 from pool_pymunk.studies.changes import law_of
@@ -264,6 +270,7 @@ class Study:
             for name in self.widths.keys() - {*inputs.names_in(scene)["position"]}
             if inputs.TABLE[inputs.parts(name)[0]].of != inputs.SHOT
         }
+        asked = request(scene, reference_solver().name, law=self.law)
         starts, carried = self.places + off, None
         position, still = starts.copy(), np.zeros(off.shape)
         velocity = np.tile([ball.velocity for ball in scene.balls], (len(off), 1, 1))
@@ -282,7 +289,7 @@ class Study:
             is_lost = is_gone(begun.velocity) & ~is_gone(begun.position)  # It aims at no ball.
             finished &= ~is_lost.any(axis=1)
             begun.position[is_lost], values = np.nan, begun.vary
-            source = read_source(scene, *begun[:3], self.law, None, begun.roll)
+            source = read_source(asked, *begun)
             if is_last:
                 tell = done or (lambda _: None)
                 out, same, departure = play_beside(source, tell, self.beside, workers)

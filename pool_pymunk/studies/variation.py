@@ -211,7 +211,7 @@ class Variation:
         its: dict[str, Any] = {"roll": self.roll}
         its |= {name: each for name, each in values.items() if name in OF_SHOT}
         others = {name: each for name, each in values.items() if name not in OF_SHOT}
-        position, velocity, vary, _ = opening(scene, position, velocity, others)
+        position, velocity, vary, _ = opening(scene, Begun(position, velocity, others, None))
         if self.aims_anew and shot is not None and shot.aim is not None:
             velocity[:, ball] = launched(scene, shot, position)
         if its.keys() - {"roll"}:
@@ -220,7 +220,7 @@ class Variation:
             direction = "angle" if "angle" in its else "turn"
             its |= {"speed": np.maximum(speed + faster, 0.0)}
             its[direction] = its.get(direction, 0.0) + turned
-        return opening(scene, position, velocity, vary | its, ball, carried)
+        return opening(scene, Begun(position, velocity, vary | its, carried), ball)
 
     def play(self, begun: Begun, **how: Any) -> Batch:
         """Play shots; ``how`` has other arguments of ``simulate_many``."""

@@ -31,6 +31,7 @@ from pool_pymunk import (
 )
 from pool_pymunk.many import play
 from pool_pymunk.many.source import read_source
+from pool_pymunk.solvers import request
 from pool_pymunk.studies.compare import contact_order, play_beside, reference_of
 from tests.shared.hard_scenes import squeezed
 from tests.shared.scenes import AT_A_TERMINAL, frozen_rack
@@ -317,7 +318,7 @@ def test_samples_are_compared_as_runs_are(name: str, shot: int) -> None:
     """Where a sample leaves the reference, if it does, and whether its contacts are the same."""
     scene, rng = load(name), np.random.default_rng(1)
     turns = {"turn": rng.normal(0.0, 1.0, 40) * 10.0 ** rng.uniform(-7.0, 0.0, 40)}
-    source = read_source(scene, shot, None, turns, None, None)
+    source = read_source(request(scene, "event-driven"), shot, None, turns)
     reference = reference_of(simulate(scene, shot, solver="event-driven"), 1e-3)
     found, same, departure = play_beside(source, lambda _: None, reference)
     for k in range(len(found.status)):
