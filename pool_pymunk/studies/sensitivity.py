@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from pool_pymunk.laws import Law, find_law
 from pool_pymunk.many.batch import STATUSES
-from pool_pymunk.many.play import play_all
-from pool_pymunk.many.source import is_gone, read_source
+from pool_pymunk.many.play import Results, play_all
+from pool_pymunk.many.source import NOTHING, Source, is_gone, read_source
 from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Point, Scene, Shot, inputs
 from pool_pymunk.model.arrays import Array
@@ -264,51 +264,86 @@ class Study:
         self, errors: Mapping[str, Array], workers: Workers, done: Any = None
     ) -> tuple[dict[str, NDArray[Any]], Mask]:
         """Play samples through all shots of the chain; return arrays, and which are finished."""
+        samples, last = self._samples(errors), len(self.chain)
+        for k in range(1, last):
+            source = self._source(samples, k)
+            out = play_all(source, lambda _: None, workers)
+            samples.take(out)
+            samples.go_on(source, out.status == MAX_TIME)
+        source, tell = self._source(samples, last), done or (lambda _: None)
+        out, same, departure = play_beside(source, tell, self.beside, workers)
+        for s, i in np.argwhere(samples.pocketed >= 0).tolist():  # in their pockets
+            gap = self.beside.path[:, i : i + 1] - samples.position[s, i]
+            departure[s, i] = self.beside.first_off(gap)[0]
+        samples.take(out)
+        arrays = {"starts": self.places + samples.off, "ends": samples.position, "left": departure}
+        arrays |= {"same_contacts": same, "pocketed": samples.pocketed}
+        return arrays, samples.finished
+
+    def _samples(self, errors: Mapping[str, Array]) -> Samples:
+        """Return samples that have these errors, before the first shot."""
         scene, off = self.reference.scene, offsets(self.reference.scene, errors)
-        values: dict[str, Any] = {
+        values = {
             name: Variation(scene, {}, self.chain[0]).erring(name, errors[name])
             for name in self.widths.keys() - {*inputs.names_in(scene)["position"]}
             if inputs.TABLE[inputs.parts(name)[0]].of != inputs.SHOT
         }
-        asked = request(scene, reference_solver().name, law=self.law)
-        starts, carried = self.places + off, None
-        position, still = starts.copy(), np.zeros(off.shape)
         velocity = np.tile([ball.velocity for ball in scene.balls], (len(off), 1, 1))
-        pocketed, finished = np.full(off.shape[:2], -1), np.ones(len(off), dtype=bool)
-        for k, (shot, run) in enumerate(zip(self.chain, self.runs, strict=True), start=1):
-            its, is_last = Variation(scene, {}, shot, self.law, self.aims_anew), k == len(self.runs)
-            if shot is not None:
-                ball, noise = its.ball, [errors.get(f"{n}.{k}", 0.0) for n in ("speed", "turn")]
-                if shot.place is not None:
-                    position[:, ball], pocketed[:, ball] = shot.place + off[:, ball], -1
-                velocity[:, ball] = run.knots[ball][0, 3:5]
-                values["roll"] = shot.roll + errors.get(f"roll.{k}", 0.0)
-                values |= zip(NOISE, noise, strict=True) if any(map(np.any, noise)) else ()
-            there = np.where(pocketed[..., np.newaxis] < 0, position, np.nan)
-            begun = its.begin(there, values, velocity, carried)
-            is_lost = is_gone(begun.velocity) & ~is_gone(begun.position)  # It aims at no ball.
-            finished &= ~is_lost.any(axis=1)
-            begun.position[is_lost], values = np.nan, begun.vary
-            source = read_source(asked, *begun)
-            if is_last:
-                tell = done or (lambda _: None)
-                out, same, departure = play_beside(source, tell, self.beside, workers)
-            else:
-                out = play_all(source, lambda _: None, workers)
-            # Balls still move where time was up.
-            velocity, carried = still.copy(), still.copy()
-            for s in () if is_last else np.flatnonzero(out.status == MAX_TIME).tolist():
-                end = source.run(s, measures_policies=False).end
-                velocity[s], carried[s] = end.velocity, end.roll or 0.0
-            lie = np.argwhere(pocketed >= 0).tolist() if is_last else ()  # in their pockets
-            for s, i in lie:
-                gap = self.beside.path[:, i : i + 1] - position[s, i]
-                departure[s, i] = self.beside.first_off(gap)[0]
-            finished &= out.status <= MAX_TIME
-            pocketed = np.where(pocketed < 0, out.pocketed, pocketed)
-            position = np.where(np.isnan(out.final), position, out.final)
-        arrays = {"starts": starts, "ends": position, "left": departure}
-        return arrays | {"same_contacts": same, "pocketed": pocketed}, finished
+        none, sound = np.full(off.shape[:2], NOTHING), np.ones(len(off), dtype=bool)
+        return Samples(errors, off, values, self.places + off, velocity, None, none, sound)
+
+    def _source(self, samples: Samples, k: int) -> Source:
+        """Return the samples of shot ``k`` (from 1) of the chain as they begin."""
+        scene, shot, errors = self.reference.scene, self.chain[k - 1], samples.errors
+        its = Variation(scene, {}, shot, self.law, self.aims_anew)
+        values: dict[str, Any] = {**samples.values}
+        if shot is not None:
+            ball, noise = its.ball, [errors.get(f"{n}.{k}", 0.0) for n in ("speed", "turn")]
+            if shot.place is not None:
+                samples.position[:, ball] = shot.place + samples.off[:, ball]
+                samples.pocketed[:, ball] = NOTHING
+            samples.velocity[:, ball] = self.runs[k - 1].knots[ball][0, 3:5]
+            values["roll"] = shot.roll + errors.get(f"roll.{k}", 0.0)
+            values |= zip(NOISE, noise, strict=True) if any(map(np.any, noise)) else ()
+        there = np.where(samples.pocketed[..., np.newaxis] < 0, samples.position, np.nan)
+        begun = its.begin(there, values, samples.velocity, samples.carried)
+        is_lost = is_gone(begun.velocity) & ~is_gone(begun.position)  # It aims at no ball.
+        samples.finished &= ~is_lost.any(axis=1)
+        begun.position[is_lost], samples.values = np.nan, begun.vary
+        return read_source(request(scene, reference_solver().name, law=self.law), *begun)
+
+
+@dataclass
+class Samples:
+    """Samples are between two shots of a chain: their balls lie or move somewhere (S, N, 2).
+
+    They have ``errors`` of their inputs, and with these the places of the first shot are ``off``
+    (m). ``values`` (S,) are those of inputs that last. The rolls ``carried`` are those of balls
+    that still move. ``pocketed`` (S, N) has their pockets, and ``finished`` (S,) says which samples
+    could be played.
+    """
+
+    errors: Mapping[str, Array]
+    off: Array
+    values: dict[str, Array]
+    position: Array
+    velocity: Array
+    carried: Array | None
+    pocketed: NDArray[np.int_]
+    finished: Mask
+
+    def take(self, out: Results) -> None:
+        """Take over where the balls of a shot have come to."""
+        self.finished &= out.status <= MAX_TIME
+        self.pocketed = np.where(self.pocketed < 0, out.pocketed, self.pocketed)
+        self.position = np.where(np.isnan(out.final), self.position, out.final)
+
+    def go_on(self, source: Source, is_cut: Mask) -> None:
+        """Rest before the next shot; where time was up (S,), balls still move."""
+        self.velocity, self.carried = np.zeros(self.off.shape), np.zeros(self.off.shape)
+        for s in np.flatnonzero(is_cut).tolist():
+            end = source.run(s, measures_policies=False).end
+            self.velocity[s], self.carried[s] = end.velocity, end.roll or 0.0
 
 
 def read_study(
