@@ -56,8 +56,8 @@ def simulate_many(
     this process plays. ``on_done(n)`` is called with 0 when the first shots begin, and whenever
     ``n`` more are done. ``derivatives`` names the inputs of ``batch.derivatives``, as
     :meth:`Run.derivatives` does. With ``figures``, ``batch.rounding``, ``batch.policy_shift`` and
-    ``batch.persistent_shift`` say how far off the ends may be; a shot then takes some hundred
-    microseconds, and more where its figures come from further runs.
+    ``batch.persistent_shift`` say how far off the ends may be; a shot then takes several times as
+    long, and more where further runs tell them.
 
     Every bit is that of ``simulate(..., solver="event-driven")``; contacts persist to a
     ``contact_tolerance`` (m), as there. Laws, sides and surfaces of your own take longer, and so do

@@ -277,8 +277,8 @@ class Study:
             departure[s, i] = self.beside.first_off(gap)[0]
         samples.take(out)
         arrays = {"starts": self.places + samples.off, "ends": samples.position, "left": departure}
-        arrays |= {"same_contacts": same, "pocketed": samples.pocketed}
-        return arrays, samples.finished
+        others = {"same_contacts": same, "pocketed": samples.pocketed}
+        return arrays | others, samples.finished
 
     def _samples(self, errors: Mapping[str, Array]) -> Samples:
         """Return samples that have these errors, before the first shot."""

@@ -17,7 +17,14 @@ from pool_pymunk.many.workers import check_halt
 from pool_pymunk.model import Scene, State
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.results.run import Run
-from pool_pymunk.solvers import Solver, find_solver, reference_solver, simulate
+from pool_pymunk.solvers import (
+    Solver,
+    find_shot,
+    find_solver,
+    reference_solver,
+    request,
+    simulate,
+)
 from pool_pymunk.studies.compare import Comparison, contacts
 
 # Starts are nudged NUDGES times to measure amplification. A nudge is this share of the smallest
@@ -213,17 +220,19 @@ class ReferenceRun:
 @lru_cache(maxsize=128)
 def reference_of(scene: Scene, max_events: int) -> ReferenceRun:
     """Return the reference run, and nudge what moves at the start to measure amplification."""
-    play = partial(simulate, solver=reference_solver().name, on_time=_look_up)
-    run = play(scene, max_events=max_events)
+    name = reference_solver().name
+    asked = request(scene, name, max_events=max_events, on_time=_look_up)
+    run = asked.play(find_shot(scene, None))
     radii = [ball.radius for ball in scene.balls]
     outline = max(map(abs, scene.table.bounds)) if scene.table else 0.0
     extent = max(*radii, outline, *(float(np.abs(each[:, 1:3]).max()) for each in run.knots))
     nudge = max(NUDGE * min(radii) / extent, LEAST_NUDGE)
     times = grid(run.duration)
     growth = np.zeros(len(times))
+    settings = asked.settings._replace(max_events=min(max_events, ENOUGH), measures_policies=False)
     for seed in range(NUDGES):
         start = _nudged(scene, nudge, extent, random.Random(seed))
-        other = play(start, max_events=min(max_events, ENOUGH))
+        other = asked._replace(scene=start, settings=settings).play(find_shot(start, None))
         if other.status == "max_events":
             times = times[times <= other.duration]
         growth = np.maximum(growth[: len(times)], Comparison(run, other).apart(times))
