@@ -17,14 +17,14 @@ from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.tangent.follower import Follower
-from pool_pymunk.laws import law_in_core
 from pool_pymunk.many.batch import CANNOT_START, NON_FINITE, SETTLED
 from pool_pymunk.many.source import NOTHING, Begun, Floats, Ints, Source, is_gone
 from pool_pymunk.many.workers import EACH as PIECES
 from pool_pymunk.many.workers import Workers, check_halt
 from pool_pymunk.model import Scene, SceneError, inputs
 from pool_pymunk.results.run import FIGURES
-from pool_pymunk.solvers.in_core import floor_of, new_balls, new_table_of, table_of
+from pool_pymunk.solvers.by_core import shots_of
+from pool_pymunk.solvers.in_core import floor_of, new_table_of, table_of
 from pool_pymunk.solvers.small_changes import (
     corners_of,
     has_derivatives,
@@ -188,17 +188,12 @@ class Player:
     """A player has the table, the balls and the engine by which the core plays shots."""
 
     def __init__(self, source: Source, beside: Beside | None = None) -> None:
-        scene, settings = source.scene, source.asked.settings
+        scene = source.scene
         self.has_coefficients = not source.vary.keys() <= {"mass"}
         table = new_table_of(scene) if self.has_coefficients else table_of(scene)
-        law = law_in_core(source.law)
-        self.shots = batch.Shots(table, new_balls(scene), law, floor_of(scene))
+        self.shots = shots_of(scene, source.asked.settings, table)
         self.shots.watched = source.watched
         self.beside = self.shots.beside = beside
-        self.shots.engine.most_events = settings.max_events
-        self.shots.tolerance = settings.contact_tolerance
-        if settings.max_time is not None:
-            self.shots.latest = settings.max_time
         self.follower = follower_of(source) if source.by or source.has_figures else None
         self.shots.follower = self.follower
         if self.has_coefficients:

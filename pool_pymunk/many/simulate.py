@@ -16,7 +16,7 @@ from pool_pymunk.many.source import NOTHING, Source, read_source, refuse_given
 from pool_pymunk.many.workers import Workers, renamed, workers_of
 from pool_pymunk.model import Scene, Shot, inputs
 from pool_pymunk.results.run import FIGURES
-from pool_pymunk.solvers import find_shot, reference_solver, request
+from pool_pymunk.solvers import find_shot, request
 from pool_pymunk.solvers.small_changes import check_surface
 
 
@@ -78,10 +78,7 @@ def simulate_many(
     if shot is not None:
         refuse_given("the shot has its own", position=position)
         position = find_shot(scene, shot)
-    asked = request(
-        scene, reference_solver().name, law=law, max_time=max_time,
-        contact_tolerance=contact_tolerance,
-    )  # fmt: skip
+    asked = request(scene, law=law, max_time=max_time, contact_tolerance=contact_tolerance)
     source = read_source(asked, position, velocity, vary, roll)
     if derivatives is not None:
         source = derived_by(source, derivatives)

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pool_pymunk.laws import Law
 from pool_pymunk.model import Point, Scene, Shot, State, inputs
 from pool_pymunk.model.outline import NEVER_RESTS
 from pool_pymunk.model.problems import setting_error
@@ -50,11 +49,6 @@ class Source(NamedTuple):
     def watched(self) -> int:
         """The number of the struck ball, of the cue ball, or of the first ball that moves."""
         return _watched(self.scene, self.velocity) if self.struck is None else self.struck
-
-    @property
-    def law(self) -> Law:
-        """The law of every contact."""
-        return self.asked.settings.law_of(self.scene)
 
     def scene_of(self, k: int) -> Scene:
         """Return the scene with the coefficients and masses of shot ``k``."""

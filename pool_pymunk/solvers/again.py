@@ -10,16 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, groupby
 from typing import NamedTuple
 
-from pool_pymunk.core.batch import Given, Shots
+from pool_pymunk.core.batch import Given
 from pool_pymunk.core.record import Recorder
-from pool_pymunk.laws import law_in_core
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.trace import Trace, farthest, places_at
 from pool_pymunk.results.variants import AS_IT_IS, Variant
-from pool_pymunk.solvers.by_core import ENDINGS, errors_of
+from pool_pymunk.solvers.by_core import ENDINGS, errors_of, shots_of
 from pool_pymunk.solvers.frozen import nudged
-from pool_pymunk.solvers.in_core import floor_of, new_balls, table_of
 from pool_pymunk.solvers.record import Settings, Solver
 
 GONE = (math.nan, math.nan)  # stands for the velocity of a ball off the table
@@ -101,12 +99,8 @@ class Again(NamedTuple):
 
     def _ends(self, variants: Sequence[Variant]) -> Iterator[End]:
         """Play variants of one tolerance together, and yield how they end."""
-        scene, settings, count = self.scene, self.settings, len(self.scene.balls)
-        law = law_in_core(settings.law_of(scene))
-        shots = Shots(table_of(scene), new_balls(scene), law, floor_of(scene))
-        shots.engine.most_events = settings.max_events
-        shots.latest = math.inf if settings.max_time is None else settings.max_time
-        shots.tolerance = settings.contact_tolerance * variants[0].coarser
+        scene, count = self.scene, len(self.scene.balls)
+        shots = shots_of(scene, self.settings._replace(variant=variants[0]))
         shots.errors = [errors_of(each) for each in variants]
         starts = [self.nudged(each) for each in variants]
         places = [place for start in starts for place in start.position]

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from pool_pymunk.core.batch import Shots
 from pool_pymunk.core.engine import NEVER_SETTLES, Engine
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Record, Recorder
+from pool_pymunk.core.table import Table
 from pool_pymunk.core.variant import Errors
 from pool_pymunk.laws import Law, law_in_core
 from pool_pymunk.model import Scene, State
@@ -16,7 +18,7 @@ from pool_pymunk.results.persistent import warn_of_persisted
 from pool_pymunk.results.trace import COLLAPSE, NONE, ZERO_SLIP, Trace
 from pool_pymunk.results.variants import Variant
 from pool_pymunk.results.words import without_slip
-from pool_pymunk.solvers.in_core import balls_of, table_of
+from pool_pymunk.solvers.in_core import balls_of, floor_of, new_balls, table_of
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings
 
 ENDINGS = ("settled", "max_time", "max_events", "non_finite")  # as the engine counts them
@@ -50,6 +52,16 @@ def engine_of(scene: Scene, start: State, law: Law, tolerance: float | None) -> 
         i = scene.index[id_]
         engine.remove(balls[i], start.position[i])
     return engine
+
+
+def shots_of(scene: Scene, settings: Settings, table: Table | None = None) -> Shots:
+    """Return what plays shots of a scene one after the other, on its table or on another one."""
+    table, law = table or table_of(scene), law_in_core(settings.law_of(scene))
+    shots = Shots(table, new_balls(scene), law, floor_of(scene))
+    shots.engine.most_events = settings.max_events
+    shots.latest = math.inf if settings.max_time is None else settings.max_time
+    shots.tolerance = settings.contact_tolerance * settings.variant.coarser
+    return shots
 
 
 def play(

@@ -199,7 +199,7 @@ def with_law(scene: Scene, law: str) -> Scene:
 
 def request(
     scene: Scene,
-    solver: str,
+    solver: str | None = None,
     *,
     dt: object = None,
     law: str | Law | None = None,
@@ -211,9 +211,12 @@ def request(
     compiled: bool = True,
     **options: Any,
 ) -> Request:
-    """Check what a run is asked for, as :func:`~pool_pymunk.simulate_all` takes it."""
+    """Check what a run is asked for, as :func:`~pool_pymunk.simulate_all` takes it.
+
+    By default the reference solver plays it.
+    """
     _check_scene(scene)
-    method = find_solver(solver)
+    method = reference_solver() if solver is None else find_solver(solver)
     if method is PYMUNK and "contacts" in options:
         from pool_pymunk.world.checks import refuse_contacts
 
@@ -233,7 +236,7 @@ def request(
     ):
         if is_asked and not getattr(method, can):
             others = ", ".join(name for name, other in SOLVERS.items() if getattr(other, can))
-            raise setting_error("solver", solver, message.format(others))
+            raise setting_error("solver", method.name, message.format(others))
     if isinstance(law, str) and law != scene.physics.law:
         scene = with_law(scene, law)
     step, latest = _given("dt", dt, size), _given("max_time", max_time, size)

@@ -310,7 +310,7 @@ class Study:
         is_lost = is_gone(begun.velocity) & ~is_gone(begun.position)  # It aims at no ball.
         samples.finished &= ~is_lost.any(axis=1)
         begun.position[is_lost], samples.values = np.nan, begun.vary
-        return read_source(request(scene, reference_solver().name, law=self.law), *begun)
+        return read_source(request(scene, law=self.law), *begun)
 
 
 @dataclass

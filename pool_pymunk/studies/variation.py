@@ -26,7 +26,7 @@ from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import ROWS, SHOT, TABLE, Input, input_value, names_in, parts, row_of
 from pool_pymunk.model.plain import argument, between, whole
 from pool_pymunk.model.problems import setting_error
-from pool_pymunk.solvers import find_shot, reference_solver, request
+from pool_pymunk.solvers import find_shot, request
 
 A_BLOCK = 4  # numbers that a step of Philox makes
 LEAST = 2.0**-54  # half of the smallest random number above 0
@@ -238,8 +238,7 @@ class Variation:
     @cached_property
     def start(self) -> State:
         """The state at the moment of the shot, which may be the end of another shot."""
-        asked = request(self.scene, reference_solver().name, law=self.law)
-        return self.state or asked.start(self.struck)
+        return self.state or request(self.scene, law=self.law).start(self.struck)
 
     @cached_property
     def ball(self) -> int:

@@ -318,7 +318,7 @@ def test_samples_are_compared_as_runs_are(name: str, shot: int) -> None:
     """Where a sample leaves the reference, if it does, and whether its contacts are the same."""
     scene, rng = load(name), np.random.default_rng(1)
     turns = {"turn": rng.normal(0.0, 1.0, 40) * 10.0 ** rng.uniform(-7.0, 0.0, 40)}
-    source = read_source(request(scene, "event-driven"), shot, None, turns)
+    source = read_source(request(scene), shot, None, turns)
     reference = reference_of(simulate(scene, shot, solver="event-driven"), 1e-3)
     found, same, departure = play_beside(source, lambda _: None, reference)
     for k in range(len(found.status)):

@@ -220,8 +220,7 @@ class ReferenceRun:
 @lru_cache(maxsize=128)
 def reference_of(scene: Scene, max_events: int) -> ReferenceRun:
     """Return the reference run, and nudge what moves at the start to measure amplification."""
-    name = reference_solver().name
-    asked = request(scene, name, max_events=max_events, on_time=_look_up)
+    asked = request(scene, max_events=max_events, on_time=_look_up)
     run = asked.play(find_shot(scene, None))
     radii = [ball.radius for ball in scene.balls]
     outline = max(map(abs, scene.table.bounds)) if scene.table else 0.0

@@ -19,7 +19,7 @@ from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, between, flag, whole
 from pool_pymunk.model.problems import setting_error
 from pool_pymunk.model.scenario_out import scenario_text
-from pool_pymunk.solvers import find_shot, reference_solver, request
+from pool_pymunk.solvers import find_shot, request
 from pool_pymunk.studies.uncertainty import StartSampler
 from pool_pymunk.studies.variation import (
     OF_SHOT,
@@ -164,7 +164,7 @@ def as_begun(
     max_time: float | None = None, aims_anew: bool = False,
 ) -> Variation:  # fmt: skip
     """Return a shot as it begins, in a scene that has the latest time; nothing varies yet."""
-    asked = request(scene, reference_solver().name, law=law, max_time=max_time)
+    asked = request(scene, law=law, max_time=max_time)
     latest = asked.settings.max_time
     scene = replace(asked.scene, physics=replace(asked.scene.physics, max_time=latest))
     chosen, anew = find_shot(scene, shot), argument("aims_anew", aims_anew, flag)
