@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pool_pymunk.many.source import Floats, Ints
 from pool_pymunk.model.problems import setting_error
+from pool_pymunk.solvers.by_core import ENDINGS
 
 if TYPE_CHECKING:
     from pool_pymunk.many.source import Source
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from pool_pymunk.results.run import Run
 
 
-STATUSES = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
+STATUSES = ENDINGS
 SETTLED, NON_FINITE, CANNOT_START = map(STATUSES.index, ("settled", "non_finite", "cannot_start"))
 
 

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, groupby
+from itertools import groupby
 from typing import NamedTuple
+
+import numpy as np
 
 from pool_pymunk.core.batch import Given
 from pool_pymunk.core.record import Recorder
@@ -19,8 +21,6 @@ from pool_pymunk.results.variants import AS_IT_IS, Variant
 from pool_pymunk.solvers.by_core import ENDINGS, errors_of, shots_of
 from pool_pymunk.solvers.frozen import nudged
 from pool_pymunk.solvers.record import Settings, Solver
-
-GONE = (math.nan, math.nan)  # stands for the velocity of a ball off the table
 
 
 class Waking(Recorder):
@@ -103,21 +103,13 @@ class Again(NamedTuple):
         shots = shots_of(scene, self.settings._replace(variant=variants[0]))
         shots.errors = [errors_of(each) for each in variants]
         starts = [self.nudged(each) for each in variants]
-        places = [place for start in starts for place in start.position]
-        off = {scene.index[id_] for id_ in self.start.off}
-        velocities = [
-            GONE if i in off else v for start in starts for i, v in enumerate(start.velocity)
-        ]
-        columns = [places, velocities]
-        if self.start.roll is not None:
-            columns.append([roll for start in starts for roll in start.roll or ()])
-        listed = [list(chain.from_iterable(each)) for each in columns]
-        given = Given([*range(count)], listed, [], [])
-        ends = shots.play(len(variants), given, Waking())
+        columns = [[each.position for each in starts], [each.velocity for each in starts]]
+        columns += [] if self.start.roll is None else [[each.roll or () for each in starts]]
+        places, velocities, *rolls = (np.array(each, float) for each in columns)
+        velocities[:, [scene.index[id_] for id_ in self.start.off]] = np.nan
+        listed = [each.ravel().tolist() for each in (places, velocities, *rolls)]
+        ends = shots.play(len(variants), Given([*range(count)], listed, [], []), Waking())
+        places.reshape(-1, 2)[ends.moved] = np.reshape(ends.places, (-1, 2))
         statuses = dict(zip(ends.endings[::2], ends.endings[1::2], strict=True))
-        for number, *place in zip(ends.moved, ends.places[::2], ends.places[1::2], strict=True):
-            places[number] = (place[0], place[1])
-        for k, duration in enumerate(ends.durations):
-            status = statuses.get(k, 0)
-            said = ENDINGS[status] if status < len(ENDINGS) else "cannot_start"
-            yield End(said, duration, places[k * count : (k + 1) * count])
+        for k, (duration, its) in enumerate(zip(ends.durations, places.tolist(), strict=True)):
+            yield End(ENDINGS[statuses.get(k, 0)], duration, its)

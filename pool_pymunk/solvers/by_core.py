@@ -21,7 +21,8 @@ from pool_pymunk.results.words import without_slip
 from pool_pymunk.solvers.in_core import balls_of, floor_of, new_balls, table_of
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings
 
-ENDINGS = ("settled", "max_time", "max_events", "non_finite")  # as the engine counts them
+# as the engine counts them, and a batch
+ENDINGS = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
 LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
 
 
