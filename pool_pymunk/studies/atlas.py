@@ -69,7 +69,7 @@ class Atlas:
 
     @property
     def maps(self) -> dict[str, NDArray[Any]]:
-        """What is kept, of all maps or of one."""
+        """The arrays of all maps that are asked for, by their keys in ``MAPS``."""
         its: dict[str, NDArray[Any]] = {key: getattr(self, key) for key in MAPS.values()}
         return {key: each for key, each in its.items() if len(each)}
 
