@@ -43,8 +43,9 @@ class Ball:
     ``noise`` (m/s) of its velocity may be rounding, ``speed`` (m/s) is the highest on its path.
     ``rested`` (s) is when it came to rest, infinite while it moves. Its path meets a wall at
     ``end`` (s), and its hits are found up to ``horizon`` (s), within the box from ``low_x`` to
-    ``high_y`` (m). ``patch`` is that of the table in which it is, or -1. The bits of ``categories``
-    and ``mask`` say what it is, and whom it may meet. The engine owns it; all others ask it.
+    ``high_y`` (m). It has had so many ``paths`` after the first one. ``patch`` is that of the table
+    in which it is, or -1. The bits of ``categories`` and ``mask`` say what it is, and whom it may
+    meet. The engine owns it; all others ask it.
     """
 
     def __init__(
@@ -54,6 +55,7 @@ class Ball:
         self.radius = radius
         self.mass = mass
         self.path = path
+        self.paths: i64 = 0
         self.is_cue = is_cue
         self.noise = 0.0
         self.speed = 0.0
@@ -80,6 +82,7 @@ class Ball:
     def begin(self, path: Path) -> None:
         """Let the ball begin another run on its first path, as if it were new."""
         self.path = path
+        self.paths = 0
         self.rested = INF if path.moves else -INF
         self.end = self.horizon = INF
         self.is_off = False
@@ -97,6 +100,7 @@ class Ball:
     def lead(self, path: Path, noise: float) -> None:
         """Put the ball on a path; ``noise`` (m/s) of its velocity may be rounding."""
         self.path, fastest = path, path.fastest
+        self.paths += 1
         # A ball that sets off without a velocity has no highest speed yet.
         self.speed = fastest if fastest > 0.0 or path.slows else INF
         self.noise = noise

@@ -57,13 +57,13 @@ class Given:
 class Ends:
     """This is what has become of some shots, one after the other.
 
-    ``counts`` has four numbers of each shot: how many events, hits and cushions there were, and the
-    first ball that the watched one hit. ``durations`` are in s. Shots that did not settle have
-    ``endings``, which follow their numbers, and in those of ``doubts`` contacts had no known order.
-    In those of ``guesses`` something else had no exact answer, such as a slip of zero.
-    Balls of all shots have numbers that go on from shot to shot. Those that have ``moved`` lie at
-    ``places``, x and y (m), those that the watched ball has ``met`` are named as well, and those
-    that are ``pocketed``, which their pockets follow.
+    ``counts`` has five numbers of each shot: how many events, hits and cushions there were, the
+    first ball that the watched one hit, and how many balls have moved. These are ``moved``, and lie
+    at ``places``, x and y (m). ``durations`` are in s. Shots that did not settle have ``endings``,
+    which follow their numbers, and in those of ``doubts`` contacts had no known order. In those of
+    ``guesses`` something else had no exact answer, such as a slip of zero. ``met`` and ``pocketed``
+    name balls by numbers that go on from shot to shot: those that the watched ball has met, and
+    those that are pocketed, which their pockets follow.
     """
 
     def __init__(self) -> None:
@@ -82,8 +82,8 @@ class Ends:
 class Start:
     """A start is how a ball begins a shot, and what becomes of it there.
 
-    It ``changes`` if not all shots begin alike. ``is_new`` tells whether it lies elsewhere than in
-    the shot before, and ``is_over`` whether that has moved it, so that it has to begin anew.
+    ``is_new`` tells whether it lies elsewhere than when room was found for it last, and ``is_over``
+    whether the shot before has moved it, so that it has to begin anew.
     """
 
     def __init__(self, ball: Ball) -> None:
@@ -94,7 +94,6 @@ class Start:
         self.roll: Vector = NO_ROLL
         self.patch = NOBODY
         self.is_off = False
-        self.changes = False
         self.is_new = True
         self.is_over = True
         self.is_met = False
@@ -106,7 +105,7 @@ class Start:
         given.next = k + 2
         if k < len(places):
             x, y = places[k], places[k + 1]
-            self.is_new = x != self.x or y != self.y
+            self.is_new = self.is_new or x != self.x or y != self.y
             self.x, self.y = x, y
         if k < len(velocities):
             vx, vy = velocities[k], velocities[k + 1]
@@ -119,13 +118,14 @@ class Start:
 
     def lay(self, table: Table) -> None:
         """Find the first path of the ball on a table."""
-        self.patch = table.patches.at(self.x, self.y)
+        if self.is_new:
+            self.patch = table.patches.at(self.x, self.y)
         surface = table.surface_of(self.patch)
         self.path = surface.path(0.0, (self.x, self.y), self.velocity, self.roll)
         self.is_over = True
 
     def begin(self) -> None:
-        """Let the ball begin a shot."""
+        """Let the ball begin a shot anew."""
         self.ball.begin(self.path)
         self.ball.patch = self.patch
         self.pocket = NOBODY
@@ -136,7 +136,7 @@ class Start:
     def is_touched(self) -> bool:
         """This tells whether a shot has moved the ball, or the watched one has met it."""
         ball = self.ball
-        is_led = ball.path is not self.path or ball.rested > -INF
+        is_led = ball.paths > 1 or ball.rested > -INF
         return is_led or ball.hits > 0 or ball.group is not None or self.is_met
 
 
@@ -280,7 +280,7 @@ class Shots:
         self.latest = INF
         self.tolerance = 1e-7
         self.is_free = False  # All lie where they may.
-        self.beginning: list[Ball] = []  # They begin the present shot anew.
+        self.changing: list[Start] = []  # They do not begin all shots alike.
 
     def play(self, count: int, given: Given, listener: Recorder) -> Ends:
         """Play so many shots, and return what comes of them."""
@@ -298,24 +298,26 @@ class Shots:
     def _play_all(self, count: int, given: Given, tally: Tally) -> Ends:
         engine, ends = self.engine, Ends()
         engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
-        for start in self.starts:
-            start.changes = start.ball.number in given.changing
+        self.changing = [self.starts[number] for number in given.changing]
         for k in range(count):
-            if not self._set_up(given, k):
+            self._read(given, k)
+            if not self.is_free:
                 self._skip(ends, k)
                 continue
+            beginning = self._begin()
             tally.begin()
             engine.start_anew(tally)
             if len(self.errors) > 0:
                 engine.errors = self.errors[k]
-            for start in self.starts:
+            for ball in beginning:
+                start = self.starts[ball.number]
                 if start.is_off:
-                    engine.remove(start.ball, (start.x, start.y))
+                    engine.remove(ball, (start.x, start.y))
             if self.beside is not None:
                 self.beside.begin(self.balls)
             if self.follower is not None:
                 self.follower.begin(engine)
-            engine.begin_run_of(self.beginning)
+            engine.begin_run_of(beginning)
             engine.advance(self.latest)
             self._write(ends, k, tally)
             if self.follower is not None:
@@ -325,9 +327,10 @@ class Shots:
     def _skip(self, ends: Ends, k: int) -> None:
         """Leave out shot ``k``, which cannot start."""
         ends.endings += [k, CANNOT_START]
-        ends.counts += [0, 0, 0, NOBODY]
+        ends.counts += [0, 0, 0, NOBODY, 0]
         ends.durations.append(0.0)
         for start in self.starts:
+            start.begin()
             start.is_over = True
         if self.beside is not None:
             self.beside.begin(self.balls)
@@ -337,25 +340,25 @@ class Shots:
 
     # -- before a shot -----------------------------------------------------------------------------
 
-    def _set_up(self, given: Given, k: int) -> bool:
-        """Let all balls begin shot ``k``; tell whether they may lie where they are."""
+    def _read(self, given: Given, k: int) -> None:
+        """Read how shot ``k`` begins, and find out whether its balls may lie where they are."""
         is_other, is_moved = self._put_numbers(given, k), False
-        are_many = len(self.balls) >= FEW  # Then all of their boxes are put anew.
-        self.beginning.clear()
-        for start in self.starts:
-            start.is_new = False
-            if start.changes or k == 0:
-                start.read(given)
-                start.lay(self.table)
-                is_moved = is_moved or start.is_new
-            elif is_other:
-                start.lay(self.table)
-            if start.is_over or are_many:
-                start.begin()
-                self.beginning.append(start.ball)
+        for start in self.starts if k == 0 else self.changing:
+            start.read(given)
+            is_moved = is_moved or start.is_new
+        for start in self.starts if k == 0 or is_other else self.changing:
+            start.lay(self.table)
         if is_moved or not self.is_free:
             self._find_room()
-        return self.is_free
+
+    def _begin(self) -> list[Ball]:
+        """Let those balls begin anew that do not lie as they began the shot before; return them."""
+        beginning, are_many = list[Ball](), len(self.balls) >= FEW
+        for start in self.starts:
+            if start.is_over or are_many:  # Of many balls all boxes are put anew.
+                start.begin()
+                beginning.append(start.ball)
+        return beginning
 
     def _put_numbers(self, given: Given, k: int) -> bool:
         """Put the coefficients and masses of shot ``k``; tell whether all paths are others."""
@@ -388,6 +391,8 @@ class Shots:
                 if overlap(place, r, (other.x, other.y), other.ball.radius, SUNK):
                     self.is_free = False
                     return
+        for one in self.starts:
+            one.is_new = False
 
     # -- after it ----------------------------------------------------------------------------------
 
@@ -403,31 +408,36 @@ class Shots:
             ends.doubts.append(k)
         if tally.is_guessed:
             ends.guesses.append(k)
-        events, first = min(engine.events, engine.most_events), k * len(self.balls)
-        ends.counts.append(events)
-        ends.counts.append(tally.hits)
-        ends.counts.append(tally.cushions)
-        ends.counts.append(tally.first_hit)
         ends.durations.append(end)
         if self.beside is not None:
             self.beside.end(end)
+        before, first = len(ends.moved), k * len(self.balls)
         for start in self.starts:
             if start.is_touched:
                 start.is_over = True
-                self._write_ball(ends, first + start.ball.number, start, end)
+                self._write_ball(ends, first, start, end)
+        counts = ends.counts
+        counts.append(min(engine.events, engine.most_events))
+        counts.append(tally.hits)
+        counts.append(tally.cushions)
+        counts.append(tally.first_hit)
+        counts.append(len(ends.moved) - before)
 
-    def _write_ball(self, ends: Ends, number: int, start: Start, end: float) -> None:
-        """Write down what has become of a ball by the end (s) of a shot."""
+    def _write_ball(self, ends: Ends, first: int, start: Start, end: float) -> None:
+        """Write down what has become of a ball by the end (s) of a shot.
+
+        The first ball of the shot has the number ``first`` among the balls of all shots.
+        """
+        ball = start.ball
         if start.is_met:
-            ends.met.append(number)
+            ends.met.append(first + ball.number)
         if start.is_off:
             return
         if start.pocket != NOBODY:
-            ends.pocketed += [number, start.pocket]
-        ball = start.ball
+            ends.pocketed += [first + ball.number, start.pocket]
         x, y = ball.path.place(end)
         if ball.path.end > end and ball.group is not None:
             (x, y, _vx, _vy), _roll = self.engine.motion_of(ball)
-        ends.moved.append(number)
+        ends.moved.append(ball.number)
         ends.places.append(x)
         ends.places.append(y)

@@ -23,12 +23,12 @@ from pool_pymunk.core.near import FEW, near_of, overlap
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_among, is_new
-from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at
+from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.moving import MovingWall
 from pool_pymunk.core.walls.side import OVERLAP
-from pool_pymunk.core.walls.wall import Wall
+from pool_pymunk.core.walls.wall import Pocket, Wall
 
 # A ball crosses at most so many borders at one instant. More would come only where each of two
 # patches turns a path into the other one, just where it is tangent to their border.
@@ -72,7 +72,9 @@ class Engine(Present):
         self.queue = Queue()
         self.instant = Instant()
         self.persistence = persistence
+        self.cushions: list[Wall] = []  # all walls but pockets; some of them are movers
         self.movers: list[MovingWall] = []
+        self.pockets: list[Pocket] = []
         self.chooses = False  # Some balls go through others, by their bits.
         self.answered = 0  # so many things that were due
         self.predictions = 0
@@ -81,6 +83,16 @@ class Engine(Present):
         self.has_patches = len(table.patches.borders) > 0
         for place, wall in enumerate(table.walls):
             wall.place = place
+        self._sort_walls()
+
+    def _sort_walls(self) -> None:
+        """Tell the table's pockets from its other walls, and note which of these move."""
+        self.cushions, self.movers, self.pockets = [], [], []
+        for wall in self.table.walls:
+            if isinstance(wall, Pocket):
+                self.pockets.append(wall)
+            else:
+                self.cushions.append(wall)
             if isinstance(wall, MovingWall):
                 self.movers.append(wall)
 
@@ -88,7 +100,7 @@ class Engine(Present):
         """Forget the run before; the balls are on the first paths of another one, which begins."""
         self.recorder = recorder
         self.now = 0.0
-        self.is_finite = True
+        self.is_finite, self.is_endless = True, False
         self.events = self.idle = 0
         self.pull = self.table.pull
         self.queue.clear()
@@ -108,7 +120,7 @@ class Engine(Present):
         for ball in balls:
             if not ball.is_off:
                 ball.set_off(ball.path)
-                self._look_for_loss(ball)
+                self._look_at(ball)
                 self.near.put(ball, 0.0, INF)
                 if ball.path.moves:
                     movers.append(ball)
@@ -134,7 +146,8 @@ class Engine(Present):
             return NON_FINITE
         if upcoming <= latest and upcoming < INF:
             return OUT_OF_EVENTS
-        if upcoming == INF and not any(ball.path.end == INF for ball in self.balls):
+        goes_on = self.is_endless and any(ball.path.end == INF for ball in self.balls)
+        if upcoming == INF and not goes_on:
             return SETTLED
         self.now = latest if latest < INF else self.now
         return OUT_OF_TIME
@@ -225,10 +238,12 @@ class Engine(Present):
 
         If nothing else is due, as mostly, that is None, and no list is made.
         """
-        queue, latest = self.queue, self._latest(first)
-        if queue.upcoming() > latest:
-            return None
-        found, later = [first], list[Due]()
+        latest = self._latest(first)
+        return None if self.queue.upcoming() > latest else self._all_due(first, latest)
+
+    def _all_due(self, first: Due, latest: float) -> list[Due]:
+        """Return a hit, and those of all that is due by the latest time (s) which are closed."""
+        queue, found, later = self.queue, [first], list[Due]()
         while queue.upcoming() <= latest and len(queue.line) > 0:
             due = queue.pop()
             if due.kind != HIT or due.t > self._latest(due) or not self.is_closed(due, 1.0):
@@ -237,7 +252,7 @@ class Engine(Present):
                 found.append(due)
         for due in later:
             queue.push(due)
-        found.sort(key=lambda due: due.key)
+        found.sort(key=key_of)
         return found
 
     def _latest(self, due: Due) -> float:
@@ -295,6 +310,9 @@ class Engine(Present):
 
     def _predict(self, balls: list[Ball]) -> None:
         """Predict where the paths of these balls lead: to walls, to their ends, to other balls."""
+        if len(balls) == 1:
+            self._predict_few(balls[0], None)
+            return
         for ball in balls:
             self._predict_end(ball)
             self._look_ahead(ball)
@@ -326,8 +344,10 @@ class Engine(Present):
         """Predict where the path of a ball ends: at a wall, at a border, or at rest."""
         path, end = ball.path, INF
         if ball.speed > 0.0 or path.moves:
-            for wall in self.table.walls:
+            for wall in self.cushions:
                 end = min(end, self._meet_wall(ball, wall))
+            for pocket in self.pockets:
+                end = min(end, self._meet_pocket(ball, pocket))
             stops = end == INF or end > path.end  # A hit may wait longer than that.
             if end < INF:
                 end += ball.time_for(NEARLY_NOW)
@@ -352,7 +372,7 @@ class Engine(Present):
         """Predict when a ball meets a wall, and return that time (s), or infinity."""
         if self.chooses and ball.ignores(wall.categories, wall.mask):
             return INF
-        if ball.group is not None and ball.group.answers_all and not wall.is_pocket:
+        if ball.group is not None and ball.group.answers_all:
             return INF
         if wall.moves and self.squeezes.goes_through(ball, wall):
             return INF
@@ -360,10 +380,18 @@ class Engine(Present):
         if t == INF:
             return t
         hit = Due(t, HIT, ball, None, wall)
-        if not wall.is_pocket:
-            t = hit.t = self._allowed(hit)
+        t = hit.t = self._allowed(hit)
         if t < INF:
             self.queue.push(hit)
+        return t
+
+    def _meet_pocket(self, ball: Ball, pocket: Pocket) -> float:
+        """Predict when a ball comes to a pocket, and return that time (s), or infinity."""
+        if self.chooses and ball.ignores(pocket.categories, pocket.mask):
+            return INF
+        t = pocket.time_of_contact(ball.path, ball.radius, self.now)
+        if t < INF:
+            self.queue.push(Due(t, HIT, ball, None, pocket))
         return t
 
     def _look_ahead(self, ball: Ball) -> None:
@@ -380,11 +408,10 @@ class Engine(Present):
         """Predict when two balls meet."""
         if self.chooses and a.ignores(b.categories, b.mask):
             return
-        group, is_held = gathering_of(a), False
-        if group is not None and group is b.group:
-            is_held = group.answers_all or group.holds(a, b, None)
-        if is_held:  # They touch, and stay together.
-            return
+        if a.group is not None and a.group is b.group:
+            group = gathering_of(a)
+            if group is not None and (group.answers_all or group.holds(a, b, None)):
+                return  # They touch, and stay together.
         until, noise = min(a.horizon, b.horizon), max(a.noise, b.noise)
         if a.number > b.number:
             a, b = b, a

@@ -188,7 +188,7 @@ class LiveEngine(Engine):
         path = self.table.surface_of(ball.patch).path(self.now, place, velocity, roll)
         ball.set_off(path)
         ball.rested, ball.stopped = INF if path.moves else self.now, -INF
-        self._look_for_loss(ball)
+        self._look_at(ball)
 
     def _settle(self, ball: Ball) -> None:
         """Predict what a ball on a new path meets, and what it presses on."""
@@ -218,6 +218,7 @@ class LiveEngine(Engine):
         """Let all happen on another table, which has no walls yet."""
         self.table = table
         self.has_patches = len(table.patches.borders) > 0
+        self._sort_walls()
         self.is_stale = True
 
     def put_up(self, wall: Wall) -> None:
@@ -226,14 +227,13 @@ class LiveEngine(Engine):
         self.places += 1
         self.chooses = self.chooses or wall.categories != EVERYTHING or wall.mask != EVERYTHING
         self.table.walls.append(wall)
-        if isinstance(wall, MovingWall):
-            self.movers.append(wall)
+        self._sort_walls()
         self.is_stale = True
 
     def take_down(self, wall: Wall) -> None:
         """Let there be no such wall or pocket from now on."""
         self.table.walls = [each for each in self.table.walls if each is not wall]
-        self.movers = [each for each in self.movers if each is not wall]
+        self._sort_walls()
         self.squeezes.forget(wall)
         self.is_stale = True
 

@@ -11,7 +11,7 @@ from pool_pymunk.core.contact.laws import Law
 from pool_pymunk.core.motion.path import Path, standing
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
 from pool_pymunk.core.near import Near
-from pool_pymunk.core.queue import Due, hit_at
+from pool_pymunk.core.queue import Due, hit_at, key_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.squeeze import Key, Squeezes
 from pool_pymunk.core.table import Table
@@ -25,8 +25,9 @@ class Present:
     """Balls lie on a table or move on their paths, and it is ``now`` (s).
 
     The engine is a present that goes on. Instants ask the present about contacts, and set balls off
-    by it. ``is_finite`` is False once a ball is lost or a number has overflowed. ``events`` counts
-    what the recorder has heard, and ``idle`` the rounds without an event.
+    by it. ``is_finite`` is False once a ball is lost or a number has overflowed, and ``is_endless``
+    is True once a path was without end. ``events`` counts what the recorder has heard, and ``idle``
+    the rounds without an event.
     """
 
     def __init__(self, table: Table, balls: list[Ball], law: Law, recorder: Recorder) -> None:
@@ -40,6 +41,7 @@ class Present:
         self.pull = table.pull
         self.now = 0.0
         self.is_finite = True
+        self.is_endless = False
         self.events = 0
         self.most_events = 1_000_000
         self.idle = 0
@@ -53,8 +55,9 @@ class Present:
 
     def disc(self, ball: Ball) -> Disc:
         """Return a ball as it moves now."""
-        motion = ball.path.at(self.now)
-        x, y, vx, vy = self.errors.place_met(motion, self.now)
+        x, y, vx, vy = ball.path.at(self.now)
+        if self.errors.of_places:
+            x, y = self.errors.place_met(x, y, vx, vy, self.now)
         return Disc(ball, x, y, vx, vy)
 
     def contact(self, a: Disc, b: Disc | None, wall: Wall | None) -> Contact:
@@ -133,7 +136,7 @@ class Present:
                 if self.is_closed(hit, times) and is_new(hit, found):
                     found.append(hit)
                     add_balls(around, hit)
-        found.sort(key=lambda due: due.key)
+        found.sort(key=key_of)
         return found
 
     def _around(self, ball: Ball) -> list[Due]:
@@ -168,18 +171,22 @@ class Present:
         elif ball.rested == INF:
             self._stop(ball, self.now, place)
         ball.lead(path, noise)
-        self._look_for_loss(ball)
+        self._look_at(ball)
 
     def lead(self, ball: Ball, path: Path) -> None:
         """Put a ball on a path that follows its last one, and tell the recorder."""
         ball.rested = INF
         ball.set_off(path)
         self.recorder.path(ball, path)
-        self._look_for_loss(ball)
+        self._look_at(ball)
 
-    def _look_for_loss(self, ball: Ball) -> None:
-        if ball.path.is_lost(ball.radius):
+    def _look_at(self, ball: Ball) -> None:
+        """Find out whether a ball is lost on its new path, or goes on without end."""
+        path = ball.path
+        if path.is_lost(ball.radius):
             self.is_finite = False
+        if path.end == INF:
+            self.is_endless = True
 
     def put_to_rest(self, ball: Ball, t: float) -> None:
         """Put a ball to rest at the end of its path, unless it rests already."""
@@ -223,6 +230,7 @@ class Present:
         """Take a ball off the table, and let it lie at a place (m)."""
         x, y = place
         ball.path = standing(self.now, x, y)
+        ball.paths += 1
         ball.speed = 0.0
         ball.rested = self.now
         ball.is_off = True

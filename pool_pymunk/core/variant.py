@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final, final
 
-from pool_pymunk.core.motion.path import NOISE, Motion
+from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.times import EPSILON, Vector
 
 # The numbers are those of the minimal standard generator of Park and Miller, Communications of the
@@ -58,13 +58,10 @@ class Errors:
         """Return a random error of a number."""
         return 0.5 * self.share * number * self.draw()
 
-    def place_met(self, motion: Motion, now: float) -> Motion:
-        """Return the motion of a ball at a contact, now (s)."""
-        if not self.of_places:
-            return motion
-        x, y, vx, vy = motion
+    def place_met(self, x: float, y: float, vx: float, vy: float, now: float) -> Vector:
+        """Return where a ball is that would be at (x, y) at a contact, now (s)."""
         late = self.error(now)
-        return x + self.error(x) + vx * late, y + self.error(y) + vy * late, vx, vy
+        return x + self.error(x) + vx * late, y + self.error(y) + vy * late
 
     def velocity_after(self, velocity: Vector, noise: float) -> Vector:
         """Return a new velocity (m/s), of which ``noise`` may be rounding."""

@@ -86,6 +86,11 @@ class Source(NamedTuple):
         return places
 
 
+def rows_of(points: Floats) -> Floats:
+    """Return the rows of points (S, ...); one row stands for all where the shots share it."""
+    return points[:1] if points.strides[0] == 0 else points
+
+
 def without_shots(scene: Scene) -> Scene:
     """Return a scene without its shots, which the scene keeps."""
     known = scene.found.get(without_shots) if scene.shots else scene
@@ -208,9 +213,7 @@ def read_source(
     for key, its in counts.items():
         if its not in (1, count):
             raise setting_error(key, f"{its} shots", f"must be for 1 shot or for {count}")
-    for key in given.keys() - {"position"}:
-        lost = is_gone(given[key]) & ~is_gone(given["position"])
-        _refuse(key, lost, "no number", "must be two finite numbers")
+    _check_numbers(given)
     given, varied = (
         {key: np.broadcast_to(each, (count, *each.shape[1:])) for key, each in some.items()}
         for some in (given, varied)
@@ -254,9 +257,19 @@ def _of_balls(scene: Scene, vary: Mapping[str, Floats]) -> dict[str, Floats]:
 def _points(key: str, value: Any, own: Sequence[Point]) -> Floats:
     """Read points (S, N, 2), or (N, 2) for all shots; by default they are the scene's own."""
     wanted = f"(S, {len(own)}, 2), or ({len(own)}, 2) for all shots"
-    found = _array(key, own if value is None else value, [(len(own), 2)], wanted)
-    _refuse(key, np.isinf(found), "inf", "must be two finite numbers")
-    return found
+    return _array(key, own if value is None else value, [(len(own), 2)], wanted)
+
+
+def _check_numbers(given: Mapping[str, Floats]) -> None:
+    """Refuse points (S, N, 2) that are infinite, and NaN for a ball that is on the table."""
+    wanted = "must be two finite numbers"
+    for key, points in given.items():
+        its = rows_of(points)
+        if np.isfinite(its).all():
+            continue
+        _refuse(key, np.isinf(its), "inf", wanted)
+        if key != "position":
+            _refuse(key, is_gone(its) & ~is_gone(rows_of(given["position"])), "no number", wanted)
 
 
 def _values(key: str, value: Any, scene: Scene) -> Floats:
@@ -296,10 +309,11 @@ def _check_that_it_ends(source: Source) -> None:
     """Refuse shots that no friction brings to rest, and that have no latest time."""
     scene, kind = source.scene, "surface" if source.roll is None else "rolling"
     least = source.vary.get(f"friction.{kind}", np.array(getattr(scene.friction, kind)))
-    moves = source.velocity.any() or (source.roll is not None and source.roll.any())
     its = [getattr(patch, kind) for patch in scene.patches]
-    slows = (least * scene.physics.gravity > 0.0).all() and 0.0 not in its
-    if not slows and source.asked.settings.max_time is None and (moves or scene.is_tilted):
+    if (least * scene.physics.gravity > 0.0).all() and 0.0 not in its:
+        return
+    moves = source.velocity.any() or (source.roll is not None and source.roll.any())
+    if source.asked.settings.max_time is None and (moves or scene.is_tilted):
         message = f"is missing: without {kind} friction the balls of these shots never come to rest"
         message = f"is missing: {NEVER_RESTS}" if scene.is_tilted else message
         raise setting_error("max_time", None, message)

@@ -54,10 +54,9 @@ class Instant:
         self.missed: list[Contact] = []
 
     def begin_run(self) -> None:
-        """Forget all that has met, for another run."""
-        self._begin()
+        """Begin another run: its first contact begins an instant, in which nothing has met yet."""
         self.began = -INF
-        self.collapses = 0
+        self.rounds = self.collapses = 0
 
     def _begin(self) -> None:
         """Forget what has met, as another instant begins or all is over in this one."""

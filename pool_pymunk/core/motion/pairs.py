@@ -94,26 +94,28 @@ def _both_move(
 
 def stay_apart(a: Path, b: Path, touching: float, since: float, until: float) -> bool:
     """Tell whether two balls surely do not meet between two times (s)."""
+    if _rests(b, since):
+        return _rests(a, since) or _stays_off(a, b, touching, since, until)
     if _rests(a, since):
-        a, b = b, a
-    if _rests(a, since):
-        return True
-    other, end, b_rests = b, a.end, _rests(b, since)
-    if b_rests:
-        x, y = b.place(b.end)
-        if a.slows:
-            return _passes(a, x, y, touching)
-        other = standing(since, x, y)
-    else:
-        end = min(a.end, b.end)
-    if not _keep_apart(a, other, touching, since, min(until, end)):
+        return _stays_off(b, a, touching, since, until)
+    end = min(a.end, b.end)
+    if not _keep_apart(a, b, touching, since, min(until, end)):
         return False
     mover, rester = (a, b) if b.end <= a.end else (b, a)
     # After a path that does not slow comes another, with its own predictions.
-    if until < end or b_rests or not rester.slows:
+    if until < end or not rester.slows:
         return True
     x, y = rester.place(end)
     return mover.slows and _passes(mover, x, y, touching)
+
+
+def _stays_off(mover: Path, rester: Path, touching: float, since: float, until: float) -> bool:
+    """Tell whether a ball surely does not meet one that rests, between two times (s)."""
+    x, y = rester.place(rester.end)
+    if mover.slows:
+        return _passes(mover, x, y, touching)
+    at_rest = standing(since, x, y)
+    return _keep_apart(mover, at_rest, touching, since, min(until, mover.end))
 
 
 def _rests(path: Path, since: float) -> bool:

@@ -57,6 +57,12 @@ class Groups(Forming):
 
     def begin_run(self) -> None:
         super().begin_run()
+        self.misfits, self.tried = 0, -INF
+        if self.is_hushed or self.formed > -INF or self.crowds > 0:
+            self._forget()
+
+    def _forget(self) -> None:
+        """Forget what contacts have persisted, and what has waited."""
         self.quiet.clear()
         self.opened.clear()
         self.braked.clear()
@@ -64,9 +70,9 @@ class Groups(Forming):
         self.places.clear()
         self.spells.clear()
         self.is_hushed = False
-        self.tried = self.formed = self.freed = -INF
+        self.formed = self.freed = -INF
         self.pace = self.scale.first
-        self.pieces = self.misfits = self.begun = self.crowds = 0
+        self.pieces = self.begun = self.crowds = 0
 
     def begin_step(self, present: Present) -> None:
         super().begin_step(present)
@@ -79,6 +85,8 @@ class Groups(Forming):
     def allows(self, present: Present, hit: Due) -> float:
         """Return when (s) a predicted hit is due: later, or never if its sides are in contact."""
         t, a, b, wall = hit.t, hit.a, hit.b, hit.wall
+        if a.group is None and t > present.now and not self.is_hushed:
+            return t  # as mostly
         group = gathering_of(a)
         if group is not None and (b is None or b.group is group) and group.holds(a, b, wall):
             return INF

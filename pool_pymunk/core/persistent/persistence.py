@@ -27,7 +27,8 @@ class Persistence:
 
     def begin_run(self) -> None:
         """Forget all contacts that have persisted, for another run."""
-        self.loose, self.seeds = [], []
+        if len(self.loose) > 0 or len(self.seeds) > 0:
+            self.loose, self.seeds = [], []
 
     def take_loose(self) -> list[Ball]:
         """Return the balls on new paths, which are to be predicted, and forget them."""
