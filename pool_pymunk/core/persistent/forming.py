@@ -9,7 +9,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import count_bounces, time_of_bounces
 from pool_pymunk.core.persistent.crowds import Crowds
-from pool_pymunk.core.persistent.gathering import joined
+from pool_pymunk.core.persistent.gathering import joined, sorted_to
 from pool_pymunk.core.persistent.gatherings import SUNK
 from pool_pymunk.core.persistent.group import Group
 from pool_pymunk.core.persistent.member import FREE, REST, SLIP, Member
@@ -55,8 +55,8 @@ class Forming(Crowds):
         members = list[Member]()
         touches = self._touches(present, seeds, members)
         cluster = Cluster([], [], [])
-        for part in joined(members, touches):
-            near = [one for one in touches if one.a in part]
+        parts = joined(members, touches)
+        for part, near in zip(parts, sorted_to(parts, touches)):
             cluster.take(self._form_part(present, part, near))
         return cluster
 
@@ -233,28 +233,17 @@ def is_before(members: list[Member], member: Member, count: int) -> bool:
 
 
 def parts_of(group: Group, now: float) -> list[Group]:
-    """Return the parts of a group that contacts join, and in which a ball moves."""
-    parts: list[Group] = []
-    left = list(group.members)
-    while len(left) > 0:
-        part = [left[0]]
-        touches: list[Touch] = []
-        for each in part:  # It grows.
-            for one in group.touches:
-                if one.on and one.has(each) and not any(one is other for other in touches):
-                    touches.append(one)
-                    for other in (one.a, one.b):
-                        if other is not None and not any(other is known for known in part):
-                            part.append(other)
-        left = [each for each in left if not any(each is known for known in part)]
-        for one in group.touches:
-            if one.closed and not one.on and one.rests_in(part):
-                touches.append(one)  # It may press as soon as a ball is let go.
-        if len(touches) > 0 and any(each.phase != REST for each in part):
-            new = Group(part, touches, now, group.scale)
-            for force in group.unknowns:
-                if any(force.touch is one for one in touches):
-                    new.hold(force.touch, force.kind)
-            new.find_neighbours()
-            parts.append(new)
-    return parts
+    """Return the parts of a group that contacts join, and in which a ball moves; it may be one."""
+    found = list[Group]()
+    parts = joined(group.members, [one for one in group.touches if one.on])
+    may_press = [one for one in group.touches if one.on or (one.closed and one.rests_in_part)]
+    for part, touches in zip(parts, sorted_to(parts, may_press)):
+        if len(touches) == 0 or all(each.phase == REST for each in part):
+            continue
+        if len(parts) == 1:
+            group.touches = touches
+            return [group]
+        new = Group(part, touches, now, group.scale)
+        new.take_unknowns(group)
+        found.append(new)
+    return found

@@ -293,9 +293,7 @@ class Groups(Forming):
         if not group.decide(now, False):
             self.misfits += 1
         parts = parts_of(group, now)
-        if len(parts) == 1 and len(parts[0].members) == len(group.members):
-            group.touches = parts[0].touches
-            group.before, group.after = parts[0].before, parts[0].after
+        if len(parts) == 1 and parts[0] is group:
             self._play(present, group)
             return
         for member in group.members:

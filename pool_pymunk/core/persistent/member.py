@@ -46,15 +46,16 @@ class Member:
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
-                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "phase", "pull",
-                 "px", "py", "rolls", "scale", "second", "share", "since", "slows", "start",
-                 "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
+                 "place", "pull", "px", "py", "rolls", "scale", "second", "share", "since",
+                 "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
     ) -> None:
         self.scale = scale
         self.ball = ball
+        self.place = self.part = 0  # among the members, and among the parts of its group
         self.mass = ball.mass
         self.pull = surface.pull
         self.drag = surface.drag

@@ -41,16 +41,17 @@ class Touch:
     the gap opens would change by ``lift`` (m/s^2), and the slip by ``tug``.
     """
 
-    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "excess", "free", "halfway",
-                 "i", "is_dull", "kept", "later", "lift", "mu", "n", "nx", "ny", "on", "pair",
-                 "shear", "side", "skew", "slides", "slip", "spared", "struck", "swing",
-                 "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
+    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "excess", "first", "free",
+                 "halfway", "i", "is_dull", "kept", "later", "lift", "members", "mu", "n", "nx",
+                 "ny", "on", "pair", "shear", "side", "skew", "slides", "slip", "spared",
+                 "struck", "swing", "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
     ) -> None:
         self.a = a
         self.b = b
+        self.members = [a] if b is None else [a, b]
         self.wall = wall
         self.side = side
         self.pair = pair
@@ -64,6 +65,7 @@ class Touch:
         self.n = self.t = self.i = 0.0
         self.nx, self.ny, self.slip = 1.0, 0.0, 0.0
         self.swing = self.lift = self.tug = self.drift = self.shear = 0.0
+        self.first = (0.0, 0.0, 0.0)  # forces at the beginning of the piece
         self.at_start: Vector = (0.0, 0.0)
         self.halfway: Vector = (0.0, 0.0)
         self.struck: Vector = (0.0, 0.0)
@@ -180,11 +182,11 @@ class Touch:
     def has(self, member: Member) -> bool:
         return self.a is member or self.b is member
 
-    def rests_in(self, members: list[Member]) -> bool:
-        """Tell whether its balls are among these members, and rest."""
-        a, b = self.a, self.b
-        rest = a.phase == REST and (b is None or b.phase == REST)
-        return rest and a in members and (b is None or b in members)
+    @property
+    def rests_in_part(self) -> bool:
+        """This tells whether its balls rest, and are of one part, in which it may press soon."""
+        part = self.a.part
+        return all(each.phase == REST and each.part == part for each in self.members)
 
     def shift(self, gap: float, opening: float) -> None:
         """Move the sides apart by a length (m) and a speed (m/s); no momentum is lost."""
