@@ -35,7 +35,6 @@ class Crowds(Unseen):
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
         self.crowds = 0  # steps, so far
-        self.ended: Crowd | None = None  # The step of this one has just ended.
         self.last: dict[tuple[int, int], Touch] = {}  # of crowds, by their sides
         # where a ball of a crowd has been for how long: a place (m), since a time (s)
         self.places: dict[int, tuple[float, float, float]] = {}
@@ -71,10 +70,10 @@ class Crowds(Unseen):
 
     def _taken_out(self, present: Present, balls: list[Ball]) -> list[Member]:
         """Return balls as members of a crowd, with all of other crowds, and take them out there."""
-        found, ended = list[Member](), self.ended
+        found = list[Member]()
         for ball in balls:
             group = gathering_of(ball)
-            if group is not None and group is ended:
+            if group is not None and group.is_over:
                 found += [each for each in group.members if each.ball is ball]
                 ball.group = None
             elif group is not None:
@@ -229,7 +228,7 @@ class Crowds(Unseen):
 
     def _go_on_crowded(self, present: Present, crowd: Crowd) -> None:
         """Go on at the end of a step: parts with few hits go on as groups, or alone."""
-        self.ended = crowd
+        crowd.is_over = True
         for each in crowd.members:
             wear_out(each.ball, present.now)
         if any(one.has_sunk(STRIDE) for one in crowd.touches):
@@ -254,7 +253,6 @@ class Crowds(Unseen):
             for each in part:
                 self._let_go(present, each)
                 put(self.seeds, each.ball)
-        self.ended = None
 
     def _is_calm(self, present: Present, part: list[Member]) -> bool:
         """Tell whether no ball of a part that falls has moved visibly for a while."""

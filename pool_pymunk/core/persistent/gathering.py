@@ -24,7 +24,8 @@ class Gathering(Company):
 
     The piece lasts for ``time`` (s), and the state is that after ``played`` (s) of it. Its end is
     due for the ``leader``. Walls move as they do now ``until`` (s); a gathering that has played up
-    to there ``halts``. A group and a crowd are gatherings: they differ in how they play.
+    to there ``halts``, and one that ``is_over`` goes on as others. A group and a crowd are
+    gatherings: they differ in how they play.
     """
 
     def __init__(
@@ -40,6 +41,7 @@ class Gathering(Company):
         self.time = self.played = 0.0
         self.looked = -INF  # s; when somebody has last asked for the states of the members
         self.states: list[State] = []
+        self.is_over = False
         self.until = min([one.until for one in touches], default=INF)
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:

@@ -40,7 +40,8 @@ STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
 FINE: Final = 1e-3  # of the shortest piece; where it ends is found as finely
-EXACTLY: Final = 1e-4  # of what is weak; forces that miss less have only their rounding
+CLOSED: Final = 1e-14  # radii, or of the usual speed; what is less is rounding
+EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
 SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what forces still miss.
 
 
@@ -48,13 +49,13 @@ SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what fo
 class Unknown:
     """An unknown force of the linear system is of a ``kind``, and has a row there."""
 
-    __slots__ = ("base", "kind", "row", "touch")
+    __slots__ = ("kind", "rate", "row", "touch")
 
     def __init__(self, touch: Touch, kind: int, row: int) -> None:
         self.touch = touch
         self.kind = kind
         self.row = row
-        self.base = 0.0  # its rate without forces
+        self.rate = 0.0  # m/s^2; what it is to bring to 0
 
 
 @final
@@ -238,9 +239,9 @@ class Group(Gathering):
                 system, is_new, missed = self._find_system(), True, INF
                 self.is_stale = self.system is not None
                 self.system = self.system or system
-                misses = self._misses()
+                misses = INF
             for force in self.unknowns:
-                system.rows[force.row].right = -force.touch.rate(force.kind)
+                system.rows[force.row].right = -force.rate
             self._press(system)
             if system.is_redundant:
                 return
@@ -250,7 +251,8 @@ class Group(Gathering):
         """Return how fast (m/s^2) a gap or a slip changes at most that a force is to hold."""
         most = 0.0
         for force in self.unknowns:
-            most = max(most, abs(force.touch.rate(force.kind)))
+            force.rate = force.touch.rate(force.kind)
+            most = max(most, abs(force.rate))
         return most
 
     def _press(self, system: System) -> None:
@@ -274,7 +276,7 @@ class Group(Gathering):
         self._free()
         acting = [list[Unknown]() for _ in self.members]  # on each
         for force in self.unknowns:
-            force.base = force.touch.rate(force.kind)
+            force.rate = force.touch.rate(force.kind)
             for member in force.touch.members:
                 acting[member.place].append(force)
         system = System(len(self.unknowns))
@@ -285,7 +287,7 @@ class Group(Gathering):
             for member in one.members:
                 for other in acting[member.place]:
                     if member is one.a or not other.touch.has(one.a):
-                        gain = other.touch.rate(other.kind) - other.base
+                        gain = other.touch.rate(other.kind) - other.rate
                         gain = gain + RIDGE if other is force else gain
                         system.rows[other.row].put(force.row, gain)
             one.press(0.0, 0.0, 0.0)
@@ -385,16 +387,23 @@ class Group(Gathering):
         So they do by the law, where each hit makes others close. It tells whether any has closed.
         """
         enough = 0.0
+        near = [list[Touch]() for _ in self.members]
+        for one in self.touches:
+            one.closing = -one.opening
+            for each in one.members:
+                near[each.place].append(one)
         for _ in range(STRIKES * len(self.touches)):
             hardest, most = None, max(enough, self.scale.noise)
             for one in self.touches:
-                closing = -one.opening
-                if closing > most or (one.on and -closing > most):
-                    hardest, most = one, abs(closing)
+                if one.closing > most or (one.on and -one.closing > most):
+                    hardest, most = one, abs(one.closing)
             if hardest is None:
                 break
             enough = most * NEARLY if enough == 0.0 else enough
             hardest.strike()
+            for each in hardest.members:
+                for one in near[each.place]:
+                    one.closing = -one.opening
         return enough > 0.0
 
     def join(self) -> None:
@@ -422,15 +431,23 @@ class Group(Gathering):
     def close(self) -> None:
         """Close the gaps that a step has left open by its error."""
         for _ in range(3):
+            are_closed = True
             for one in self.touches:
                 if one.on:
                     one.look()
-                    gap = one.gap_beyond
+                    gap, opening = one.gap_beyond, one.opening
                     if gap < INF:
-                        one.shift(-gap, -one.opening)
+                        one.shift(-gap, -opening)
+                        are_closed = are_closed and self._is_nothing(one, gap, opening)
+            if are_closed:
+                break
         for each in self.members:
             if each.phase == ROLL:
                 each.wx, each.wy = each.vx, each.vy
+
+    def _is_nothing(self, one: Touch, gap: float, opening: float) -> bool:
+        """Tell whether a gap and the speed at which it opens are rounding."""
+        return abs(gap) <= CLOSED * one.a.ball.radius and abs(opening) <= CLOSED * self.scale.speed
 
     # -- pieces --------------------------------------------------------------------------------
 

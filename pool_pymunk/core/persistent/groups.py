@@ -21,7 +21,7 @@ from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST
+from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
@@ -411,7 +411,8 @@ class Groups(Forming):
 def pass_on(present: Present, each: Member) -> None:
     """Lead a ball that has come to the end of a side along the next one, if it goes on smoothly.
 
-    It is a little beyond the end, so it has turned a little too far, or not enough.
+    It is a little beyond the end, so it has turned a little too far, or not enough. Where it is too
+    fast to be pressed on to the next side, it flies off as it moves.
     """
     r, far = each.ball.radius, SMOOTH * each.ball.radius
     for wall in present.table.walls:
@@ -422,7 +423,8 @@ def pass_on(present: Present, each: Member) -> None:
         ux, uy, _spins, _lifts = wall.sweep(each.x, each.y, present.now)
         across = (each.vx - ux) * nx + (each.vy - uy) * ny
         along = (each.vx - ux) * ny - (each.vy - uy) * nx
-        if abs(gap) <= far and abs(across) <= SMOOTH * abs(along):
+        flies_off = side.curvature(each.x, each.y) * along * along > STRONGEST * present.pull
+        if not flies_off and abs(gap) <= far and abs(across) <= SMOOTH * abs(along):
             each.x, each.y = each.x - gap * nx, each.y - gap * ny
             each.vx, each.vy = each.vx - across * nx, each.vy - across * ny
             if each.phase == ROLL:

@@ -41,9 +41,9 @@ class Touch:
     the gap opens would change by ``lift`` (m/s^2), and the slip by ``tug``.
     """
 
-    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "excess", "first", "free",
-                 "halfway", "i", "is_dull", "kept", "later", "lift", "members", "mu", "n", "nx",
-                 "ny", "on", "pair", "shear", "side", "skew", "slides", "slip", "spared",
+    __slots__ = ("a", "at_start", "b", "bounces", "closed", "closing", "drift", "excess", "first",
+                 "free", "halfway", "i", "is_dull", "kept", "later", "lift", "members", "mu", "n",
+                 "nx", "ny", "on", "pair", "shear", "side", "skew", "slides", "slip", "spared",
                  "struck", "swing", "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
@@ -59,6 +59,7 @@ class Touch:
         self.unit = a.mass if b is None else a.mass * b.mass / (a.mass + b.mass)
         self.wrings = b is None and a.rolls and pair.friction > 0.0
         self.on = self.closed = self.is_dull = False
+        self.closing = 0.0  # m/s; while hits without bounces are answered
         self.later = -INF
         self.excess = self.skew = 0.0
         self.slides = self.turns = 0.0
