@@ -157,7 +157,8 @@ class Crowds(Unseen):
                 if other.number in known or ball.ignores(other.categories, other.mask):
                     continue
                 x, y = other.path.place(end)
-                dx, dy, near = x - each.x, y - each.y, ball.radius + other.radius
+                dx, dy = x - each.x, y - each.y
+                near = ball.radius + other.radius + self.tolerance
                 if dx * dx + dy * dy < near * near:
                     known.add(other.number)
                     found.append(other)

@@ -103,17 +103,15 @@ class Forming(Crowds):
         """Return the contacts of a cluster that may persist; find its members."""
         found = list[Touch]()
         for ball in seeds:
-            members.append(self._member(present, ball))
-        k = 0
-        while k < len(members):  # This list grows.
-            found += self._touches_of_balls(present, members, k)
-            found += self._touches_of_walls(present, members[k])
-            k += 1
+            add(members, self._member(present, ball))
+        for a in members:  # This list grows.
+            found += self._touches_of_balls(present, members, a)
+            found += self._touches_of_walls(present, a)
         return found
 
-    def _touches_of_balls(self, present: Present, members: list[Member], k: int) -> list[Touch]:
+    def _touches_of_balls(self, present: Present, members: list[Member], a: Member) -> list[Touch]:
         """Return the contacts of a member with balls that have not been looked at."""
-        found, a = list[Touch](), members[k]
+        found = list[Touch]()
         for ball in present.near.around(a.ball):
             hit = hit_at(present.now, a.ball, ball, None)
             far = max(a.ball.radius, ball.radius)
@@ -122,7 +120,7 @@ class Forming(Crowds):
             ):
                 continue
             b = member_of(members, ball)
-            if b is not None and is_before(members, b, k):
+            if b is not None and b.place < a.place:
                 continue
             pair = present.table.pair(a.ball, ball)
             one = Touch(a, b or self._member(present, ball), None, None, pair)
@@ -131,7 +129,7 @@ class Forming(Crowds):
             if b is None:  # Its group gives it its exact state.
                 self.take_apart(present, ball)
                 b = self._member(present, ball)
-                members.append(b)
+                add(members, b)
                 one = Touch(a, b, None, None, pair)
                 one.look()
                 one.on = True
@@ -218,18 +216,17 @@ def jam_around(present: Present, touches: list[Touch]) -> bool:
     return len(jammed) > 0
 
 
+def add(members: list[Member], member: Member) -> None:
+    """Add a member in the next place."""
+    member.place = len(members)
+    members.append(member)
+
+
 def member_of(members: list[Member], ball: Ball) -> Member | None:
     for each in members:
         if each.ball is ball:
             return each
     return None
-
-
-def is_before(members: list[Member], member: Member, count: int) -> bool:
-    for k in range(count):
-        if members[k] is member:
-            return True
-    return False
 
 
 def parts_of(group: Group, now: float) -> list[Group]:

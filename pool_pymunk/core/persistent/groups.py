@@ -115,12 +115,16 @@ class Groups(Forming):
         return closing <= self.scale.noise if is_grouped else closing <= 0.0
 
     def release(self, present: Present, dues: list[Due]) -> None:
-        """Take the groups of balls apart that are due, if they close."""
+        """Take the groups of balls apart that are due, if they close; crowds take in what hits."""
         for due in dues:
             if not self._is_nothing(present, due):
-                self.take_apart(present, due.a)
-                if due.b is not None:
-                    self.take_apart(present, due.b)
+                self._take_out(present, due, False)
+
+    def _take_out(self, present: Present, due: Due, are_crowds: bool) -> None:
+        """Take the groups of balls apart, or the crowds, that are due."""
+        for ball in due.balls:
+            if ball.group is not None and ball.group.answers_all == are_crowds:
+                self.take_apart(present, ball)
 
     def concerns(self, present: Present, one: Contact) -> bool:
         """Tell whether a lone hit may be more than that: it is faint, or a group's."""
@@ -140,7 +144,11 @@ class Groups(Forming):
             for due in nothing:
                 self._look_again(present, due)
             dues = [due for due in dues if not any(due is other for other in nothing)]
-        if len(dues) > 0 and (self._crowds(present, dues) or self._absorbs(present, dues)):
+        if len(dues) == 0 or self._crowds(present, dues):
+            return []
+        for due in dues:
+            self._take_out(present, due, True)
+        if self._absorbs(present, dues):
             return []
         if self.freed != present.now:
             return dues

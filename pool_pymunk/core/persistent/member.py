@@ -214,13 +214,11 @@ class Member:
         else:
             self.ax = self.ay = self.bx = self.by = 0.0
 
-    def kick(self, push: Vector, turn: Vector) -> None:
-        """Change the velocity by a push (N s) and the roll by a turn (N s), in this mode."""
+    def kick(self, x: float, y: float, p: float, q: float) -> None:
+        """Change the velocity and the roll by impulses (N s) in this mode."""
         if self.mode == REST:
             return
         self.is_struck = True
-        x, y = push
-        p, q = turn
         m = self.mass
         if self.mode == ROLL:
             x, y = (1.0 - SHARE) * x + SHARE * p, (1.0 - SHARE) * y + SHARE * q
@@ -231,12 +229,6 @@ class Member:
     def shift(self, x: float, y: float) -> None:
         """Move the ball (m)."""
         self.x, self.y = self.x + x, self.y + y
-
-    def hasten(self, vx: float, vy: float) -> None:
-        """Change the velocity (m/s); a ball that rolls goes on rolling."""
-        self.vx, self.vy = self.vx + vx, self.vy + vy
-        if self.phase == ROLL:
-            self.wx, self.wy = self.vx, self.vy
 
     @property
     def drive(self) -> Vector:

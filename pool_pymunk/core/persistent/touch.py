@@ -194,16 +194,11 @@ class Touch:
         total = self.softness
         if total == 0.0:
             return
-        push = opening / total
-        self.struck = self.struck[0] + push * self.nx, self.struck[1] + push * self.ny
-        a, b = self.a, self.b
-        part = a.lightness / total if b is None else -a.lightness / total
-        a.shift(part * gap * self.nx, part * gap * self.ny)
-        a.hasten(part * opening * self.nx, part * opening * self.ny)
-        if b is not None:
-            part = b.lightness / total
-            b.shift(part * gap * self.nx, part * gap * self.ny)
-            b.hasten(part * opening * self.nx, part * opening * self.ny)
+        for each in self.members:
+            far = gap * each.lightness / total
+            far = far if each is self.members[-1] else -far
+            each.shift(far * self.nx, far * self.ny)
+        self._hit(opening / total, 0.0, 0.0)
 
     def strike(self) -> None:
         """Take away the speed at which the sides close, or part, by a hit without a bounce.
@@ -214,7 +209,7 @@ class Touch:
         soft = self.softness
         if soft == 0.0:
             return
-        a, b = self.a, self.b
+        a = self.a
         rolls_in = self.wrings and a.mode == ROLL
         opening, slip, roll = self.opening, self._present_slip, self.roll_in
         wrings = self.mu
@@ -234,13 +229,22 @@ class Touch:
             i = 0.0
         elif not rolls_in and abs(i) > a.mass * abs(roll):
             i = -a.mass * roll
+        self._hit(n, t, i)
+
+    def _hit(self, n: float, t: float, i: float) -> None:
+        """Kick the balls, and note it as what hits without bounces give."""
+        x, y = self.struck
+        self.struck = x + n * self.nx - t * self.ny, y + n * self.ny + t * self.nx
+        self._kick(n, t, i)
+
+    def _kick(self, n: float, t: float, i: float) -> None:
+        """Give impulses (N s) along the normal, along the tangent, and to the roll."""
         x, y = n * self.nx - t * self.ny, n * self.ny + t * self.nx
-        self.struck = self.struck[0] + x, self.struck[1] + y
-        if b is None:
-            a.kick((x, y), (i * self.nx, i * self.ny))
+        if self.b is None:
+            self.a.kick(x, y, i * self.nx, i * self.ny)
         else:
-            a.kick((-x, -y), (0.0, 0.0))
-            b.kick((x, y), (0.0, 0.0))
+            self.a.kick(-x, -y, 0.0, 0.0)
+            self.b.kick(x, y, 0.0, 0.0)
 
     def spare_friction(self, now: float) -> None:
         """Let there be no friction until N has given the spared impulse, if that takes a piece."""
@@ -263,24 +267,16 @@ class Touch:
         """Slow the slip as an impulse N (N s) along the normal does, and do not turn it round."""
         if self.slides != 0.0 and self.softness > 0.0:
             t = min(self.mu * n, abs(self._present_slip) / self.softness)
-            self._push_along(-self.slides * t)
+            self._kick(0.0, -self.slides * t, 0.0)
 
     def stick(self) -> None:
         """Let a slip that has faded, or nearly so, be 0; no momentum is lost."""
-        soft = self.softness
-        if soft > 0.0:
-            self._push_along(-self._present_slip / soft)
-
-    def _push_along(self, t: float) -> None:
-        x, y = -t * self.ny, t * self.nx
-        self.a.kick((x, y) if self.b is None else (-x, -y), (0.0, 0.0))
-        if self.b is not None:
-            self.b.kick((x, y), (0.0, 0.0))
+        if self.softness > 0.0:
+            self._kick(0.0, -self._present_slip / self.softness, 0.0)
 
     def stop_turning(self) -> None:
         """Let a roll into the cushion that has faded, or nearly so, be 0."""
-        turn = -self.a.mass * self.roll_in
-        self.a.kick((0.0, 0.0), (turn * self.nx, turn * self.ny))
+        self._kick(0.0, 0.0, -self.a.mass * self.roll_in)
 
     # -- in a step of a crowd ------------------------------------------------------------------
 
@@ -318,9 +314,8 @@ class Touch:
             i = max(-most, min(i, most))
         change = (abs(n - self.n) + abs(t - self.t)) * h / self.unit
         self.press(n, t, i)
-        a.brake(h)
-        if b is not None:
-            b.brake(h)
+        for each in self.members:
+            each.brake(h)
         return change
 
     def has_sunk(self, depth: float) -> bool:
@@ -395,9 +390,8 @@ class Touch:
             )
 
     def move(self) -> None:
-        self.a.move()
-        if self.b is not None:
-            self.b.move()
+        for each in self.members:
+            each.move()
 
     def relax(self, now: float, slides: float, turns: float) -> None:
         """Press as much as closes the gap and stops the slips, as far as friction can."""
@@ -413,11 +407,9 @@ class Touch:
             most /= GYRATION
             i = max(-most, min(self.i - self.rate(INTO) * self.a.mass, most))
         self.press(n, t, i)
-        self.a.hold(now)
-        self.a.move()
-        if self.b is not None:
-            self.b.hold(now)
-            self.b.move()
+        for each in self.members:
+            each.hold(now)
+            each.move()
 
 
 def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
