@@ -41,11 +41,7 @@ class Crowds(Unseen):
 
     def _crowds(self, present: Present, dues: list[Due]) -> bool:
         """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
-        seeds: list[Ball] = []
-        for due in dues:
-            put(seeds, due.a)
-            if due.b is not None:
-                put(seeds, due.b)
+        seeds = balls_of(dues)
         return self._may_crowd(present, seeds) and self._crowd(present, seeds)
 
     def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
@@ -274,6 +270,15 @@ class Crowds(Unseen):
         for each in part:
             each.ball.group = asleep
             self._rest(present, each)
+
+
+def balls_of(dues: list[Due]) -> list[Ball]:
+    """Return the balls of some hits, each of them once."""
+    found: list[Ball] = []
+    for due in dues:
+        for ball in due.balls:
+            put(found, ball)
+    return found
 
 
 def sides_in(one: Touch) -> tuple[int, int]:

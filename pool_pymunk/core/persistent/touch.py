@@ -10,6 +10,7 @@ from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.persistent.member import REST, ROLL, SHARE, Member
+from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.walls.moving import Carried
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
@@ -179,6 +180,10 @@ class Touch:
     def softness(self) -> float:
         """The acceleration at which a push of 1 N drives the two sides apart (1/kg)."""
         return self.a.lightness + (0.0 if self.b is None else self.b.lightness)
+
+    def hit_at(self, t: float) -> Due:
+        """Return the hit of its sides at a time (s)."""
+        return hit_at(t, self.a.ball, None if self.b is None else self.b.ball, self.wall)
 
     def has(self, member: Member) -> bool:
         return self.a is member or self.b is member
