@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from collections.abc import Callable
 
@@ -78,7 +79,13 @@ def play(
     engine.errors = errors_of(settings.variant)
     engine.most_events = settings.max_events
     latest = math.inf if settings.max_time is None else settings.max_time
-    advance(latest)
+    is_collecting = gc.isenabled()
+    gc.disable()  # A run leaves no circles of references.
+    try:
+        advance(latest)
+    finally:
+        if is_collecting:
+            gc.enable()
     keep(trace, engine, record, latest)
     tell(trace, record, scene, settings.law_of(scene))
     return trace

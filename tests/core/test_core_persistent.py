@@ -24,7 +24,15 @@ from pool_pymunk import (
     load,
     simulate,
 )
+from pool_pymunk.core.ball import Ball as CoreBall
+from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.path import standing
+from pool_pymunk.core.motion.surface import Rolling
 from pool_pymunk.core.persistent import bounces
+from pool_pymunk.core.persistent.group import Group
+from pool_pymunk.core.persistent.member import ROLL, Member
+from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.report.listing import figures, shot_lines
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.variants import SURE
@@ -47,6 +55,24 @@ def play(scene: Scene, tolerance: float = TOLERANCE) -> Trace:
 
 def ends_of(trace: Trace) -> list[complex]:
     return [complex(*rows[-1][1:3]) for rows in trace.knots]
+
+
+def test_a_force_that_no_other_one_makes_redundant_is_exact() -> None:
+    """A ball that rolls pushes one that slides, which the surface slows down more."""
+    pull, drag = 2.0, 0.1
+    scale, surface = Scale(TOLERANCE, R, pull), Rolling(pull, drag)
+    behind, ahead = (
+        Member(
+            CoreBall(k, R, M, standing(0.0, 2.0 * R * k, 0.0)), scale, surface,
+            (2.0 * R * k, 0.0, 1.0, 0.0), (1.0 - k, 0.0), 0.0,
+        )
+        for k in (0, 1)
+    )  # fmt: skip
+    behind.phase = ROLL
+    touch = Touch(behind, ahead, None, None, Pair(M, M, 0.5, 0.0))
+    group = Group([behind, ahead], [touch], 0.0, scale)
+    assert group.decide(0.0, True)
+    assert touch.n == pytest.approx(7.0 / 12.0 * M * (pull - drag), rel=1e-14)
 
 
 def follower(e: float) -> Scene:

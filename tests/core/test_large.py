@@ -13,7 +13,7 @@ from pool_pymunk.core.ball import Ball as CoreBall
 from pool_pymunk.core.contact.contact import Contact, Disc, Pair, groups
 from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.near import near_of
-from pool_pymunk.core.persistent.linear import Row, solve
+from pool_pymunk.core.persistent.linear import System
 from tests.shared.hard_scenes import exact, unmeasured
 
 R = 0.03
@@ -24,18 +24,21 @@ def test_forces_of_hundreds_are_solved_and_their_rows_are_freed() -> None:
     """Rows that are filled by elimination are longer than what compiled code frees in one go."""
     count = 200
     for _ in range(3):
-        rows = [Row(1.0 if k > 0 else count + 1.0) for k in range(count)]
-        for k, row in enumerate(rows):  # An arrow: the first force acts on all others.
+        system = System(count)
+        for k, row in enumerate(system.rows):  # An arrow: the first force acts on all others.
             for column in range(count):
                 if k in (0, column) or column == 0:
                     row.put(column, 3.0 if k == column else 1.0 / count)
-        matrix = [(k, c) for k in range(count) for c in range(count) if k in (0, c) or c == 0]
-        solve(rows)
-        found = [row.right for row in rows]
-        given = [0.0] * count
-        for k, c in matrix:
-            given[k] += found[c] * (3.0 if k == c else 1.0 / count)
-        assert given == pytest.approx([count + 1.0] + [1.0] * (count - 1), abs=1e-9)
+        system.decompose()
+        for times in (1.0, 2.0):  # Its factors serve again.
+            for k, row in enumerate(system.rows):
+                row.right = times * (1.0 if k > 0 else count + 1.0)
+            system.solve()
+            found = [system.solution(k) for k in range(count)]
+            given = [3.0 * found[k] + found[0] / count for k in range(count)]
+            given[0] = 3.0 * found[0] + sum(found[1:]) / count
+            expected = [times * (count + 1.0)] + [times] * (count - 1)
+            assert given == pytest.approx(expected, abs=1e-9)
 
 
 def test_discs_that_contacts_join_do_not_hold_each_other() -> None:

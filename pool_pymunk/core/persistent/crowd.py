@@ -58,9 +58,13 @@ class Crowd(Gathering):
         return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
 
     def states_at(self, t: float) -> list[State]:
+        return self._states_at(t, LAST_SHIFTS)
+
+    def _states_at(self, t: float, shifts: int) -> list[State]:
         """Return the states at a time (s): velocities are those of the whole step.
 
-        On straight paths balls may overlap before the end of the step. So they are moved apart.
+        On straight paths balls may overlap before the end of the step. So they are moved apart, in
+        at most so many rounds.
         """
         if self.sleeps or t <= self.began:
             return [each.start for each in self.members]
@@ -68,7 +72,7 @@ class Crowd(Gathering):
         for each in self.members:
             each.x, each.y = self.path(each).place(t)
             each.time = t
-        self.make_room(LAST_SHIFTS, APART)
+        self.make_room(shifts, APART)
         found = [each.state for each in self.members]
         for each, (x, y, _vx, _vy, _wx, _wy) in zip(self.members, ends):
             each.x, each.y, each.time = x, y, self.began + self.time
@@ -79,7 +83,8 @@ class Crowd(Gathering):
         if self.sleeps:
             super().go_to(t)
         elif t < self.began + self.time:
-            for each, state in zip(self.members, self.states_at(t)):
+            shifts = 1 if self.slows else LAST_SHIFTS
+            for each, state in zip(self.members, self._states_at(t, shifts)):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
                 each.time = max(t, self.began)
 

@@ -41,11 +41,7 @@ class Crowds(Unseen):
 
     def _crowds(self, present: Present, dues: list[Due]) -> bool:
         """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
-        seeds: list[Ball] = []
-        for due in dues:
-            put(seeds, due.a)
-            if due.b is not None:
-                put(seeds, due.b)
+        seeds = balls_of(dues)
         return self._may_crowd(present, seeds) and self._crowd(present, seeds)
 
     def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
@@ -65,12 +61,26 @@ class Crowds(Unseen):
         are_crowd = is_crowd(balls, present.now, present.table.slows)
         if not (len(balls) > self._largest(present) or (is_one_worn and are_crowd)):
             return False
-        for ball in balls:
-            self.take_apart(present, ball)
-        for ball in balls:
-            drop(self.loose, ball)
-        self._begin_crowd(present, [self._member(present, ball) for ball in balls], pace)
+        self._begin_crowd(present, self._taken_out(present, balls), pace)
         return True
+
+    def _taken_out(self, present: Present, balls: list[Ball]) -> list[Member]:
+        """Return balls as members of a crowd, with all of other crowds, and take them out there."""
+        found = list[Member]()
+        for ball in balls:
+            group = gathering_of(ball)
+            if group is not None and group.is_over:
+                found += [each for each in group.members if each.ball is ball]
+                ball.group = None
+            elif group is not None:
+                others = [each.ball for each in group.members] if group.answers_all else [ball]
+                self.take_apart(present, ball)
+                found += [self._member(present, other) for other in others]
+            elif all(each.ball is not ball for each in found):
+                found.append(self._member(present, ball))
+        for each in found:
+            drop(self.loose, each.ball)
+        return found
 
     def _near(self, present: Present, seeds: list[Ball], pace: float) -> list[Ball]:
         """Return the balls around some that may press on each other within a step (s)."""
@@ -98,7 +108,7 @@ class Crowds(Unseen):
         return found
 
     def _begin_crowd(self, present: Present, members: list[Member], pace: float) -> None:
-        """Let balls be a crowd, which plays its first step."""
+        """Let balls be a crowd, with all that they meet in its first step, which it plays."""
         for each in members:
             speed = math.sqrt(each.vx * each.vx + each.vy * each.vy)
             if speed * pace > STRIDE * each.ball.radius:
@@ -108,12 +118,19 @@ class Crowds(Unseen):
         crowd = Crowd(members, touches, present.now, self.scale, pace)
         crowd.halts = present.now + pace >= self._motions_end(present)
         for each in members:
-            braked = self.braked.pop(each.ball.number, present.now)
+            braked = self.braked.get(each.ball.number, present.now)
             each.share = min(max((present.now + pace - braked) / pace, 0.0), 1.0)
         self.crowds += 1
         crowd.play(present.now)
+        others = self._met_by(present, crowd)
+        if len(others) > 0:
+            for each in members:
+                each.go_back()
+            self._begin_crowd(present, members + self._taken_out(present, others), pace)
+            return
         present.recorder.crowd(len(members), present.now, present.now + pace)
         for each in members:
+            self.braked.pop(each.ball.number, None)
             each.ball.group = crowd
         for each in members:
             if crowd.rests(each):
@@ -122,6 +139,26 @@ class Crowds(Unseen):
                 present.lead(each.ball, crowd.path(each))
                 put(self.loose, each.ball)
                 crowd.leader = each.ball
+
+    def _met_by(self, present: Present, crowd: Crowd) -> list[Ball]:
+        """Return the other balls that a crowd meets in its step."""
+        found, end = list[Ball](), present.now + crowd.time
+        known = {each.ball.number for each in crowd.members}
+        for each in crowd.members:
+            ball = each.ball
+            path, ball.path = ball.path, crowd.path(each)
+            present.near.put(ball, present.now, end)
+            ball.path = path
+            for other in present.near.around(ball):
+                if other.number in known or ball.ignores(other.categories, other.mask):
+                    continue
+                x, y = other.path.place(end)
+                dx, dy = x - each.x, y - each.y
+                near = ball.radius + other.radius + self.tolerance
+                if dx * dx + dy * dy < near * near:
+                    known.add(other.number)
+                    found.append(other)
+        return found
 
     def _reach(self, present: Present, members: list[Member]) -> list[Touch]:
         """Return the touches that may close in a step: two balls move by two strides at most."""
@@ -188,8 +225,8 @@ class Crowds(Unseen):
 
     def _go_on_crowded(self, present: Present, crowd: Crowd) -> None:
         """Go on at the end of a step: parts with few hits go on as groups, or alone."""
+        crowd.is_over = True
         for each in crowd.members:
-            each.ball.group = None
             wear_out(each.ball, present.now)
         if any(one.has_sunk(STRIDE) for one in crowd.touches):
             for one in crowd.touches:
@@ -197,7 +234,12 @@ class Crowds(Unseen):
                     present.jam(one.a.ball, one.wall)
         room = 2.0 * MOST * self.tolerance
         least = math.sqrt(room / self.scale.pull)
-        for part in crowd.parts(self.tolerance):
+        for joint in crowd.parts(self.tolerance):
+            part = [each for each in joint if each.ball.group is crowd]  # No other part has met it.
+            for each in part:
+                each.ball.group = None
+            if len(part) == 0:
+                continue
             moves = any(not crowd.rests(each) for each in part)
             if self._is_calm(present, part):
                 self._let_sleep(present, crowd, part)
@@ -228,6 +270,15 @@ class Crowds(Unseen):
         for each in part:
             each.ball.group = asleep
             self._rest(present, each)
+
+
+def balls_of(dues: list[Due]) -> list[Ball]:
+    """Return the balls of some hits, each of them once."""
+    found: list[Ball] = []
+    for due in dues:
+        for ball in due.balls:
+            put(found, ball)
+    return found
 
 
 def sides_in(one: Touch) -> tuple[int, int]:

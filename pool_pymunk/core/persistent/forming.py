@@ -9,7 +9,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import count_bounces, time_of_bounces
 from pool_pymunk.core.persistent.crowds import Crowds
-from pool_pymunk.core.persistent.gathering import joined
+from pool_pymunk.core.persistent.gathering import joined, sorted_to
 from pool_pymunk.core.persistent.gatherings import SUNK
 from pool_pymunk.core.persistent.group import Group
 from pool_pymunk.core.persistent.member import FREE, REST, SLIP, Member
@@ -55,8 +55,8 @@ class Forming(Crowds):
         members = list[Member]()
         touches = self._touches(present, seeds, members)
         cluster = Cluster([], [], [])
-        for part in joined(members, touches):
-            near = [one for one in touches if one.a in part]
+        parts = joined(members, touches)
+        for part, near in zip(parts, sorted_to(parts, touches)):
             cluster.take(self._form_part(present, part, near))
         return cluster
 
@@ -103,17 +103,15 @@ class Forming(Crowds):
         """Return the contacts of a cluster that may persist; find its members."""
         found = list[Touch]()
         for ball in seeds:
-            members.append(self._member(present, ball))
-        k = 0
-        while k < len(members):  # This list grows.
-            found += self._touches_of_balls(present, members, k)
-            found += self._touches_of_walls(present, members[k])
-            k += 1
+            add(members, self._member(present, ball))
+        for a in members:  # This list grows.
+            found += self._touches_of_balls(present, members, a)
+            found += self._touches_of_walls(present, a)
         return found
 
-    def _touches_of_balls(self, present: Present, members: list[Member], k: int) -> list[Touch]:
+    def _touches_of_balls(self, present: Present, members: list[Member], a: Member) -> list[Touch]:
         """Return the contacts of a member with balls that have not been looked at."""
-        found, a = list[Touch](), members[k]
+        found = list[Touch]()
         for ball in present.near.around(a.ball):
             hit = hit_at(present.now, a.ball, ball, None)
             far = max(a.ball.radius, ball.radius)
@@ -122,7 +120,7 @@ class Forming(Crowds):
             ):
                 continue
             b = member_of(members, ball)
-            if b is not None and is_before(members, b, k):
+            if b is not None and b.place < a.place:
                 continue
             pair = present.table.pair(a.ball, ball)
             one = Touch(a, b or self._member(present, ball), None, None, pair)
@@ -131,7 +129,7 @@ class Forming(Crowds):
             if b is None:  # Its group gives it its exact state.
                 self.take_apart(present, ball)
                 b = self._member(present, ball)
-                members.append(b)
+                add(members, b)
                 one = Touch(a, b, None, None, pair)
                 one.look()
                 one.on = True
@@ -218,6 +216,12 @@ def jam_around(present: Present, touches: list[Touch]) -> bool:
     return len(jammed) > 0
 
 
+def add(members: list[Member], member: Member) -> None:
+    """Add a member in the next place."""
+    member.place = len(members)
+    members.append(member)
+
+
 def member_of(members: list[Member], ball: Ball) -> Member | None:
     for each in members:
         if each.ball is ball:
@@ -225,36 +229,18 @@ def member_of(members: list[Member], ball: Ball) -> Member | None:
     return None
 
 
-def is_before(members: list[Member], member: Member, count: int) -> bool:
-    for k in range(count):
-        if members[k] is member:
-            return True
-    return False
-
-
 def parts_of(group: Group, now: float) -> list[Group]:
-    """Return the parts of a group that contacts join, and in which a ball moves."""
-    parts: list[Group] = []
-    left = list(group.members)
-    while len(left) > 0:
-        part = [left[0]]
-        touches: list[Touch] = []
-        for each in part:  # It grows.
-            for one in group.touches:
-                if one.on and one.has(each) and not any(one is other for other in touches):
-                    touches.append(one)
-                    for other in (one.a, one.b):
-                        if other is not None and not any(other is known for known in part):
-                            part.append(other)
-        left = [each for each in left if not any(each is known for known in part)]
-        for one in group.touches:
-            if one.closed and not one.on and one.rests_in(part):
-                touches.append(one)  # It may press as soon as a ball is let go.
-        if len(touches) > 0 and any(each.phase != REST for each in part):
-            new = Group(part, touches, now, group.scale)
-            for force in group.unknowns:
-                if any(force.touch is one for one in touches):
-                    new.hold(force.touch, force.kind)
-            new.find_neighbours()
-            parts.append(new)
-    return parts
+    """Return the parts of a group that contacts join, and in which a ball moves; it may be one."""
+    found = list[Group]()
+    parts = joined(group.members, [one for one in group.touches if one.on])
+    may_press = [one for one in group.touches if one.on or (one.closed and one.rests_in_part)]
+    for part, touches in zip(parts, sorted_to(parts, may_press)):
+        if len(touches) == 0 or all(each.phase == REST for each in part):
+            continue
+        if len(parts) == 1:
+            group.touches = touches
+            return [group]
+        new = Group(part, touches, now, group.scale)
+        new.take_unknowns(group)
+        found.append(new)
+    return found

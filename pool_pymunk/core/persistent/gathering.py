@@ -24,13 +24,16 @@ class Gathering(Company):
 
     The piece lasts for ``time`` (s), and the state is that after ``played`` (s) of it. Its end is
     due for the ``leader``. Walls move as they do now ``until`` (s); a gathering that has played up
-    to there ``halts``. A group and a crowd are gatherings: they differ in how they play.
+    to there ``halts``, and one that ``is_over`` goes on as others. A group and a crowd are
+    gatherings: they differ in how they play.
     """
 
     def __init__(
         self, members: list[Member], touches: list[Touch], now: float, scale: Scale
     ) -> None:
         super().__init__()
+        for k, each in enumerate(members):
+            each.place = k
         self.members = members
         self.touches = touches
         self.scale = scale
@@ -38,6 +41,7 @@ class Gathering(Company):
         self.time = self.played = 0.0
         self.looked = -INF  # s; when somebody has last asked for the states of the members
         self.states: list[State] = []
+        self.is_over = False
         self.until = min([one.until for one in touches], default=INF)
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
@@ -131,17 +135,30 @@ def gathering_of(ball: Ball) -> Gathering | None:
 
 def joined(members: list[Member], touches: list[Touch]) -> list[list[Member]]:
     """Return the members, part by part: those of each are joined by touches."""
-    place_of = {each.ball.number: k for k, each in enumerate(members)}
+    for k, each in enumerate(members):
+        each.place = k
     leads_to = list(range(len(members)))  # a member of the same part that is not behind it
     for one in touches:
         if one.b is not None:
-            k = first_of(leads_to, place_of[one.a.ball.number])
-            m = first_of(leads_to, place_of[one.b.ball.number])
+            k, m = first_of(leads_to, one.a.place), first_of(leads_to, one.b.place)
             leads_to[max(k, m)] = min(k, m)
-    parts = [list[Member]() for _ in members]
+    parts = list[list[Member]]()
     for k, each in enumerate(members):
-        parts[first_of(leads_to, k)].append(each)
-    return [part for part in parts if len(part) > 0]
+        first = members[first_of(leads_to, k)]
+        if first is each:
+            each.part = len(parts)
+            parts.append([])
+        each.part = first.part
+        parts[each.part].append(each)
+    return parts
+
+
+def sorted_to(parts: list[list[Member]], touches: list[Touch]) -> list[list[Touch]]:
+    """Return the touches of each part, of which the first ball is a member."""
+    found = [list[Touch]() for _ in parts]
+    for one in touches:
+        found[one.a.part].append(one)
+    return found
 
 
 def first_of(leads_to: list[int], k: int) -> int:

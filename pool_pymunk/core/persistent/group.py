@@ -14,7 +14,7 @@ from typing import Final, final
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, larger
 from pool_pymunk.core.persistent.gathering import Gathering
-from pool_pymunk.core.persistent.linear import Row, solve
+from pool_pymunk.core.persistent.linear import System
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member, Rates, State
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
@@ -40,21 +40,22 @@ STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
 FINE: Final = 1e-3  # of the shortest piece; where it ends is found as finely
+CLOSED: Final = 1e-14  # radii, or of the usual speed; what is less is rounding
+EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
+SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what forces still miss.
 
 
 @final
 class Unknown:
-    """An unknown force of the linear system has a row there."""
+    """An unknown force of the linear system is of a ``kind``, and has a row there."""
 
-    __slots__ = ("base", "kind", "near", "row", "touch", "want")
+    __slots__ = ("kind", "rate", "row", "touch")
 
     def __init__(self, touch: Touch, kind: int, row: int) -> None:
         self.touch = touch
         self.kind = kind
         self.row = row
-        self.base = 0.0
-        self.want = 0.0  # what the forces together are to add to its rate
-        self.near: list[Unknown] = []  # those whose rates it changes, too
+        self.rate = 0.0  # m/s^2; what it is to bring to 0
 
 
 @final
@@ -75,9 +76,10 @@ class Group(Gathering):
         self.fell = NEVER
         self.is_even = True
         self.unknowns: list[Unknown] = []
-        count = 4 * len(touches) + 2 * len(members)
-        self.before = [0.0] * count
-        self.after = [0.0] * count
+        self.system: System | None = None  # of the forces in this mode, at one state of it
+        self.is_stale = False  # Other states need factors of their own.
+        self.before = list[float]()
+        self.after = list[float]()
         pull = max([max(each.pull, each.drag) for each in members])
         for one in touches:
             one.look()
@@ -156,7 +158,7 @@ class Group(Gathering):
                     if one.closed:
                         one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
             self._adopt(joins)
-            self.solve(False)
+            self.solve()
             fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now))
             if fits:
                 break
@@ -170,7 +172,7 @@ class Group(Gathering):
         for each in self.members:
             each.mode = each.phase
             each.begin()
-        self.solve(True)
+        self._find_forces()
         return self._fits(now)
 
     def _adopt(self, joins: bool) -> None:
@@ -191,39 +193,75 @@ class Group(Gathering):
 
     def _list_unknowns(self) -> None:
         """List the unknown forces: those that are not at their bounds."""
-        self.unknowns = []
+        self.unknowns, self.system = [], None
         for one in self.touches:
             if one.on:
-                self.hold(one, NORMAL)
+                self._hold(one, NORMAL)
                 if one.slides == 0.0 and one.mu > 0.0:
-                    self.hold(one, ALONG)
+                    self._hold(one, ALONG)
                 if one.turns == 0.0 and one.wrings and one.a.mode != REST:
-                    self.hold(one, INTO)
-        self.find_neighbours()
+                    self._hold(one, INTO)
 
-    def find_neighbours(self) -> None:
-        """Find which unknown forces act on the same balls."""
-        for force in self.unknowns:
-            one, force.near = force.touch, []
-            for other in self.unknowns:
-                near = other.touch
-                if near is one or near.has(one.a) or (one.b is not None and near.has(one.b)):
-                    force.near.append(other)
+    def take_unknowns(self, other: Group) -> None:
+        """Let the unknown forces be those of its touches in another group."""
+        part = self.members[0].part
+        for force in other.unknowns:
+            if force.touch.a.part == part:
+                self._hold(force.touch, force.kind)
 
-    def hold(self, one: Touch, kind: int) -> None:
+    def _hold(self, one: Touch, kind: int) -> None:
         self.unknowns.append(Unknown(one, kind, len(self.unknowns)))
 
-    def solve(self, moved: bool) -> None:
-        """Find the forces and the rates of the present state in this mode."""
-        if moved:
-            for each in self.members:
-                each.face()
-            for one in self.touches:
-                one.look()
-        self._free()
+    def _find_forces(self) -> None:
+        """Find the forces and the rates of a state to which the group has moved."""
+        self.look()
+        self.solve()
+
+    def solve(self) -> None:
+        """Find the forces and the rates of the present state in this mode.
+
+        Known factors serve if they bring the present forces to what they are to hold, step by step
+        (iterative refinement). New ones are found where they do not. Forces that are redundant are
+        those of least norm, which are found from none on.
+        """
+        system, is_new, missed = self.system, False, INF
+        if system is None:
+            self._free()
+        elif system.is_redundant:
+            system = None
+        for each in self.members:
+            each.move()
+        while True:
+            misses = self._misses()
+            if misses <= EXACTLY * self.weak or (is_new and misses > SLOWLY * missed):
+                return
+            if system is None or misses > SLOWLY * missed:
+                system, is_new, missed = self._find_system(), True, INF
+                self.is_stale = self.system is not None
+                self.system = self.system or system
+                misses = INF
+            for force in self.unknowns:
+                system.rows[force.row].right = -force.rate
+            self._press(system)
+            if system.is_redundant:
+                return
+            missed = misses
+
+    def _misses(self) -> float:
+        """Return how fast (m/s^2) a gap or a slip changes at most that a force is to hold."""
+        most = 0.0
         for force in self.unknowns:
-            force.want = -force.touch.rate(force.kind)
-        self._solve_system()
+            force.rate = force.touch.rate(force.kind)
+            most = max(most, abs(force.rate))
+        return most
+
+    def _press(self, system: System) -> None:
+        """Add the forces of a system, and find the rates by them."""
+        system.solve()
+        for force in self.unknowns:
+            force.touch.add(force.kind, system.solution(force.row) * force.touch.unit)
+        for each in self.members:
+            each.move()
 
     def _free(self) -> None:
         """Find the rates without forces."""
@@ -233,26 +271,29 @@ class Group(Gathering):
             each.fx = each.fy = each.cx = each.cy = 0.0
             each.move()
 
-    def _solve_system(self) -> None:
-        """Find the forces that add to the rates what they should, and the rates by them."""
-        rows: list[Row] = []
+    def _find_system(self) -> System:
+        """Find what each force adds to the rates; there are none then."""
+        self._free()
+        acting = [list[Unknown]() for _ in self.members]  # on each
         for force in self.unknowns:
-            force.base = force.touch.rate(force.kind)
-            rows.append(Row(force.want))
+            force.rate = force.touch.rate(force.kind)
+            for member in force.touch.members:
+                acting[member.place].append(force)
+        system = System(len(self.unknowns))
         for force in self.unknowns:
             one = force.touch
             one.add(force.kind, one.unit)
             one.move()
-            for other in force.near:
-                gain = other.touch.rate(other.kind) - other.base
-                rows[other.row].put(force.row, gain + RIDGE if other is force else gain)
+            for member in one.members:
+                for other in acting[member.place]:
+                    if member is one.a or not other.touch.has(one.a):
+                        gain = other.touch.rate(other.kind) - other.rate
+                        gain = gain + RIDGE if other is force else gain
+                        system.rows[other.row].put(force.row, gain)
             one.press(0.0, 0.0, 0.0)
             one.move()
-        solve(rows)
-        for force in self.unknowns:
-            force.touch.add(force.kind, rows[force.row].right * force.touch.unit)
-        for each in self.members:
-            each.move()
+        system.decompose()
+        return system
 
     def _fits(self, now: float) -> bool:
         """Tell whether no force pulls, friction holds what it should, and nothing closes."""
@@ -301,7 +342,7 @@ class Group(Gathering):
             if not (self._exchange_at_touch() or self._exchange_at_member(now)):
                 return False
             self._list_unknowns()
-            self.solve(False)
+            self.solve()
             if self._fits(now):
                 return True
         return False
@@ -346,16 +387,23 @@ class Group(Gathering):
         So they do by the law, where each hit makes others close. It tells whether any has closed.
         """
         enough = 0.0
+        near = [list[Touch]() for _ in self.members]
+        for one in self.touches:
+            one.closing = -one.opening
+            for each in one.members:
+                near[each.place].append(one)
         for _ in range(STRIKES * len(self.touches)):
             hardest, most = None, max(enough, self.scale.noise)
             for one in self.touches:
-                closing = -one.opening
-                if closing > most or (one.on and -closing > most):
-                    hardest, most = one, abs(closing)
+                if one.closing > most or (one.on and -one.closing > most):
+                    hardest, most = one, abs(one.closing)
             if hardest is None:
                 break
             enough = most * NEARLY if enough == 0.0 else enough
             hardest.strike()
+            for each in hardest.members:
+                for one in near[each.place]:
+                    one.closing = -one.opening
         return enough > 0.0
 
     def join(self) -> None:
@@ -363,12 +411,13 @@ class Group(Gathering):
 
         They are the forces of the present mode that would change velocities as much in 1 s.
         """
+        system = self.system = self.system or self._find_system()
         self._free()
         for each in self.members:
             each.second = each.rates
         for force in self.unknowns:
-            force.want = -force.touch.speed(force.kind)
-        self._solve_system()
+            system.rows[force.row].right = -force.touch.speed(force.kind)
+        self._press(system)
         for one in self.touches:
             x, y = one.struck
             p, q = one.push
@@ -377,24 +426,36 @@ class Group(Gathering):
             ax, ay, bx, by = each.second
             each.vx, each.vy = each.vx + each.ax - ax, each.vy + each.ay - ay
             each.wx, each.wy = each.wx + each.bx - bx, each.wy + each.by - by
+        self._free()
 
     def close(self) -> None:
         """Close the gaps that a step has left open by its error."""
         for _ in range(3):
+            are_closed = True
             for one in self.touches:
                 if one.on:
                     one.look()
-                    gap = one.gap_beyond
+                    gap, opening = one.gap_beyond, one.opening
                     if gap < INF:
-                        one.shift(-gap, -one.opening)
+                        one.shift(-gap, -opening)
+                        are_closed = are_closed and self._is_nothing(one, gap, opening)
+            if are_closed:
+                break
         for each in self.members:
             if each.phase == ROLL:
                 each.wx, each.wy = each.vx, each.vy
+
+    def _is_nothing(self, one: Touch, gap: float, opening: float) -> bool:
+        """Tell whether a gap and the speed at which it opens are rounding."""
+        return abs(gap) <= CLOSED * one.a.ball.radius and abs(opening) <= CLOSED * self.scale.speed
 
     # -- pieces --------------------------------------------------------------------------------
 
     def play(self, now: float) -> None:
         """Play a piece; the present state, whose forces are known, becomes that at its end."""
+        if self.is_stale:
+            self.is_stale, self.system = False, None
+            self.solve()
         self.began, h = now, self.longest
         for each in self.members:
             each.mode = each.phase
@@ -410,15 +471,15 @@ class Group(Gathering):
                 h = min(h, one.bounces - now)
         h = min(max(h, self.least), self.until - now)
         for one in self.touches:
-            one.at_start, one.kept = one.push, one.struck
-        self._measure(self.before, now)
+            one.at_start, one.kept, one.first = one.push, one.struck, (one.n, one.t, one.i)
+        self.before = self._measure(now)
         while True:
             off = self.step(h)
             if off <= 1.0 or h <= self.least:
                 break
             h = max(h * max(0.1, 0.9 / off ** (1.0 / 3.0)), self.least)
         self.longest = h * min(GROWTH, 0.9 / max(off, 1e-9) ** (1.0 / 3.0))
-        self._measure(self.after, now + h)
+        self.after = self._measure(now + h)
         self.fell = self._first_to_fall()
         if self.fell >= 0 and h > self._finest:
             h = self._locate(h, now)
@@ -441,9 +502,10 @@ class Group(Gathering):
         self.played = h
         for one in self.touches:
             one.struck = one.kept
+            one.n, one.t, one.i = one.first
         for each in self.members:
             each.advance(h, 0.5, each.first, each.first)
-        self.solve(True)
+        self._find_forces()
         for one in self.touches:
             one.halfway = one.push
         jump = 0.0
@@ -461,13 +523,13 @@ class Group(Gathering):
         else:
             off = self._rest_of_step(h)
         self.close()
-        self.solve(True)
+        self._find_forces()
         return off
 
     def _rest_of_step(self, h: float) -> float:
         for each in self.members:
             each.advance(h, 0.5, each.second, each.first)
-        self.solve(True)
+        self._find_forces()
         for one in self.touches:
             x, y = one.halfway
             p, q = one.push
@@ -475,7 +537,7 @@ class Group(Gathering):
         for each in self.members:
             each.third = each.rates
             each.advance(h, 1.0, each.third, each.third)
-        self.solve(True)
+        self._find_forces()
         jump = error = 0.0
         for each in self.members:
             a, b, c, d = each.first, each.second, each.third, each.rates
@@ -487,9 +549,9 @@ class Group(Gathering):
 
     # -- what ends a piece ---------------------------------------------------------------------
 
-    def _measure(self, found: list[float], t: float) -> None:
-        """Find the numbers that end the mode where they fall to 0."""
-        k = 0
+    def _measure(self, t: float) -> list[float]:
+        """Return the numbers that end the mode where they fall to 0."""
+        found = list[float]()
         for one in self.touches:
             force = slides = turns = end = INF
             if one.on and one.softness > 0.0:
@@ -505,11 +567,10 @@ class Group(Gathering):
                         turns = one.turns * one.roll_in
                     elif one.a.phase >= SLIP:
                         turns = (2.5 * most - abs(one.i)) / one.unit
-            found[k], found[k + 1], found[k + 2], found[k + 3] = force, slides, turns, end
-            k += 4
+            found += [force, slides, turns, end]
         for each in self.members:
-            found[k], found[k + 1] = each.spare(t), each.left()
-            k += 2
+            found += [each.spare(t), each.left()]
+        return found
 
     def _slack(self, which: int) -> float:
         """Return how far below 0 a measure is where it ends the mode."""
@@ -550,7 +611,7 @@ class Group(Gathering):
             t = max(low + (high - low) * (m_low + 2.0 * slack) / (m_low - m_high), finest)
             t = min(t, high)
             self.step(t)
-            self._measure(self.after, now + t)
+            self.after = self._measure(now + t)
             falls = self._first_to_fall()
             if falls >= 0 and falls != which:
                 which, low, m_low = falls, 0.0, max(self.before[falls], 0.0)

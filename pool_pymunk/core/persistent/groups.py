@@ -14,6 +14,7 @@ from pool_pymunk.core.contact.contact import Contact
 from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.crowd import Crowd
+from pool_pymunk.core.persistent.crowds import balls_of, sides_in
 from pool_pymunk.core.persistent.forming import Cluster, Forming, jam_around, parts_of
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SHORTEST, put
@@ -21,11 +22,10 @@ from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale
-from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST
+from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
-from pool_pymunk.core.walls.wall import Wall
 
 SMOOTH: Final = 1e-6  # radii, and rad; sides whose ends differ by less are one smooth line
 FAINT: Final = 1e-4  # of the surface's pull; what presses less may be rounding of a short piece
@@ -91,23 +91,23 @@ class Groups(Forming):
         if group is not None and (b is None or b.group is group) and group.holds(a, b, wall):
             return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
-            hit_now = self._contact(present, a, b, wall)
+            hit_now = self._contact(present, hit)
             until = self.quiet.get(sides_of(a, b, wall), -INF)
             if until > present.now and hit_now.closing <= 2.0 * MOST * self.scale.hushed:
                 return until
             if self.formed == present.now and self._is_slow(present, hit_now):
-                return self._wait(present, a, b, wall)
+                return self._wait(present, hit)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
                 if self._press(present, hit_now) > FAINT * present.pull:
                     if self.tried == present.now:
-                        return self._wait(present, a, b, wall)
+                        return self._wait(present, hit)
                     put(self.loose, a)
                 elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
-                    return self._wait(present, a, b, wall)
+                    return self._wait(present, hit)
         if not self.is_hushed:
             return t
         until = self.quiet.get(sides_of(a, b, wall), t)
-        waits = until > t and self._is_slow(present, self._contact(present, a, b, wall))
+        waits = until > t and self._is_slow(present, self._contact(present, hit))
         return until if waits else t
 
     def _is_nothing(self, present: Present, due: Due) -> bool:
@@ -119,16 +119,20 @@ class Groups(Forming):
         has_waited = self.is_hushed and sides_of(a, b, wall) in self.quiet
         if not (is_grouped or has_waited):
             return False
-        closing = self._contact(present, a, b, wall).closing
+        closing = self._contact(present, due).closing
         return closing <= self.scale.noise if is_grouped else closing <= 0.0
 
     def release(self, present: Present, dues: list[Due]) -> None:
-        """Take the groups of balls apart that are due, if they close."""
+        """Take the groups of balls apart that are due, if they close; crowds take in what hits."""
         for due in dues:
             if not self._is_nothing(present, due):
-                self.take_apart(present, due.a)
-                if due.b is not None:
-                    self.take_apart(present, due.b)
+                self._take_out(present, due, False)
+
+    def _take_out(self, present: Present, due: Due, are_crowds: bool) -> None:
+        """Take the groups of balls apart, or the crowds, that are due."""
+        for ball in due.balls:
+            if ball.group is not None and ball.group.answers_all == are_crowds:
+                self.take_apart(present, ball)
 
     def concerns(self, present: Present, one: Contact) -> bool:
         """Tell whether a lone hit may be more than that: it is faint, or a group's."""
@@ -148,33 +152,32 @@ class Groups(Forming):
             for due in nothing:
                 self._look_again(present, due)
             dues = [due for due in dues if not any(due is other for other in nothing)]
-        if len(dues) > 0 and (self._crowds(present, dues) or self._absorbs(present, dues)):
+        if len(dues) == 0 or self._crowds(present, dues):
+            return []
+        for due in dues:
+            self._take_out(present, due, True)
+        if self._absorbs(present, dues):
             return []
         if self.freed != present.now:
             return dues
         found: list[Due] = []
         for due in dues:
-            if self._is_slow(present, self._contact(present, due.a, due.b, due.wall)):
-                self._wait(present, due.a, due.b, due.wall)
-                put(self.loose, due.a)  # A hit that was due has kept it from coming to an end.
-                if due.b is not None:
-                    put(self.loose, due.b)
+            if self._is_slow(present, self._contact(present, due)):
+                self._wait(present, due)
+                for ball in due.balls:  # A hit that was due has kept it from coming to an end.
+                    put(self.loose, ball)
             else:
                 found.append(due)
         return found
 
     def _absorbs(self, present: Present, dues: list[Due]) -> bool:
         """Let groups begin instead of hits, if these would be too faint to be seen."""
-        seeds: list[Ball] = []
-        for due in dues:
-            put(seeds, due.a)
-            if due.b is not None:
-                put(seeds, due.b)
+        seeds = balls_of(dues)
         for ball in (*self.loose, *self.seeds):
             if ball.group is None and not ball.is_off:
                 put(seeds, ball)
         for due in dues:
-            one = self._contact(present, due.a, due.b, due.wall)
+            one = self._contact(present, due)
             if self._is_dull(present, one):
                 continue
             may = len(seeds) > CROWD or (
@@ -207,14 +210,14 @@ class Groups(Forming):
             self.quiet.pop(sides_of(due.a, due.b, due.wall), None)
             self._set_off_again(present, due.a, [])
         else:
-            self._wait(present, due.a, due.b, due.wall)
+            self._wait(present, due)
 
-    def _wait(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> float:
+    def _wait(self, present: Present, hit: Due) -> float:
         """Let a contact be none for a moment, in which nothing sinks in to be seen."""
-        one = self._contact(present, a, b, wall)
+        one = self._contact(present, hit)
         press = max(self._press(present, one), self._strongest(present, one))
         until = present.now + math.sqrt(2.0 * self.tolerance / max(press, 1e-9))
-        self.quiet[sides_of(a, b, wall)] = until
+        self.quiet[sides_of(hit.a, hit.b, hit.wall)] = until
         self.is_hushed = True
         return until
 
@@ -223,13 +226,11 @@ class Groups(Forming):
 
     def go_after_lone(self, present: Present, one: Contact) -> None:
         """Do so after a lone hit, after which mostly nothing presses."""
-        a, b = one.a.ball, None if one.b is None else one.b.ball
         if self._is_loud(present, one, -one.closing):
-            self._note_hit(present, a)
-            if b is not None:
-                self._note_hit(present, b)
+            for each in one.discs:
+                self._note_hit(present, each.ball)
         else:
-            self.go_after(present, [one], [a] if b is None else [a, b])
+            self.go_after(present, [one], [each.ball for each in one.discs])
 
     def go_after(self, present: Present, contacts: list[Contact], changed: list[Ball]) -> None:
         """Let groups begin after the hits of an instant."""
@@ -301,9 +302,7 @@ class Groups(Forming):
         if not group.decide(now, False):
             self.misfits += 1
         parts = parts_of(group, now)
-        if len(parts) == 1 and len(parts[0].members) == len(group.members):
-            group.touches = parts[0].touches
-            group.before, group.after = parts[0].before, parts[0].after
+        if len(parts) == 1 and parts[0] is group:
             self._play(present, group)
             return
         for member in group.members:
@@ -337,9 +336,8 @@ class Groups(Forming):
         if 0 <= which < 4 * len(group.touches):
             one = group.touches[which // 4]
             if which % 4 == 0:
-                b = None if one.b is None else one.b.ball
-                one.later = self._wait(present, one.a.ball, b, one.wall)
-                self.opened[sides_of(one.a.ball, b, one.wall)] = one.later
+                one.later = self._wait(present, one.hit_at(now))
+                self.opened[sides_in(one)] = one.later
             elif which % 4 == 1 and one.slides != 0.0:
                 one.stick()
             elif which % 4 == 2 and one.turns != 0.0 and one.a.phase >= SLIP:
@@ -421,7 +419,8 @@ class Groups(Forming):
 def pass_on(present: Present, each: Member) -> None:
     """Lead a ball that has come to the end of a side along the next one, if it goes on smoothly.
 
-    It is a little beyond the end, so it has turned a little too far, or not enough.
+    It is a little beyond the end, so it has turned a little too far, or not enough. Where it is too
+    fast to be pressed on to the next side, it flies off as it moves.
     """
     r, far = each.ball.radius, SMOOTH * each.ball.radius
     for wall in present.table.walls:
@@ -432,7 +431,8 @@ def pass_on(present: Present, each: Member) -> None:
         ux, uy, _spins, _lifts = wall.sweep(each.x, each.y, present.now)
         across = (each.vx - ux) * nx + (each.vy - uy) * ny
         along = (each.vx - ux) * ny - (each.vy - uy) * nx
-        if abs(gap) <= far and abs(across) <= SMOOTH * abs(along):
+        flies_off = side.curvature(each.x, each.y) * along * along > STRONGEST * present.pull
+        if not flies_off and abs(gap) <= far and abs(across) <= SMOOTH * abs(along):
             each.x, each.y = each.x - gap * nx, each.y - gap * ny
             each.vx, each.vy = each.vx - across * nx, each.vy - across * ny
             if each.phase == ROLL:

@@ -1,23 +1,29 @@
-"""Linear systems of forces, most of which act on different balls, are solved by elimination."""
+"""Linear systems of forces, most of which act on different balls, are solved by elimination.
+
+The factors of a system serve for many right sides, and for systems that are nearly the same.
+"""
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 from mypy_extensions import mypyc_attr
+
+# A pivot that is not larger is that of an unknown which others make redundant; usual ones are
+# about 1.
+REDUNDANT: Final = 1e-7
 
 
 @final
 @mypyc_attr(acyclic=True, free_list_len=1)
 class Entry:
-    """An entry is a number of a row in its column, before the ``next`` one; others are 0."""
+    """An entry is a number of a row in its column; others are 0."""
 
-    __slots__ = ("column", "next", "value")
+    __slots__ = ("column", "value")
 
-    def __init__(self, column: int, value: float, after: Entry | None) -> None:
+    def __init__(self, column: int, value: float) -> None:
         self.column = column
         self.value = value
-        self.next = after
 
 
 @final
@@ -25,97 +31,107 @@ class Entry:
 class Row:
     """A row has the entries of an equation, by their columns, and its right side.
 
-    Once the system is solved, that of row k is the solution of column k.
+    Once the system has its factors, ``entries`` are those behind the ``pivot``, and ``lower`` ones
+    tell how often each row before was subtracted.
     """
 
-    __slots__ = ("first", "last", "right")
+    __slots__ = ("entries", "lower", "pivot", "right")
 
-    def __init__(self, right: float) -> None:
-        self.right = right
-        self.first: Entry | None = None
-        self.last: Entry | None = None
+    def __init__(self) -> None:
+        self.entries: list[Entry] = []
+        self.lower: list[Entry] = []
+        self.pivot = 0.0
+        self.right = 0.0
 
     def put(self, column: int, value: float) -> None:
         """Put a number into a column, which comes after those of all entries."""
-        new, last = Entry(column, value, None), self.last
-        if last is None:
-            self.first = new
-        else:
-            last.next = new
-        self.last = new
+        self.entries.append(Entry(column, value))
 
-    def pivot(self, column: int) -> float:
-        """Return the first entry, if it is in this column, or 0."""
-        first = self.first
-        return 0.0 if first is None or first.column != column else first.value
+    def begins_in(self, column: int) -> bool:
+        return len(self.entries) > 0 and self.entries[0].column == column
 
-    def subtract(self, times: float, row: Row) -> None:
-        """Subtract another row so many times, after which the first entry is 0."""
-        before, other = self.first, row.first
-        assert before is not None and other is not None, "both rows begin in the same column"
-        other = other.next
-        while other is not None:
-            column, after = other.column, before.next
-            while after is not None and after.column < column:
-                before, after = after, after.next
-            if after is not None and after.column == column:
-                after.value -= times * other.value
+    def size_in(self, column: int) -> float:
+        """Return the size of the first entry, if it is in this column, or 0."""
+        return abs(self.entries[0].value) if self.begins_in(column) else 0.0
+
+    def subtract(self, row: Row, q: int) -> None:
+        """Subtract the row q so often that the first entry is gone."""
+        own, k = self.entries, 1
+        times = own[0].value / row.pivot if row.pivot != 0.0 else 0.0
+        self.lower.append(Entry(q, times))
+        found = list[Entry]()
+        for other in row.entries:
+            while k < len(own) and own[k].column < other.column:
+                found.append(own[k])
+                k += 1
+            if k < len(own) and own[k].column == other.column:
+                own[k].value -= times * other.value
+                found.append(own[k])
+                k += 1
             else:
-                after = before.next = Entry(column, -times * other.value, after)
-            before, other = after, other.next
-        self.right -= times * row.right
-        self.drop()
-
-    def drop(self) -> None:
-        """Drop the first entry."""
-        first = self.first
-        self.first = None if first is None else first.next
-
-    def clear(self) -> None:
-        """Drop all entries, one by one: compiled code cannot free long chains that are acyclic."""
-        while self.first is not None:
-            self.drop()
+                found.append(Entry(other.column, -times * other.value))
+        while k < len(own):
+            found.append(own[k])
+            k += 1
+        self.entries = found
 
 
-def solve(rows: list[Row]) -> None:
-    """Solve a linear system: the right sides become the solution (Gauss; pivots of a column).
+@final
+class System:
+    """A system has an equation for each of ``rows``, and as many unknowns.
 
     With x + z = 4, x + y = 3 and y + z = 5:
 
-    >>> rows = [Row(4.0), Row(3.0), Row(5.0)]
-    >>> for row, columns in zip(rows, [(0, 2), (0, 1), (1, 2)]):
+    >>> system = System(3)
+    >>> for row, columns in zip(system.rows, [(0, 2), (0, 1), (1, 2)]):
     ...     for column in columns:
     ...         row.put(column, 1.0)
-    >>> solve(rows)
-    >>> [row.right for row in rows]
+    >>> system.decompose()
+    >>> for row, right in zip(system.rows, [4.0, 3.0, 5.0]):
+    ...     row.right = right
+    >>> system.solve()
+    >>> [system.solution(k) for k in range(3)]
     [1.0, 2.0, 3.0]
     """
-    count = len(rows)
-    for row in rows:  # It would keep entries that are dropped.
-        row.last = None
-    for q in range(count):
-        best, size = q, abs(rows[q].pivot(q))
-        for p in range(q + 1, count):
-            much = abs(rows[p].pivot(q))
-            if much > size:
-                best, size = p, much
-        if best != q:
-            rows[q], rows[best] = rows[best], rows[q]
-        row = rows[q]
-        for p in range(q + 1, count):
-            other = rows[p]
-            much = other.pivot(q)
-            if much != 0.0:
-                other.subtract(much / row.pivot(q), row)
-            elif other.first is not None and other.first.column == q:
-                other.drop()
-    for q in range(count - 1, -1, -1):
-        row = rows[q]
-        found, first, pivot = row.right, row.first, row.pivot(q)
-        entry = None if first is None or first.column != q else first.next
-        while entry is not None:
-            found -= entry.value * rows[entry.column].right
-            entry = entry.next
-        row.right = found / pivot if pivot != 0.0 else 0.0
-    for row in rows:
-        row.clear()
+
+    def __init__(self, count: int) -> None:
+        self.rows = [Row() for _ in range(count)]
+        self.order = list(self.rows)  # in which they have the pivots of the columns
+        self.is_redundant = False
+
+    def decompose(self) -> None:
+        """Find the factors (Gauss; the pivot is the largest number of its column)."""
+        order, count = self.order, len(self.order)
+        for q in range(count):
+            best, size = q, order[q].size_in(q)
+            for p in range(q + 1, count):
+                much = order[p].size_in(q)
+                if much > size:
+                    best, size = p, much
+            order[q], order[best] = order[best], order[q]
+            row = order[q]
+            if row.begins_in(q):
+                row.pivot = row.entries.pop(0).value
+            self.is_redundant = self.is_redundant or size <= REDUNDANT
+            for p in range(q + 1, count):
+                if order[p].begins_in(q):
+                    order[p].subtract(row, q)
+
+    def solve(self) -> None:
+        """Find the unknowns for the present right sides, which are lost."""
+        order = self.order
+        for row in order:
+            found = row.right
+            for entry in row.lower:
+                found -= entry.value * order[entry.column].right
+            row.right = found
+        for k in range(len(order) - 1, -1, -1):
+            row = order[k]
+            found = row.right
+            for entry in row.entries:
+                found -= entry.value * order[entry.column].right
+            row.right = found / row.pivot if row.pivot != 0.0 else 0.0
+
+    def solution(self, k: int) -> float:
+        """Return the unknown of a column."""
+        return self.order[k].right

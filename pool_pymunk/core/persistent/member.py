@@ -46,15 +46,16 @@ class Member:
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
-                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "phase", "pull",
-                 "px", "py", "rolls", "scale", "second", "share", "since", "slows", "start",
-                 "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
+                 "place", "pull", "px", "py", "rolls", "scale", "second", "share", "since",
+                 "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
     ) -> None:
         self.scale = scale
         self.ball = ball
+        self.place = self.part = 0  # among the members, and among the parts of its group
         self.mass = ball.mass
         self.pull = surface.pull
         self.drag = surface.drag
@@ -213,13 +214,11 @@ class Member:
         else:
             self.ax = self.ay = self.bx = self.by = 0.0
 
-    def kick(self, push: Vector, turn: Vector) -> None:
-        """Change the velocity by a push (N s) and the roll by a turn (N s), in this mode."""
+    def kick(self, x: float, y: float, p: float, q: float) -> None:
+        """Change the velocity and the roll by impulses (N s) in this mode."""
         if self.mode == REST:
             return
         self.is_struck = True
-        x, y = push
-        p, q = turn
         m = self.mass
         if self.mode == ROLL:
             x, y = (1.0 - SHARE) * x + SHARE * p, (1.0 - SHARE) * y + SHARE * q
@@ -230,12 +229,6 @@ class Member:
     def shift(self, x: float, y: float) -> None:
         """Move the ball (m)."""
         self.x, self.y = self.x + x, self.y + y
-
-    def hasten(self, vx: float, vy: float) -> None:
-        """Change the velocity (m/s); a ball that rolls goes on rolling."""
-        self.vx, self.vy = self.vx + vx, self.vy + vy
-        if self.phase == ROLL:
-            self.wx, self.wy = self.vx, self.vy
 
     @property
     def drive(self) -> Vector:

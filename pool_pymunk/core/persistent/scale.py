@@ -21,17 +21,19 @@ HUSHED: Final = 1.2  # tolerances in that time
 class Scale:
     """A scale has the tolerance (m) of contacts that persist, and what is small beside it.
 
-    ``pull`` (m/s^2) is the surface's, or 1 if it has none. A slip (m/s) that is not larger than
-    ``none`` is none, and it has fallen to 0 by ``faded``. A ball slower than ``creep`` rests, if it
-    was hit often of late. So much of the velocities of a group is ``noise``. Slower hits around
-    groups than ``hushed`` (m/s) wait for a moment. The first piece that is tried has ``first`` (s),
-    and none is shorter than ``least`` (s). Groups and their members ask it.
+    ``pull`` (m/s^2) is the surface's, or 1 if it has none, and ``speed`` (m/s) is usual there. A
+    slip (m/s) that is not larger than ``none`` is none, and it has fallen to 0 by ``faded``. A ball
+    slower than ``creep`` rests, if it was hit often of late. So much of the velocities of a group
+    is ``noise``. Slower hits around groups than ``hushed`` (m/s) wait for a moment. The first piece
+    that is tried has ``first`` (s), and none is shorter than ``least`` (s). Groups and their
+    members ask it.
     """
 
     def __init__(self, tolerance: float, radius: float, pull: float) -> None:
         pull = pull if pull > 0.0 else 1.0
         speed, time = math.sqrt(pull * radius), math.sqrt(radius / pull)
         self.tolerance = tolerance
+        self.speed = speed
         self.pull = pull
         self.none = NONE * speed
         self.faded = FADED * speed

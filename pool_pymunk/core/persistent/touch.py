@@ -10,6 +10,7 @@ from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.persistent.member import REST, ROLL, SHARE, Member
+from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.walls.moving import Carried
 from pool_pymunk.core.walls.side import Side
 from pool_pymunk.core.walls.wall import Wall
@@ -41,16 +42,17 @@ class Touch:
     the gap opens would change by ``lift`` (m/s^2), and the slip by ``tug``.
     """
 
-    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "excess", "free", "halfway",
-                 "i", "is_dull", "kept", "later", "lift", "mu", "n", "nx", "ny", "on", "pair",
-                 "shear", "side", "skew", "slides", "slip", "spared", "struck", "swing",
-                 "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
+    __slots__ = ("a", "at_start", "b", "bounces", "closed", "closing", "drift", "excess", "first",
+                 "free", "halfway", "i", "is_dull", "kept", "later", "lift", "members", "mu", "n",
+                 "nx", "ny", "on", "pair", "shear", "side", "skew", "slides", "slip", "spared",
+                 "struck", "swing", "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
     ) -> None:
         self.a = a
         self.b = b
+        self.members = [a] if b is None else [a, b]
         self.wall = wall
         self.side = side
         self.pair = pair
@@ -58,12 +60,14 @@ class Touch:
         self.unit = a.mass if b is None else a.mass * b.mass / (a.mass + b.mass)
         self.wrings = b is None and a.rolls and pair.friction > 0.0
         self.on = self.closed = self.is_dull = False
+        self.closing = 0.0  # m/s; while hits without bounces are answered
         self.later = -INF
         self.excess = self.skew = 0.0
         self.slides = self.turns = 0.0
         self.n = self.t = self.i = 0.0
         self.nx, self.ny, self.slip = 1.0, 0.0, 0.0
         self.swing = self.lift = self.tug = self.drift = self.shear = 0.0
+        self.first = (0.0, 0.0, 0.0)  # forces at the beginning of the piece
         self.at_start: Vector = (0.0, 0.0)
         self.halfway: Vector = (0.0, 0.0)
         self.struck: Vector = (0.0, 0.0)
@@ -177,30 +181,29 @@ class Touch:
         """The acceleration at which a push of 1 N drives the two sides apart (1/kg)."""
         return self.a.lightness + (0.0 if self.b is None else self.b.lightness)
 
+    def hit_at(self, t: float) -> Due:
+        """Return the hit of its sides at a time (s)."""
+        return hit_at(t, self.a.ball, None if self.b is None else self.b.ball, self.wall)
+
     def has(self, member: Member) -> bool:
         return self.a is member or self.b is member
 
-    def rests_in(self, members: list[Member]) -> bool:
-        """Tell whether its balls are among these members, and rest."""
-        a, b = self.a, self.b
-        rest = a.phase == REST and (b is None or b.phase == REST)
-        return rest and a in members and (b is None or b in members)
+    @property
+    def rests_in_part(self) -> bool:
+        """This tells whether its balls rest, and are of one part, in which it may press soon."""
+        part = self.a.part
+        return all(each.phase == REST and each.part == part for each in self.members)
 
     def shift(self, gap: float, opening: float) -> None:
         """Move the sides apart by a length (m) and a speed (m/s); no momentum is lost."""
         total = self.softness
         if total == 0.0:
             return
-        push = opening / total
-        self.struck = self.struck[0] + push * self.nx, self.struck[1] + push * self.ny
-        a, b = self.a, self.b
-        part = a.lightness / total if b is None else -a.lightness / total
-        a.shift(part * gap * self.nx, part * gap * self.ny)
-        a.hasten(part * opening * self.nx, part * opening * self.ny)
-        if b is not None:
-            part = b.lightness / total
-            b.shift(part * gap * self.nx, part * gap * self.ny)
-            b.hasten(part * opening * self.nx, part * opening * self.ny)
+        for each in self.members:
+            far = gap * each.lightness / total
+            far = far if each is self.members[-1] else -far
+            each.shift(far * self.nx, far * self.ny)
+        self._hit(opening / total, 0.0, 0.0)
 
     def strike(self) -> None:
         """Take away the speed at which the sides close, or part, by a hit without a bounce.
@@ -211,7 +214,7 @@ class Touch:
         soft = self.softness
         if soft == 0.0:
             return
-        a, b = self.a, self.b
+        a = self.a
         rolls_in = self.wrings and a.mode == ROLL
         opening, slip, roll = self.opening, self._present_slip, self.roll_in
         wrings = self.mu
@@ -231,13 +234,22 @@ class Touch:
             i = 0.0
         elif not rolls_in and abs(i) > a.mass * abs(roll):
             i = -a.mass * roll
+        self._hit(n, t, i)
+
+    def _hit(self, n: float, t: float, i: float) -> None:
+        """Kick the balls, and note it as what hits without bounces give."""
+        x, y = self.struck
+        self.struck = x + n * self.nx - t * self.ny, y + n * self.ny + t * self.nx
+        self._kick(n, t, i)
+
+    def _kick(self, n: float, t: float, i: float) -> None:
+        """Give impulses (N s) along the normal, along the tangent, and to the roll."""
         x, y = n * self.nx - t * self.ny, n * self.ny + t * self.nx
-        self.struck = self.struck[0] + x, self.struck[1] + y
-        if b is None:
-            a.kick((x, y), (i * self.nx, i * self.ny))
+        if self.b is None:
+            self.a.kick(x, y, i * self.nx, i * self.ny)
         else:
-            a.kick((-x, -y), (0.0, 0.0))
-            b.kick((x, y), (0.0, 0.0))
+            self.a.kick(-x, -y, 0.0, 0.0)
+            self.b.kick(x, y, 0.0, 0.0)
 
     def spare_friction(self, now: float) -> None:
         """Let there be no friction until N has given the spared impulse, if that takes a piece."""
@@ -260,24 +272,16 @@ class Touch:
         """Slow the slip as an impulse N (N s) along the normal does, and do not turn it round."""
         if self.slides != 0.0 and self.softness > 0.0:
             t = min(self.mu * n, abs(self._present_slip) / self.softness)
-            self._push_along(-self.slides * t)
+            self._kick(0.0, -self.slides * t, 0.0)
 
     def stick(self) -> None:
         """Let a slip that has faded, or nearly so, be 0; no momentum is lost."""
-        soft = self.softness
-        if soft > 0.0:
-            self._push_along(-self._present_slip / soft)
-
-    def _push_along(self, t: float) -> None:
-        x, y = -t * self.ny, t * self.nx
-        self.a.kick((x, y) if self.b is None else (-x, -y), (0.0, 0.0))
-        if self.b is not None:
-            self.b.kick((x, y), (0.0, 0.0))
+        if self.softness > 0.0:
+            self._kick(0.0, -self._present_slip / self.softness, 0.0)
 
     def stop_turning(self) -> None:
         """Let a roll into the cushion that has faded, or nearly so, be 0."""
-        turn = -self.a.mass * self.roll_in
-        self.a.kick((0.0, 0.0), (turn * self.nx, turn * self.ny))
+        self._kick(0.0, 0.0, -self.a.mass * self.roll_in)
 
     # -- in a step of a crowd ------------------------------------------------------------------
 
@@ -315,9 +319,8 @@ class Touch:
             i = max(-most, min(i, most))
         change = (abs(n - self.n) + abs(t - self.t)) * h / self.unit
         self.press(n, t, i)
-        a.brake(h)
-        if b is not None:
-            b.brake(h)
+        for each in self.members:
+            each.brake(h)
         return change
 
     def has_sunk(self, depth: float) -> bool:
@@ -392,9 +395,8 @@ class Touch:
             )
 
     def move(self) -> None:
-        self.a.move()
-        if self.b is not None:
-            self.b.move()
+        for each in self.members:
+            each.move()
 
     def relax(self, now: float, slides: float, turns: float) -> None:
         """Press as much as closes the gap and stops the slips, as far as friction can."""
@@ -410,11 +412,9 @@ class Touch:
             most /= GYRATION
             i = max(-most, min(self.i - self.rate(INTO) * self.a.mass, most))
         self.press(n, t, i)
-        self.a.hold(now)
-        self.a.move()
-        if self.b is not None:
-            self.b.hold(now)
-            self.b.move()
+        for each in self.members:
+            each.hold(now)
+            each.move()
 
 
 def is_of(one: Touch, a: Ball, b: Ball | None, wall: Wall | None) -> bool:

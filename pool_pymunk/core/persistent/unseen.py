@@ -11,7 +11,7 @@ from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SOON, WORN, Gatherings
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.present import Present
-from pool_pymunk.core.walls.wall import Wall
+from pool_pymunk.core.queue import Due
 
 EACH: Final = 0.3  # Several things go unseen in a run; each is this share of the tolerance.
 STRONGEST: Final = 2.0  # Surface friction presses two sides together by no more than so many pulls.
@@ -81,9 +81,10 @@ class Unseen(Gatherings):
         alone = alone and (b is None or b.ball.hit != present.now)
         return max(1.0 - e * e, TINY if alone else SHARED)
 
-    def _contact(self, present: Present, a: Ball, b: Ball | None, wall: Wall | None) -> Contact:
-        """Return the present contact of two sides."""
-        return present.contact(present.disc(a), None if b is None else present.disc(b), wall)
+    def _contact(self, present: Present, hit: Due) -> Contact:
+        """Return the present contact of the two sides of a hit."""
+        b = None if hit.b is None else present.disc(hit.b)
+        return present.contact(present.disc(hit.a), b, hit.wall)
 
     def _press(self, present: Present, one: Contact) -> float:
         """Return how strongly (m/s^2) the present paths press two sides together."""
