@@ -106,7 +106,8 @@ def _run(run: Run, setting: str, label: str) -> dict[str, Any]:
     scene, events, breakpoints = run.scene, [], []
     places = contact_places(run)
     for event in run.events:
-        events.append(event.as_dict() | {"balls": [scene.index[id_] for id_ in event.balls]})
+        said = {key: _finite(value) for key, value in event.as_dict().items()}
+        events.append(said | {"balls": [scene.index[id_] for id_ in event.balls]})
         if event.cushion is not None:
             events[-1]["side"] = scene.side_name(event.cushion)
         if event.is_contact:  # It has a place and a size: x, y and a radius.
@@ -142,5 +143,5 @@ def _rounded(value: Any) -> Any:
     return _finite(float(f"{value:.9g}")) if isinstance(value, float) else value
 
 
-def _finite(number: float) -> float | None:
-    return number if math.isfinite(number) else None
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

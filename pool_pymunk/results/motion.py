@@ -8,6 +8,7 @@ from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.model.arrays import Array
 
 
+@np.errstate(invalid="ignore")  # A run may end where a velocity is infinite.
 def free_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
     """Return positions (..., 2) in m and velocities (..., 2) in m/s at many ``times`` (...) (s).
 

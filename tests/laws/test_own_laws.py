@@ -281,8 +281,11 @@ def test_a_law_that_returns_no_velocities_is_named(
 
 
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk", "time-slice"])
-def test_a_law_that_returns_no_number_is_named(solver: str) -> None:
-    own = type("Odd", (Law,), {"ball_ball": lambda _, a, b, pair: (NT(np.nan, 0.0), b)})()
+@pytest.mark.parametrize("found", [NT(np.nan, 0.0), NT(np.inf, -np.inf)])
+def test_a_law_that_returns_no_number_is_named(solver: str, found: NT) -> None:
+    own = type("Odd", (Law,), {"ball_ball": lambda _, a, b, pair: (found, b)})()
     run = simulate(laid_out(), 1, solver=solver, law=own)
     assert run.status == "non_finite"
+    assert not np.isfinite(run.final["C"]).all()  # Nothing warns of it; a page tells null.
+    assert '"impulse":null' in run.to_html()
     assert any("see what the law Odd returned" in text for text in run.warnings)

@@ -1,6 +1,6 @@
 """A live table plays by the core: ``pymunk`` has the bits of ``event-driven`` at every step.
 
-``python -m tests.world.test_live 500`` plays so many random scenes, and prints where bits differ.
+``python -m tests.world.test_live 150`` plays so many random scenes, and prints where bits differ.
 """
 
 from __future__ import annotations
