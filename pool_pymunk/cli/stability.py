@@ -23,20 +23,27 @@ def stability(asked: StabilityOptions) -> int:
     read.at_least(1, processes=asked.processes)
     folder, cells = read.folder(asked.out, "stability"), list[suite.Cell]()
     with Output(folder, "Data and picture") as put:
-        put.at_end(_report(cells, asked.quick))
-        with Bar("measuring", len(tried) * len(chosen)) as bar:
+        count = len(tried) * len(chosen)
+        put.at_end(_report(cells, count, asked))
+        with Bar("measuring", count) as bar:
             for cell in suite.check_all(tried, chosen, asked.quick, asked.processes):
                 cells.append(cell)
                 bar.step()
     return 0
 
 
-def _report(played: list[suite.Cell], quick: bool) -> Report:
-    """Yield the verdicts with what they mean, the measures, and the table as a picture."""
+def _report(played: list[suite.Cell], count: int, asked: StabilityOptions) -> Report:
+    """Yield the verdicts with what they mean, the measures, and the table as a picture.
+
+    Where fewer verdicts than the ``count`` have come before an interrupt, both say so.
+    """
     if cells := suite.in_order(played):
         said: list[str | Printed] = [suite.verdicts(cells), *suite.notes(cells)]
+        if len(cells) < count:
+            said.append(f"Incomplete: {len(cells)} of {count} verdicts, as it was interrupted.")
         yield "Stability at the extremes\n"
         yield from said
         yield File("stability.csv", suite.table(cells).csv)
-        command = f"pool-pymunk stability{' --quick' * quick}"
+        solvers = f" --solvers {asked.solvers}" if asked.solvers else ""
+        command = f"pool-pymunk stability{' --quick' * asked.quick}{solvers}"
         yield File("stability.svg", partial(draw, command, said))

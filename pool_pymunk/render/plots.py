@@ -66,6 +66,7 @@ def energy_figure(run: Run, style: Style = PRINT) -> Figure:
     contacts = [event.t for event in run.events if event.is_contact]
     figure = Figure(figsize=(10.0, 6.0), layout="constrained", facecolor=style.page)
     what = "energy, with that of height" if run.scene.is_tilted else "kinetic energy"
+    what += ", with that of rolling" * run.scene.surface.rolls
     names, colors = (f"{what} (J)", "size of momentum (N s)"), (ENERGY, MOMENTUM)
     plots = figure.subplots(2, 1, sharex=True)
     for axes, curve, name, color in zip(plots, values, names, colors, strict=True):

@@ -142,7 +142,10 @@ def doubts(run: Run) -> Iterator[str]:
             f"up to {far} elsewhere"
         )
     if run.wall_time > QUICK:
-        yield "Rounding was not measured: that may take four more runs as long as this one"
+        yield (
+            f"Rounding was not measured, since that may take four runs of {run.wall_time:.2g} s: "
+            "run.rounding does in Python"
+        )
         return
     if units.from_si(run.rounding, "length") >= 0.5 * 10.0 ** -_decimals(run):
         yield f"Rounding may have moved the ends by up to {units.text(run.rounding)}"
@@ -317,6 +320,20 @@ def implausible(scene: Scene) -> Iterator[str]:
     if _fastest(scene) > FASTEST:
         yield f"a ball starts with {_fastest(scene):.3g} m/s"
     yield from unreached(scene)
+    yield from beside_table(scene)
+
+
+def beside_table(scene: Scene) -> Iterator[str]:
+    """Yield the patches that lie beside the table, in which no ball can be."""
+    if scene.table is None:
+        return
+    x0, y0, x1, y1 = scene.table.bounds
+    for k, patch in enumerate(scene.patches):
+        (x, y), r = patch.center or (0.0, 0.0), patch.radius or 0.0
+        corners = patch.corners or ((x - r, y - r), (x + r, y + r))
+        xs, ys = zip(*corners, strict=True)
+        if max(xs) <= x0 or min(xs) >= x1 or max(ys) <= y0 or min(ys) >= y1:
+            yield f"patch {k} lies beside the table, so that no ball comes to it"
 
 
 def unreached(scene: Scene) -> Iterator[str]:

@@ -276,8 +276,9 @@ def printed_tables(run: Run) -> Iterator[tuple[str, ResultTable]]:
     hits = [(k, row) for k, row in rows if row.kind != PERSISTENT]
     lasted = [(k, row) for k, row in rows if row.kind == PERSISTENT]
     if hits:
-        heading = "Contacts. Impulses are those on the last ball, along normal and tangent:"
-        yield heading, _hits(run, hits)
+        heading = "Contacts. Impulses are those on the last ball, along normal and tangent"
+        heading += "; lost is energy, with that of rolling" * run.scene.surface.rolls
+        yield f"{heading}:", _hits(run, hits)
         heading = "Velocities before and after, along x and y, and along normal and tangent:"
         yield heading, _ends(run, hits)
     if lasted:

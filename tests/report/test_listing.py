@@ -10,6 +10,7 @@ import pytest
 from pool_pymunk import (
     Ball,
     Friction,
+    Patch,
     Pocket,
     Restitution,
     Run,
@@ -20,7 +21,7 @@ from pool_pymunk import (
     simulate,
 )  # fmt: skip
 from pool_pymunk.model import Point
-from pool_pymunk.report.listing import Agreement, closing, shot_lines, unreached
+from pool_pymunk.report.listing import Agreement, closing, implausible, shot_lines, unreached
 from tests.shared.scenes import INCH
 
 END = 1.0 / (2.0 * 0.25 * 9.80665)  # m; where a ball stops that starts at 1 m/s
@@ -61,6 +62,16 @@ def test_a_pocket_that_no_ball_can_reach_is_warned_of(radius: float, is_reached:
 def test_a_pocket_at_a_cushion_is_reached_by_a_ball_that_touches_it() -> None:
     side = Pocket("side", (44.0 * INCH, 0.0), 2.25 * INCH)
     assert list(unreached(replace(load("report"), pockets=(side,)))) == []
+
+
+@pytest.mark.parametrize(("x", "is_beside"), [(1.2, True), (1.099, False), (-0.101, True)])
+def test_a_patch_beside_the_table_is_warned_of(x: float, is_beside: bool) -> None:
+    corners = ((x - 0.1, 0.2), (x + 0.1, 0.2), (x, 0.4))
+    for patch in (Patch(corners, surface=0.5), Patch(center=(x, 0.2), radius=0.1, surface=0.5)):
+        ball, table = Ball("a", (0.5, 0.5), 0.02, 0.1), Table.rectangle(1.0, 1.0)
+        scene = Scene((ball,), table, Restitution(cushion=0.8), patches=(patch,))
+        said = ["patch 0 lies beside the table, so that no ball comes to it"]
+        assert [*implausible(scene)] == (said if is_beside else [])
 
 
 def test_a_changed_shot_is_told_to_go_without_published_ends() -> None:

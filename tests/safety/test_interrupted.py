@@ -186,8 +186,11 @@ def test_ctrl_c_keeps_the_rows_of_stability(
 ) -> None:
     monkeypatch.setattr(stability.suite, "check_all", lambda *_: one_cell(KeyboardInterrupt()))
     assert exit_code("stability", "--out", str(tmp_path)) == 130
-    assert without_remarks(capsys.readouterr().err) == "error: interrupted\n"
+    said = capsys.readouterr()
+    assert without_remarks(said.err) == "error: interrupted\n"
+    assert "Incomplete: 1 of " in said.out
     assert all_whole(tmp_path) == {"stability.csv", "stability.svg"}
+    assert "Incomplete" in (tmp_path / "stability.svg").read_text(encoding="utf-8")
     heading, *measured = rows(tmp_path / "stability.csv")
     extreme, solver = heading.index("extreme"), heading.index("solver")
     assert {(row[extreme], row[solver]) for row in measured} == {("speeds", "event-driven")}
