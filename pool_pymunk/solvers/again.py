@@ -109,7 +109,8 @@ class Again(NamedTuple):
         velocities[:, [scene.index[id_] for id_ in self.start.off]] = np.nan
         listed = [each.ravel().tolist() for each in (places, velocities, *rolls)]
         ends = shots.play(len(variants), Given([*range(count)], listed, [], []), Waking())
-        places.reshape(-1, 2)[ends.moved] = np.reshape(ends.places, (-1, 2))
+        many = np.repeat(np.arange(len(variants)) * count, ends.counts[4::5])
+        places.reshape(-1, 2)[many + np.array(ends.moved, int)] = np.reshape(ends.places, (-1, 2))
         statuses = dict(zip(ends.endings[::2], ends.endings[1::2], strict=True))
         for k, (duration, its) in enumerate(zip(ends.durations, places.tolist(), strict=True)):
             yield End(ENDINGS[statuses.get(k, 0)], duration, its)
