@@ -12,13 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pool_pymunk.core.batch import Given
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.model import Point, Scene, State
 from pool_pymunk.results.run import Run
 from pool_pymunk.results.trace import Trace, farthest, places_at
 from pool_pymunk.results.variants import AS_IT_IS, Variant
-from pool_pymunk.solvers.by_core import ENDINGS, errors_of, shots_of
 from pool_pymunk.solvers.frozen import nudged
 from pool_pymunk.solvers.record import Settings, Solver
 
@@ -99,6 +97,10 @@ class Again(NamedTuple):
 
     def _ends(self, variants: Sequence[Variant]) -> Iterator[End]:
         """Play variants of one tolerance together, and yield how they end."""
+        # The names of solvers import no engine.
+        from pool_pymunk.core.batch import Given
+        from pool_pymunk.solvers.by_core import ENDINGS, errors_of, shots_of
+
         scene, count = self.scene, len(self.scene.balls)
         shots = shots_of(scene, self.settings._replace(variant=variants[0]))
         shots.errors = [errors_of(each) for each in variants]

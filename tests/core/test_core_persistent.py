@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,7 @@ from pool_pymunk.report.listing import figures, shot_lines
 from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.variants import SURE
 from pool_pymunk.solvers import event_driven
+from pool_pymunk.solvers.again import Again
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, Settings
 from tests.shared.press_scenes import farthest
 from tests.shared.scenes import largest_distance
@@ -187,17 +189,19 @@ def test_the_figure_covers_the_reference() -> None:
 def test_the_run_is_played_again_when_the_figure_is_asked_for_and_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    played, solve = list[float](), event_driven.solve
+    played, play = list[float](), Again.moves
 
-    def counted(scene: Scene, start: Any, settings: Settings) -> Trace:
-        played.append(settings.variant.coarser)
-        return solve(scene, start, settings)
+    def counted(
+        self: Again, one: Any, variants: Any, known: Any, most: int | None = None
+    ) -> Iterator[float]:
+        played.extend(each.coarser for each in variants)
+        return play(self, one, variants, known, most)
 
-    monkeypatch.setattr(event_driven, "solve", counted)
+    monkeypatch.setattr(Again, "moves", counted)
     run = bounced()
-    assert (sorted(run.policies), run.policy_shift, played) == ([], 0.0, [1.0])
+    assert (sorted(run.policies), run.policy_shift, played) == ([], 0.0, [])
     assert run.persistent_shift == run.persistent_shift > 0.0
-    assert played == [1.0, 1 / 3, 0.1]
+    assert played == [1 / 3, 0.1]
 
 
 def test_the_figure_is_at_most_the_diagonal_of_the_table() -> None:
