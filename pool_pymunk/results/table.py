@@ -81,6 +81,8 @@ class ResultTable:
     """A table of results has columns and rows; a column without more than a key may be a text.
 
     >>> table = ResultTable((TableColumn("t", unit="s"), "ball"), [(0.5, "C"), (math.nan, "1")])
+    >>> table
+    <ResultTable of 2 rows: t (s), ball>
     >>> table.json()
     [{'t': 0.5, 'ball': 'C'}, {'t': None, 'ball': '1'}]
     """
@@ -90,6 +92,10 @@ class ResultTable:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rows", list(self.rows))  # They may be read again.
+
+    def __repr__(self) -> str:
+        names = ", ".join(column.in_files for column in self.fields)
+        return f"<ResultTable of {len(list(self.rows)):,} rows: {names}>"
 
     @classmethod
     def of(cls, columns: Mapping[Any, Iterable[Any]]) -> Self:

@@ -268,6 +268,8 @@ def find_shot(scene: Scene, shot: Shot | str | int | None) -> Shot | None:
     if isinstance(shot, Integral) and shot < 1:
         raise setting_error("shot", shot, "shots count from 1")
     meant = suggestion(shot, [each.name for each in scene.shots])
+    if isinstance(shot, Shot) or not scene.shots:
+        meant = "; replace(scene, shots=(Shot(...),)) gives a scene its shots"
     known = listed([f"{k} ({each.name})" for k, each in enumerate(scene.shots, start=1)]) or "none"
     raise setting_error("shot", shot, f"there is no such shot (there are: {known}){meant}")
 

@@ -62,6 +62,11 @@ class Atlas:
     by_reference: int
     axes: tuple[str, str] = ("angle", "speed")
 
+    def __repr__(self) -> str:
+        wide, high = len(self.angle), len(self.speed)
+        across, up = self.axes
+        return f"<Atlas of {wide * high:,} shots: {across} ({wide}) by {up} ({high})>"
+
     @property
     def scene(self) -> Scene:
         """The scene that was played."""

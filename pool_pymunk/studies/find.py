@@ -97,11 +97,11 @@ def find(
     ``angle``, speeds (m/s) within ``speed`` (default: 0.25 to 1.5 times the shot's) and rolls
     (shares of the velocity) within ``roll`` (default: the shot's). ``place`` has the ranges of x
     and y (m) in which the ball may be put before (default: it stays where it lies).
-    ``tries`` shots on a grid are played first. The player's errors are normal, with the standard
-    deviations ``angle_error`` (degrees) and ``speed_error`` (m/s); ``errors`` has those of further
-    inputs (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of success is
-    measured by ``samples`` tries. The ``best`` shots are returned, no two of them within three
-    standard deviations of each other; the list is empty if no try did it. All runs are exact.
+    ``tries`` shots (600 or more) on a grid are played first. The player's errors are normal, with
+    the standard deviations ``angle_error`` (degrees) and ``speed_error`` (m/s); ``errors`` has
+    those of further inputs (:mod:`pool_pymunk.model.inputs`), such as ``"x.8"``. A shot's share of
+    success is measured by ``samples`` tries. The ``best`` shots are returned, no two of them within
+    three standard deviations of each other; the list is empty if no try did it. All runs are exact.
 
     ``ends`` says where balls shall end (m), by their ids. Each found shot is then moved to where
     the sum of the squared distances is least (Gauss-Newton), as long as it does what is asked for,

@@ -98,6 +98,11 @@ class Fit:
             raise setting_error("name", name, f"was not free (these were: {listed(self.values)})")
         return abs(value - self.values[name]) / self.standard_errors[name]
 
+    @property
+    def table(self) -> ResultTable:
+        """A row for each place: measured, fitted, how far off, in the scenario's unit."""
+        return table(self)
+
     def as_dict(self) -> dict[str, object]:
         """Return the fit as in the JSON of ``fit --json``, in SI; null stands for unknown."""
         return {

@@ -143,6 +143,16 @@ class Sensitivity:
     wall_time: float
     aims_anew: bool = False
 
+    def __repr__(self) -> str:
+        worst, text = self.worst, self.reference.scene.units.text
+        spread = f"ball {worst.ball} spreads most, by {text(worst.deviation, '.3g')}"
+        return f"<Sensitivity of {self.reference.name!r}: {self.samples:,} samples; {spread}>"
+
+    @property
+    def table(self) -> ResultTable:
+        """A row for each ball, in SI; unknown amplifications and horizons are None."""
+        return table([self])
+
     @property
     def samples(self) -> int:
         """The number of samples that were finished."""

@@ -38,6 +38,7 @@ from tests.shared.scenes import sliding
 def test_every_pixel_is_an_exact_shot() -> None:
     scene = load("report")
     found = atlas(scene, 1, angle=(-10, 20), speed=(2, 5), size=(7, 4), ball="8")
+    assert repr(found) == "<Atlas of 28 shots: angle (7) by speed (4)>"
     assert found.angle.tolist() == [-10.0, -5.0, 0.0, 5.0, 10.0, 15.0, 20.0]
     assert found.speed.tolist() == [2.0, 3.0, 4.0, 5.0]
     for row, column in ((0, 0), (2, 2), (3, 6), (1, 4)):

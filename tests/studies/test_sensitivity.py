@@ -90,6 +90,8 @@ def test_off_one_cushion_the_spread_shrinks_by_the_square_of_the_restitution() -
     """The end is x = L - r - e^2 (v^2 / 2 a - (L - r - x0)), so its slope in x0 is -e^2."""
     found = played(off_one_cushion(), Uncertainty(HALF))
     (ball,) = found.balls
+    assert repr(found).startswith("<Sensitivity of ") and f"ball {ball.ball} spreads" in repr(found)
+    assert [row["end_x"] for row in found.table.json()] == [ball.end[0]]
     assert ball.std == pytest.approx((RESTITUTION**2 * STD, STD), rel=0.05)
     assert ball.deviation == max(ball.std)
     assert ball.amplification == pytest.approx(1.0, rel=0.05)

@@ -64,4 +64,4 @@ def test_a_ball_goes_on_from_a_round_corner_to_a_face(seed: int) -> None:
 @pytest.mark.seeded
 def test_no_ball_sinks_into_a_polygon() -> None:
     for seed in seeds(400):
-        assert sunk(seed) < 1e-9, seed
+        assert sunk(seed) < 1e-8, seed  # A piece of a motion may err by 1e-7 m.

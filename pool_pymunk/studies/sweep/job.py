@@ -34,6 +34,7 @@ MANIFEST, PART = "_manifest.parquet", "part-{:08d}.parquet"
 HASH = b"pool_pymunk"  # A file's metadata has the plan's hash under this key,
 PLAN = b"pool_pymunk.sweep"  # and the manifest's the whole plan under this, as JSON.
 ANEW = "begin anew with resume=False"
+SAID = "version", "law", "seed", "chunk", "samples"  # Errors say what these are in a folder.
 FAST = 1  # the level of zstd's compression
 CHUNK = 50_000
 PARTS = 2  # Where there are fewer parts for each worker, the shots of a part are shared out.
@@ -175,8 +176,9 @@ def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
         there = read_manifest(folder)
         for key, value in plan.manifest.items():
             if there.get(key) != value:
-                said = f" ({there.get(key)})" if key in ("version", "law", "seed", "chunk") else ""
-                message = f"has a sweep with another {key}{said}: {ANEW}"
+                said = f" ({there.get(key)})" if key in SAID else ""
+                another = "other" if key.endswith("s") else "another"
+                message = f"has a sweep with {another} {key}{said}: {ANEW}"
                 raise setting_error("out", str(folder), message)
     elif strangers := [path.name for path in folder.iterdir() if path.name[0] not in "._"]:
         message = f"has files that no sweep has written, such as {min(strangers)}"
