@@ -66,7 +66,8 @@ def test_a_row_is_struck_at_its_end(count: int, play: Play, is_reversed: bool) -
     )  # fmt: skip
     run = play(scene)
     assert run.status == "settled"
-    assert run.policies == ({"frozen balls"} if play is exact else frozenset())
+    doubts = {"frozen balls"} if play is exact else set[str]()
+    assert run.policies <= doubts  # Gaps may also move no end to be seen.
     momentum = 0.2 * run.at(run.events[0].t)[1][:, 0].sum()
     left = math.sqrt(speed**2 - 2.0 * scene.deceleration * (0.3 - 2 * R))
     assert momentum == pytest.approx(0.2 * math.copysign(left, speed), rel=1e-9)
