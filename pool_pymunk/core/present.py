@@ -159,7 +159,7 @@ class Present:
     ) -> None:
         """Set a ball off on a new path, or put it to rest if its speed is noise (m/s)."""
         vx, vy = velocity
-        if vx * vx + vy * vy <= noise * noise:
+        if vx * vx + vy * vy <= noise * noise < INF:  # Else a number has overflowed.
             velocity = (0.0, 0.0)
         if ball.creep > 0.0 and ball.creeps(velocity, roll):
             velocity = roll = (0.0, 0.0)

@@ -281,11 +281,20 @@ def test_a_law_that_returns_no_velocities_is_named(
 
 
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk", "time-slice"])
-@pytest.mark.parametrize("found", [NT(np.nan, 0.0), NT(np.inf, -np.inf)])
+@pytest.mark.parametrize("found", [NT(np.nan, 0.0), NT(np.inf, 0.0), NT(0.0, -np.inf)])
 def test_a_law_that_returns_no_number_is_named(solver: str, found: NT) -> None:
     own = type("Odd", (Law,), {"ball_ball": lambda _, a, b, pair: (found, b)})()
     run = simulate(laid_out(), 1, solver=solver, law=own)
     assert run.status == "non_finite"
     assert not np.isfinite(run.final["C"]).all()  # Nothing warns of it; a page tells null.
     assert '"impulse":null' in run.to_html()
+    assert any("see what the law Odd returned" in text for text in run.warnings)
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk"])
+def test_a_law_that_returns_what_overflows_is_named(solver: str) -> None:
+    """The square of the velocity is infinite; the ball was put to rest as if it were 0."""
+    own = type("Odd", (Law,), {"ball_ball": lambda _, a, b, pair: (NT(1e300, 0.0), b)})()
+    run = simulate(laid_out(), 1, solver=solver, law=own)
+    assert run.status == "non_finite"
     assert any("see what the law Odd returned" in text for text in run.warnings)
