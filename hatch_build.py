@@ -29,19 +29,7 @@ STAMP = CORE / "compiled.txt"  # the hash of the sources, and how they were comp
 GROUP = "pool_pymunk"  # The file that all compiled files share is pool_pymunk__mypyc.
 OPTIMIZE = os.environ.get("POOL_PYMUNK_OPTIMIZE", "2")
 # A product fused with a sum has other bits than in plain Python. What is hidden can be inlined.
-FLAGS = ["-ffp-contract=off", "-fvisibility=hidden", "-Wno-error", "-include", "cold.h"]
-# What mypyc calls only where something is raised. The compiler puts such code apart, so that what
-# is played often has room in the caches.
-COLD = """
-typedef struct _object PyObject;
-#define COLD __attribute__((cold))
-COLD void CPy_AddTraceback(const char *, const char *, int, PyObject *);
-COLD void CPy_AttributeError(
-    const char *, const char *, const char *, const char *, int, PyObject *);
-COLD void CPy_TypeError(const char *, PyObject *);
-COLD void CPy_TypeErrorTraceback(
-    const char *, const char *, int, PyObject *, const char *, PyObject *);
-"""
+FLAGS = ["-ffp-contract=off", "-fvisibility=hidden", "-Wno-error"]
 if sys.platform == "win32":
     FLAGS = ["/fp:precise"]
 elif OPTIMIZE == "2" and "gcc" in (os.environ.get("CC") or sysconfig.get_config_var("CC") or ""):
@@ -159,7 +147,6 @@ def compile_core(root: Path, folder: Path) -> Path:
 
     shutil.copytree(root / CORE, folder / CORE, ignore=shutil.ignore_patterns("*.so", "*.pyd"))
     (folder / CORE.parent / "__init__.py").touch()
-    (folder / "cold.h").write_text(COLD)
     with chdir(folder):
         names = [str(path.relative_to(folder)) for path in sources(folder)]
         options = ["--strict", "--config-file=", "--cache-dir=cache"]
