@@ -19,6 +19,7 @@ from pool_pymunk.model.problems import Problem, SceneError
 from pool_pymunk.model.quantities import quantity, read_units, vector
 from pool_pymunk.report.collide import Collision, Disc, Material, collide_at
 from pool_pymunk.report.collide import collide as collide_off
+from pool_pymunk.report.listing import odd_density
 from pool_pymunk.results.table import ResultTable, TableColumn
 
 
@@ -38,6 +39,9 @@ def collide(asked: CollideOptions) -> int:
     except SceneError as error:
         raise InputError(_as_typed(error, typed)) from None
     _print(hit, unit)
+    for ball, disc in (("A", hit.a), ("B", hit.b)):
+        doubts = odd_density(ball, disc.mass, disc.radius)
+        say(f"Warning: {doubt}; is a unit or a digit wrong?" for doubt in doubts)
     write_json(asked.json, {}, hit.as_dict())
     if asked.picture is not None:
         from pool_pymunk.render.collision import collision_picture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -299,6 +300,14 @@ def magnitudes(scene: Scene) -> Iterator[str]:
             yield f"{group}: {', '.join(f'{key} {value:g}' for key, value in given.items())}"
 
 
+def odd_density(ball: str, mass: float, radius: float) -> Iterator[str]:
+    """Yield what is implausible in the mass (kg) and the radius (m) of a ball."""
+    density = mass / (4.0 / 3.0 * math.pi * radius**3)
+    if not DENSITY[0] <= density <= DENSITY[1]:
+        than = "less than a foam" if density < DENSITY[0] else "more than any metal"
+        yield f"as a sphere, ball {ball} has {density:.3g} kg/m^3, {than}"
+
+
 def implausible(scene: Scene) -> Iterator[str]:
     """Yield what is implausible in a scene: a unit or a digit may be wrong there.
 
@@ -306,12 +315,8 @@ def implausible(scene: Scene) -> Iterator[str]:
     >>> list(implausible(Scene((Ball("a", (0.0, 0.0), radius=2.25, mass=160.0),))))
     ['as a sphere, ball a has 3.35 kg/m^3, less than a foam']
     """
-    for ball in scene.balls:
-        density = ball.mass / (4.0 / 3.0 * math.pi * ball.radius**3)
-        if not DENSITY[0] <= density <= DENSITY[1]:
-            than = "less than a foam" if density < DENSITY[0] else "more than any metal"
-            yield f"as a sphere, ball {ball.id} has {density:.3g} kg/m^3, {than}"
-            break
+    each = (text for ball in scene.balls for text in odd_density(ball.id, ball.mass, ball.radius))
+    yield from islice(each, 1)
     if scene.table is not None:
         x0, y0, x1, y1 = scene.table.bounds
         length = max(x1 - x0, y1 - y0)

@@ -296,3 +296,13 @@ def test_the_energy_that_is_lost_or_gained(
 def test_the_picture_tells_which_way_a_ball_goes() -> None:
     a, b = Disc(0.2, 0.03, (1.0, 0.0)), Disc(0.2, 0.03, (-2.0, 0.0))
     assert "$v_B$ = (-2, 0)" in collision._facts(collide(a, b), Units())
+
+
+@pytest.mark.parametrize(("mass", "doubted"), [("170", True), ("170g", False)])
+def test_a_ball_of_no_material_is_doubted(
+    mass: str, doubted: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sizes = ("--mass-a", "170g", "--mass-b", mass, "--radius", "28.575mm")
+    assert exit_code("collide", *sizes, "--velocity-a", "2", "0") == 0
+    said = "Warning: as a sphere, ball B has 1.74e+06 kg/m^3, more than any metal"
+    assert (said in capsys.readouterr().out) == doubted
