@@ -11,6 +11,7 @@ from dataclasses import FrozenInstanceError, replace
 from io import StringIO
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -340,3 +341,27 @@ def test_a_step_that_is_longer_than_a_radius_is_warned_of_once(solver: str) -> N
     assert warning.startswith("a step of 0.1 s moves ball C by up to 15.7 in, farther than its ")
     near = simulate(load("report"), 1, solver=solver, dt=1 / 240)
     assert not [text for text in near.warnings if "radius" in text]
+
+
+@pytest.mark.parametrize("solver", ["event-driven", "pymunk", "time-slice", "pymunk-discrete"])
+def test_a_run_that_is_cut_is_the_beginning_of_the_whole_one(solver: str) -> None:
+    how: dict[str, Any] = {"solver": solver}
+    how |= {} if solver == "event-driven" else {"dt": 1e-3}
+    whole = simulate(load("report"), 2, **how)
+    count = len(whole.events)
+    assert whole.status == "settled" and count > 6
+    assert [event.t for event in whole.events] == sorted(event.t for event in whole.events)
+    assert simulate(load("report"), 2, max_events=count + 1, **how).status == "settled"
+    for most in (1, 3, count - 2):
+        part = simulate(load("report"), 2, max_events=most, **how)
+        assert (part.status, part.events) == ("max_events", whole.events[:most])
+        assert part.duration == whole.events[most - 1].t
+        assert all(rows[-1, 0] <= part.duration for rows in part.knots)
+        times = [0.0, 0.5 * part.duration, part.duration]
+        np.testing.assert_allclose(part.at(times)[0], whole.at(times)[0], rtol=0, atol=1e-12)
+
+
+def test_events_of_a_slice_come_in_the_order_of_their_times() -> None:
+    """A ball stops within a slice, and hits are found at its end."""
+    found = simulate(load("report"), 1, solver="time-slice", dt=1 / 240).events
+    assert [event.t for event in found] == sorted(event.t for event in found)
