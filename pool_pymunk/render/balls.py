@@ -207,6 +207,11 @@ def draw_labels(axes: Axes, balls: Sequence[DrawnBall], style: Style) -> None:
         )  # fmt: skip
 
 
+def moves(rows: Array) -> bool:
+    """Tell whether a ball with these breakpoints ever moves."""
+    return bool(np.nan_to_num(rows[:, 3:5]).any())
+
+
 def track_of(run: Run, i: int) -> Array:
     """Return the track of ball ``i``, up to the rim of a pocket: times and places (K, 3)."""
     breakpoints = run.knots[i]

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from pool_pymunk.model import Scene
 from pool_pymunk.model.plain import argument, choice
 from pool_pymunk.render import balls
-from pool_pymunk.render.balls import discs, track_of
+from pool_pymunk.render.balls import discs, moves, track_of
 from pool_pymunk.render.canvas import Figure, save_figure
 from pool_pymunk.render.sheet import draw_caption, draw_sheet, draw_tray, picture_layout
 from pool_pymunk.render.style import PRINT, Style
@@ -88,13 +88,14 @@ def _draw_run(axes: Axes, run: Run, when: When, view: View, style: Style, *, sol
     if when == "end":
         if solid:
             starts = zip(discs(run.scene, before, view), run.knots, strict=True)
-            balls.draw_rings(axes, [disc for disc, rows in starts if rows[:, 3:5].any()])
+            balls.draw_rings(axes, [disc for disc, rows in starts if moves(rows)])
         paths = [view.places(track_of(run, i)[:, 1:]) for i in range(len(shown))]
         lines = balls.tracks(paths, shown, style.cloth, solid=solid)
         axes.add_collection(lines, autolim=False)
     if not solid:
         balls.draw_ghosts(axes, there, style)
-        balls.draw_rims(axes, there, style)
+        movers = {disc.label for disc, rows in zip(shown, run.knots, strict=True) if moves(rows)}
+        balls.draw_rims(axes, [disc for disc in there if disc.label in movers], style)
     elif there:
         balls.draw_balls(axes, there, style)
     if solid and when == "start":

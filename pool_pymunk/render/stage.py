@@ -21,7 +21,7 @@ from PIL import Image, ImageDraw, ImageFont
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.plain import argument, number
 from pool_pymunk.render import balls
-from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, track_of
+from pool_pymunk.render.balls import DrawnBall, Labels, discs, half_size, moves, track_of
 from pool_pymunk.render.canvas import FINE, Frame, Pixels, Sprite, canvas, dimmed, pixels
 from pool_pymunk.render.sheet import Layout, draw_caption, draw_sheet, draw_tray, film_layout
 from pool_pymunk.render.style import LOOK, SCREEN, Style, halo_color
@@ -57,7 +57,7 @@ class Cast:
         named = self.labels.balls
         extent = max((half_size(b.label, b.letter)[0] + 0.5 * b.letter for b in named), default=0.0)
         self.names = _sprites(_at_origin(named), extent, balls.draw_labels, style)
-        movers = [i for i, rows in enumerate(run.knots) if np.nan_to_num(rows[:, 3:5]).any()]
+        movers = [i for i, rows in enumerate(run.knots) if moves(rows)]
         self.tracks = {i: self._track(i, settings.size) for i in movers}
         flashes = contact_places(run) if solid else ()
         self.flashes = [(row.t, view.place(at), view.scale * size) for row, at, size in flashes]
@@ -65,6 +65,7 @@ class Cast:
         taken = {index[event.balls[0]]: event.t for event in run.events if event.pocket is not None}
         self.falls = {i: (t, track_of(run, i)[-1, 1:]) for i, t in taken.items()}  # from the rim
         self.absent = [index[id_] for id_ in run.off if index[id_] not in taken]
+        self.still = [i for i in range(len(self.discs)) if i not in movers]
 
     def _track(self, i: int, size: tuple[int, int]) -> Track:
         """Return the track of ball ``i``."""
@@ -93,9 +94,11 @@ class Cast:
             name.stamp(frame, x, y, strengths[i])
 
     def appear_above(self, frame: Frame, t: float, position: Array) -> None:
-        """Put on the frame what balls of another run must not hide: the rims of ghosts."""
+        """Put on the frame what balls of another run must not hide: rims of ghosts that move."""
         if self.rims:
-            self._stamp(self.rims, frame, t, position)
+            moving = position.copy()
+            moving[self.still] = math.nan
+            self._stamp(self.rims, frame, t, moving)
 
     def _stamp(
         self, sprites: Sequence[Sprite], frame: Frame, t: float, position: Array

@@ -229,11 +229,12 @@ class TableView {
     this.pen.globalAlpha = 1;
   }
 
-  /** Draw the rims of ghosts, which the balls must not hide. */
+  /** Draw the rims of ghosts that ever move, which the balls must not hide. */
   drawRims(run, t) {
     statesAt(run, t).forEach(({ x, y }, i) => {
       const { radius, color, halo } = this.content.balls[i];
-      if (t >= run.leaves[i]) return;
+      const moves = run.knots[i].some(([, , , ...motion]) => motion.some(Boolean));
+      if (!moves || t >= run.leaves[i]) return;
       this.ring(x, y, 0.9 * radius, 0.2 * radius, halo, 0.6);
       this.ring(x, y, 0.9 * radius, 0.1 * radius, color, 1);
     });
