@@ -30,6 +30,7 @@ from pool_pymunk.render import (
     FilmSettings,
     RenderError,
     Show,
+    balls,
     canvas,
     film,
     films,
@@ -1153,3 +1154,13 @@ def test_command_compares(tmp_path: Path) -> None:
     assert [Path(line).name for line in done.stdout.splitlines()] == names
     with Image.open(tmp_path / names[0]) as gif:
         assert (gif.size, gif.n_frames) == ((320, 180), 6 + 25)  # type: ignore[attr-defined]
+
+
+def test_only_ghosts_that_move_have_rims(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = []
+    monkeypatch.setattr(balls, "draw_rims", lambda _, its, __: drawn.append({b.label for b in its}))
+    run = simulate(load("report"), 4, solver="event-driven")
+    picture(Show((run, run)), tmp_path / "a.png", when="end", dpi=40)
+    assert (
+        drawn == [{id_ for event in run.events for id_ in event.balls}] == [{"C", "1", "9", "10"}]
+    )
