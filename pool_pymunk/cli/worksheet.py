@@ -66,6 +66,7 @@ def html(text: str) -> str:
 
     text = re.sub(r"\$([^$]+)\$", put_aside, text)
     text = re.sub(r"(?<=\d) %", "\u00a0%", text)
+    text = text.replace("[worksheet](worksheet.md)", "worksheet")
     text = re.sub(r"\[([^\]]+)\]\(([\w-]+\.md)[^)]*\)", r"\1 (docs/\2)", text)
     found: str = MarkdownIt("commonmark").enable("table").render(text)
     return re.sub("\ue000(\\d+)\ue000", lambda one: formulas[int(one[1])], found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from statistics import fmean
 from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
@@ -148,7 +149,7 @@ def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
 
 
 def numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
-    """Yield places (m) and numbers of cushions, on rails between two sights, and of posts."""
+    """Yield places (m) and numbers of cushions, on rails between two sights, posts, and patches."""
     if scene.table is not None:
         sides = scene.table.edges
         out = (CUSHION + RAIL / 2.0) * min(Bbox.from_extents(*scene.table.bounds).size)
@@ -160,6 +161,9 @@ def numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
     beside = min(ball.radius for ball in scene.balls)
     for k, (x, y, radius) in enumerate(seen_posts(scene), start=scene.first_post):
         yield (x, y, str(k)) if radius > beside else (x + radius + 0.7 * beside, y, str(k))
+    for k, patch in enumerate(scene.patches):
+        x, y = patch.center or map(fmean, zip(*patch.corners, strict=True))
+        yield x, y, f"patch {k}"
 
 
 class Plane(NamedTuple):

@@ -208,7 +208,8 @@ def law_of(run: Run) -> Law:
     """Return the law of a run; raise SettingError for one that the run does not keep."""
     law = run.law_used or LAWS.get(run.law)
     if law is None:
-        message = "is a law of your own, and a run that was loaded or copied does not keep it"
+        message = "is a law of your own, which a run that was loaded or copied does not keep"
+        message += ": play the run again"
         raise setting_error("law", run.law, message)
     return law
 

@@ -75,6 +75,7 @@ class Fit:
         said = ", ".join(map(str.rstrip, found)) or "nothing free"
         if math.isfinite(self.sigma):
             said += f"; sigma {units.text(self.sigma, '.3g')}"
+        said += "; see its warnings" * bool(self.warnings)
         return f"<Fit to {len(self.measured)} places: {said}>"
 
     def written(self, name: str) -> str:
