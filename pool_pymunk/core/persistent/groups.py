@@ -395,9 +395,12 @@ class Groups(Forming):
         self.pace = min(max(2.0 * group.time, 100.0 * self.scale.least), self.scale.first)
         self.pieces += 1
         first: Ball | None = None
+        moves = any(member.phase != REST and not member.stays for member in group.members)
         for member in group.members:
             if member.phase == REST:
                 self._rest(present, member)
+                continue
+            if moves and member.stays:  # Its neighbours hold it; it would stop again and again.
                 continue
             present.lead(member.ball, group.path(member))
             put(self.loose, member.ball)

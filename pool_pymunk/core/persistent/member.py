@@ -256,6 +256,12 @@ class Member:
         x, y = self.ax + loss * self.hx, self.ay + loss * self.hy
         return self.left() <= loss * time and x * x + y * y <= loss * loss
 
+    @property
+    def stays(self) -> bool:
+        """This tells whether a ball that rests has nothing but rounding after a piece."""
+        most = abs(self.vx) + abs(self.vy) + abs(self.wx) + abs(self.wy)
+        return self.ball.rested < INF and most <= self.scale.noise
+
     def hold(self, now: float) -> None:
         """Let static friction hold the ball as it is, or let it go along its drive."""
         self.mode = self.phase
