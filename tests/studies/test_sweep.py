@@ -210,7 +210,7 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
         ({"seed": 1}, r"another seed \(0\)"),
         ({"law": "coulomb"}, "another (scene|law)"),
         ({"vary": {"angle": (-5, 6)}}, "another vary"),
-        ({"samples": 201}, "another samples"),
+        ({"samples": 201}, "other samples"),
         ({"chunk": 10}, r"another chunk \(50\)"),
         ({"shot": 2}, "another shot"),
         ({"aims_anew": True}, "another shot"),
