@@ -169,7 +169,7 @@ class TableView {
   // -- what moves -----------------------------------------------------------------------------
 
   /** Draw the track of every ball up to the time t; it is strongest where the ball was last. A track
-   * that others cover is drawn on them once more, slimmer. */
+   * that others cover is drawn on them once more, slimmer and in one stroke. */
   drawTracks(run, t, solid) {
     const count = run.knots.length;
     const above = [];
@@ -182,7 +182,8 @@ class TableView {
       const width = Math.max(size * radius * this.scale, 1.2 * this.ratio);
       if (solid && count <= CROWD) this.drawTrack(track, 1.5 * width, halo, 0.4);
       this.drawTrack(track, width, color, solid ? 1 : 0.6);
-      if (solid) above.unshift([track, look.slim * width, color, 1]);
+      if (solid && count <= CROWD && track.length)
+        above.unshift([[track.flat()], look.slim * width, color, 1]);
     });
     for (const layer of above.slice(1)) this.drawTrack(...layer);
   }
