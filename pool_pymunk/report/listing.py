@@ -144,8 +144,8 @@ def doubts(run: Run) -> Iterator[str]:
         )
     if run.wall_time > QUICK:
         yield (
-            f"Rounding was not measured, since that may take four runs of {run.wall_time:.2g} s: "
-            "run.rounding does in Python"
+            f"Rounding was not measured, since that may take four runs of {run.wall_time:.2g} s; "
+            "in Python, run.rounding measures it"
         )
         return
     if units.from_si(run.rounding, "length") >= 0.5 * 10.0 ** -_decimals(run):

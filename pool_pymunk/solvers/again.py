@@ -37,7 +37,7 @@ class End(NamedTuple):
 
 
 class Again(NamedTuple):
-    """This has all that it takes to play a run again, from its start."""
+    """This has what is needed to play a run again, from its start."""
 
     scene: Scene
     solver: Solver

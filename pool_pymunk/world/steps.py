@@ -97,7 +97,7 @@ class Steps:
         stands = not (live.walls.moving or engine.moving())
         is_quiet = stands and engine.upcoming() > until
         self._play(until)
-        if not engine.is_finite:  # So ends the run of a solver; others got an error.
+        if not engine.is_finite:  # The run of a solver ends here; others have raised an error.
             return
         self._let_pymunk_step(dt, is_quiet)
         self.count += 1
