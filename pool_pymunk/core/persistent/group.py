@@ -233,8 +233,8 @@ class Group(Gathering):
             each.move()
         while True:
             misses = self._misses()
-            if not EXACTLY * self.weak < misses < INF or (is_new and misses > SLOWLY * missed):
-                return  # They are exact, have overflowed, or cannot be refined any more.
+            if misses <= EXACTLY * self.weak or (is_new and misses > SLOWLY * missed):
+                return
             if system is None or misses > SLOWLY * missed:
                 system, is_new, missed = self._find_system(), True, INF
                 self.is_stale = self.system is not None

@@ -258,7 +258,7 @@ class Member:
 
     @property
     def stays(self) -> bool:
-        """This tells whether a ball that rests has only rounding as its speed after a piece."""
+        """This tells whether a ball that rests has nothing but rounding after a piece."""
         most = abs(self.vx) + abs(self.vy) + abs(self.wx) + abs(self.wy)
         return self.ball.rested < INF and most <= self.scale.noise
 
