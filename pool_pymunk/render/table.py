@@ -20,6 +20,7 @@ from pool_pymunk.render.view import CUSHION, RAIL, View
 SHARPEST_MITRE = math.radians(60.0)  # A sharper corner of the cushions is drawn round.
 PIN = 0.3  # of the smallest ball's radius; no post is drawn smaller
 ROUND = 120  # corners of a round patch as it is drawn
+MOUTH = 0.3  # of the width; sides that are shorter are those of pockets' mouths, and not rails
 PITCH = 0.16  # of the width; the lines of an open plane are at most this far apart
 
 
@@ -128,17 +129,16 @@ def seen_posts(scene: Scene) -> list[tuple[float, float, float]]:
 
 
 def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
-    """Yield points on the rails (m), quarters of the shortest side apart, where there is room.
+    """Yield points on the rails (m) where there is room.
 
     One is at each joint at which a cushion goes on without a corner.
     """
     out = (CUSHION + RAIL / 2) * min(Bbox.from_extents(*table.bounds).size)
-    step = min(edge.arc_length for edge in table.edges) / 4.0
-    count = len(table.edges)
+    step, count = pitch_of_sights(table), len(table.edges)
     for k, edge in enumerate(table.edges):
         low = 2.0 * out * (k in table.reflex_corners)
         high = 2.0 * out * ((k + 1) % count in table.reflex_corners)
-        parts = min(round(edge.arc_length / step), 40)
+        parts = round(edge.arc_length / step)
         goes_on = math.dist(table.edges[k - 1].heading(True), edge.heading(False)) < STRAIGHT_ON
         for share in (part / parts for part in range(1 - goes_on, parts)):
             (x, y), (nx, ny) = edge.at(share)
@@ -148,16 +148,27 @@ def sights(table: Table, pockets: Sequence[Pocket]) -> Iterator[Point]:
                 yield x, y
 
 
+def pitch_of_sights(table: Table) -> float:
+    """Return how far (m) sights are apart: a quarter of the shortest side that is no mouth."""
+    lengths = [edge.arc_length for edge in table.edges]
+    least = min(MOUTH * min(Bbox.from_extents(*table.bounds).size), max(lengths))
+    return min(length for length in lengths if length >= least) / 4.0
+
+
 def numbers(scene: Scene) -> Iterator[tuple[float, float, str]]:
-    """Yield places (m) and numbers of cushions, on rails between two sights, posts, and patches."""
+    """Yield places (m) and numbers of cushions, on rails between two sights, posts, and patches.
+
+    Sides that are so short that their numbers would cover each other have none.
+    """
     if scene.table is not None:
         sides = scene.table.edges
         out = (CUSHION + RAIL / 2.0) * min(Bbox.from_extents(*scene.table.bounds).size)
-        step = min(side.arc_length for side in sides) / 4.0
+        step = pitch_of_sights(scene.table)
         for k, side in enumerate(sides):
-            parts = round(side.arc_length / step)
+            parts = max(round(side.arc_length / step), 1)
             (x, y), (nx, ny) = side.at((parts // 2 + 0.5) / parts)
-            yield x - out * nx, y - out * ny, str(k)
+            if side.arc_length > out:
+                yield x - out * nx, y - out * ny, str(k)
     beside = min(ball.radius for ball in scene.balls)
     for k, (x, y, radius) in enumerate(seen_posts(scene), start=scene.first_post):
         yield (x, y, str(k)) if radius > beside else (x + radius + 0.7 * beside, y, str(k))

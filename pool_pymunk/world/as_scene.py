@@ -49,9 +49,12 @@ def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, Sta
         if each.wall.kick:
             message = f"a scene has no walls that kick: remove wall {each.wall.number} first"
             raise setting_error("kick", each.wall.kick, message)
+    _refuse_pushes(live)
     posts = [each for each in walls if each.is_drawn and isinstance(each.shape, pymunk.Circle)]
     others = [each for each in walls if each not in posts]
     hits, cue = _of_balls(live)
+    if cue is None:
+        cue = next((ball.number for ball in balls if ball.id == "cue"), None)
     at_cushions, rubs = _of_cushions(others)
     moves = [live.motion_of(ball) for ball in balls]
     places = tuple([(x, y) for (x, y, _, _), _ in moves])
@@ -73,6 +76,19 @@ def scene_of(live: LiveTable, law: Law, table: Table | None) -> tuple[Scene, Sta
     )  # fmt: skip
     rolls = tuple([roll for _, roll in moves]) if surface.rolls else None
     return scene, State(places, tuple([(u, v) for (_, _, u, v), _ in moves]), roll=rolls)
+
+
+def _refuse_pushes(live: LiveTable) -> None:
+    """Refuse what pushes balls at the end of each step."""
+    for key, value in live.left_out.items():
+        message = f"a scene has no {key} of a space"
+        if key == "gravity":
+            message = "balls of a scene fall only without deceleration and rolling"
+        raise setting_error(key, value, message)
+    for ball in live.on_table:
+        if ball.body.constraints:
+            message = f"a scene has no springs and joints: remove those of ball {ball.name} first"
+            raise setting_error("constraints", len(ball.body.constraints), message)
 
 
 def _ground(live: LiveTable, table: Table | None) -> Table | None:

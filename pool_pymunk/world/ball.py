@@ -99,7 +99,9 @@ class TablePath(NamedTuple):
         return math.sqrt(self.vx * self.vx + self.vy * self.vy)
 
     def at(self, t: float) -> tuple[Vector, Vector]:
-        """Return place (m) and velocity (m/s) at a time (s), not before the path began."""
+        """Return place (m) and velocity (m/s) at a time (s); SettingError before the path began."""
+        if t < self.t:
+            raise setting_error("t", t, f"this path began at {self.t:g} s")
         x, y, vx, vy = Path(*self).at(t)
         return (x, y), (vx, vy)
 
@@ -107,12 +109,12 @@ class TablePath(NamedTuple):
 class TableBall:
     """A ball has a number, its circle and its body.
 
-    ``id`` is the name that you gave it, or None. ``is_on_table`` is False once the ball is pocketed
-    or removed. ``data`` is for what you want to keep with it; the table never reads it.
+    ``id`` is the name that you gave it, or None. ``data`` is for what you want to keep with it; the
+    table never reads it.
     """
 
     __slots__ = ("as_it_came", "body", "body_id", "circle", "core", "data", "follow", "id",
-                 "in_hits", "is_on_table", "own_filter", "radius", "shapes")  # fmt: skip
+                 "in_hits", "own_filter", "shapes", "stays")  # fmt: skip
     as_it_came: AsItCame
     in_hits: AsItCame
 
@@ -121,10 +123,10 @@ class TableBall:
     ) -> None:
         assert circle.body is not None
         self.circle, self.core, self.follow = circle, core, follow
-        self.body, self.body_id, self.radius = circle.body, circle.body.id, circle.radius
+        self.body, self.body_id = circle.body, circle.body.id
         self.id: str | None = None
         self.data: Any = None
-        self.is_on_table = True
+        self.stays = True  # on the table
         self.own_filter = circle.filter  # as the user gave it
         self.shapes: tuple[pymunk.Shape, ...] = ()  # what leaves the space with it, and comes back
 
@@ -137,6 +139,16 @@ class TableBall:
     def number(self) -> int:
         """The number of the ball: that of balls which were added before it."""
         return self.core.number
+
+    @property
+    def radius(self) -> float:
+        """The radius (m) of the ball."""
+        return self.core.radius
+
+    @property
+    def is_on_table(self) -> bool:
+        """Tell whether the ball is on the table: nobody has pocketed or removed it."""
+        return self.stays
 
     @property
     def name(self) -> str:

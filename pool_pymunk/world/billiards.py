@@ -34,7 +34,7 @@ from pool_pymunk.laws import Law, Pair, law_in_core
 from pool_pymunk.model import Scene, State, Table
 from pool_pymunk.model.former import Former
 from pool_pymunk.model.plain import argument, check_choice, finite, number, point, size
-from pool_pymunk.model.problems import setting_error, shown, suggestion
+from pool_pymunk.model.problems import listed, setting_error, shown, suggestion
 from pool_pymunk.world import checks
 from pool_pymunk.world.as_scene import scene_of
 from pool_pymunk.world.ball import FROM_ZERO, SHARE, ContactEvent, TableBall, TableState
@@ -138,7 +138,8 @@ class Billiards:
         table = OwnPairs(surface, Patches([], []), pair)
         self.engine = LiveEngine(table, law_in_core(self._law), tolerance)
         self.live = LiveTable(space, self.engine, longest)
-        table.balls = self.balls = self.live.balls  # all that were ever added, by their numbers
+        table.balls = self.live.balls
+        self._has_warned = False  # that predict leaves out what pushes balls
         self._walls, self._steps = self.live.walls, Steps(self.live, self)
         self._patch_numbers = count()
 
@@ -245,6 +246,11 @@ class Billiards:
     @least_closing.setter
     def least_closing(self, speed: float) -> None:
         self._steps.least_closing = argument("least_closing", speed, FROM_ZERO)
+
+    @property
+    def balls(self) -> list[TableBall]:
+        """Return all balls that were ever added, by their numbers."""
+        return self.live.balls
 
     @property
     def count(self) -> int:
@@ -360,7 +366,7 @@ class Billiards:
         now.
         """
         self._catch_up(changes_space=True)
-        drawn = checks.check_wall(shape, self.space)
+        drawn = checks.check_wall(shape, self.space, bool(sides))
         restitution = argument("restitution", restitution, SHARE)
         friction = argument("friction", friction, FROM_ZERO)
         kick = argument("kick", kick, FROM_ZERO)
@@ -473,7 +479,10 @@ class Billiards:
 
     @property
     def patches(self) -> dict[int, tuple[tuple[Vector, ...], Vector | None, float | None]]:
-        """Return the corners (m) of each patch, or its centre and its radius, by its number."""
+        """Return corners, centre and radius (m) of each patch, by its number.
+
+        A polygon has neither centre nor radius (None), and a circle has no corners.
+        """
         return {k: (p.corners, p.center, p.radius) for k, p in self.live.patches.items()}
 
     def to_scene(self, table: Table | None = None) -> tuple[Scene, State]:
@@ -481,9 +490,10 @@ class Billiards:
 
         So an opponent tries thousands of shots at once. Balls have their ids, or their numbers.
         Walls that are segments become the ``table``'s cushions, round ones posts; if the segments
-        are no single outline, give the table. Gravity is 1 m/s^2, so that coefficients of surface
-        friction are decelerations. Raises ValueError for what a scene cannot have, such as walls
-        with several coefficients.
+        are no single outline, give the table. A ball whose id is "cue" is the cue ball. Gravity is
+        1 m/s^2, so that coefficients of surface friction are decelerations. Raises ValueError for
+        what a scene cannot have, such as walls with several coefficients, and balls with springs.
+        Other bodies of the space are left out.
 
         >>> from pool_pymunk import same_balls, simulate_many
         >>> live = Billiards(pymunk.Space(), 1 / 60, deceleration=1.0, pair=same_balls(0.9, 0.0))
@@ -524,18 +534,25 @@ class Billiards:
         strangers = [i for i in state.motions if not 0 <= i < len(self.balls)]
         if strangers:
             raise setting_error("state", strangers, "this table has had no balls of these numbers")
-        for i, (x, y, _, _) in state.motions.items():  # Walls and pockets may have come since.
+        for i, (x, y, vx, vy) in state.motions.items():  # Walls and pockets may have come since.
             check_place((x, y), self.balls[i].radius, {}, self._walls.now())
+            key = f"state: velocity of ball {self.balls[i].name}"
+            checks.check_speed(key, (vx, vy), self.balls[i].radius, state.time + self.max_dt)
         self.live.restore(state)
 
     def predict(self, ball: TableBall, velocity: Vector, roll: float = 0.0) -> Prediction:
         """Return where a ball and what it meets would go, if it were struck now: the aiming line.
 
         Only the table's balls, walls and pockets count. Walls that move stand where they are.
+        Damping of the space, and gravity where friction slows balls, are left out, with a warning.
         """
         self._check_ball(ball)
         self._walls.refuse_changed()
         going = checks.read_strike(velocity, roll, self.live.surface)
+        if self.live.left_out and not self._has_warned:
+            self._has_warned = True
+            said = " and ".join(self.live.left_out)
+            warnings.warn(f"predict leaves out the {said} of the space", stacklevel=2)
         own = self.engine.table
         assert isinstance(own, OwnPairs)
         engine = self.engine.copy(own.copy(), Recorder())
@@ -641,4 +658,7 @@ def _check_name(name: str, is_own: bool) -> None:
     is_alike = bool(get_close_matches(name.lower(), CALLBACKS, cutoff=0.8))
     is_misspelled = is_alike if is_own else is_alike or name.startswith("on_")
     if is_misspelled and name.lower().startswith("on") and name not in CALLBACKS:
-        raise AttributeError(f"a Billiards has no {name}{suggestion(name.lower(), CALLBACKS)}")
+        there = (
+            suggestion(name.lower(), CALLBACKS) if is_alike else f"; it calls {listed(CALLBACKS)}"
+        )
+        raise AttributeError(f"a Billiards has no {name}{there}")

@@ -120,6 +120,8 @@ def check_circle(circle: Any, t: float, space: pymunk.Space) -> None:
         message = "a ball's circle must have a body"
     elif body.body_type != pymunk.Body.DYNAMIC:
         message = "a ball's body must be dynamic"
+    elif circle.sensor:
+        message = "a ball's circle must not be a sensor, which nothing in a space meets"
     if message:
         raise setting_error("circle", type(circle).__name__, message)
     if tuple(circle.offset) != (0.0, 0.0):
@@ -185,8 +187,8 @@ def is_sound(ball: TableBall, motion: Motion, t: float) -> bool:
     return is_small and not is_too_fast(motion[2:], ball.radius, t)
 
 
-def check_wall(shape: Any, space: pymunk.Space) -> Drawn:
-    """Return the shape of a wall; refuse what cannot be one of a space."""
+def check_wall(shape: Any, space: pymunk.Space, has_sides: bool) -> Drawn:
+    """Return the shape of a wall, which may have other sides; refuse what cannot be one."""
     message = ""
     if not isinstance(shape, pymunk.Segment | pymunk.Circle | pymunk.Poly):
         message = "a wall must be a pymunk.Segment, Circle or Poly"
@@ -194,6 +196,8 @@ def check_wall(shape: Any, space: pymunk.Space) -> Drawn:
         message = "its body is gone, because a shape does not keep its body: keep the body yourself"
     elif shape.body.body_type == pymunk.Body.DYNAMIC:
         message = "a wall's body must be static, or kinematic for a wall that moves"
+    elif shape.sensor and not has_sides:
+        message = "balls do not bounce off a sensor: let it be none, or give sides"
     elif isinstance(shape, pymunk.Segment) and shape.a == shape.b:
         message = "a segment must have two ends"
     elif not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.world.ball import ContactEvent, TableBall
 from pool_pymunk.world.bodies import Rows, rows_of
 from pool_pymunk.world.checks import check_space, check_step
-from pool_pymunk.world.table import NOTHING, LiveTable, Phase
+from pool_pymunk.world.table import NO_THREAD, NOTHING, LiveTable, Phase
 
 # Callbacks may hear so often of one time, after which a game would not notice their end. A thousand
 # calls take half a second; no test of games has more than five.
@@ -84,8 +85,16 @@ class Steps:
 
     def step_until(self, until: float, dt: float) -> None:
         """Make a step of ``dt`` (s), which ends at a time (s)."""
-        live, engine = self.live, self.live.engine
+        live = self.live
         live.follow()
+        live.stepped_by = get_ident()
+        try:
+            self._make_step(until, dt)
+        finally:
+            live.stepped_by = NO_THREAD
+
+    def _make_step(self, until: float, dt: float) -> None:
+        live, engine = self.live, self.live.engine
         check_space(live.space)
         live.refuse_changes(self.count)
         if live.walls.moving:

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterable
 from enum import Enum, auto
 from functools import partial
+from threading import get_ident
 
 import numpy as np
 import pymunk
@@ -20,7 +21,7 @@ from pool_pymunk.core.motion.times import Vector
 from pool_pymunk.core.table import Table
 from pool_pymunk.core.walls.side import OVERLAP
 from pool_pymunk.model import Patch
-from pool_pymunk.model.problems import SettingError
+from pool_pymunk.model.problems import SettingError, setting_error
 from pool_pymunk.model.scene import ground_of
 from pool_pymunk.world.ball import HAIR, Disc, TableBall, TableState
 from pool_pymunk.world.bodies import ROW, Bodies, Rows, rows_of
@@ -30,6 +31,7 @@ from pool_pymunk.world.outlook import free_spot
 from pool_pymunk.world.walls import Obstacle, Walls
 
 NOTHING = (0.0, 0.0)
+NO_THREAD = -1
 HOPS = (
     "ball {} hops at {:g} s and will not rest: where friction slows balls, gravity is one push a "
     "step. Without deceleration and rolling balls fall exactly, and rest"
@@ -69,6 +71,7 @@ class LiveTable:
         self.written: Rows = np.zeros((0, ROW))
         self.phase = Phase.BETWEEN
         self.began = 0.0  # s; when the present step, or the last one, began
+        self.stepped_by = NO_THREAD  # the thread that makes the present step
         self.unsound: set[TableBall] = set()  # Their bodies have numbers that are none.
         self.touched: set[TableBall] = set()  # by others, since the last step
 
@@ -101,7 +104,7 @@ class LiveTable:
         self.space.add(*[each for each in dict.fromkeys(things) if each.space is None])
         ball.own_filter = own = ball.circle.filter
         set_apart(ball.circle)
-        ball.is_on_table = True
+        ball.stays = True
         self.ball_of[ball.body_id] = ball
         self.own.update((ball.body, ball.circle))
         self.bodies.come(ball)
@@ -123,7 +126,7 @@ class LiveTable:
             return
         if not ball.core.is_off:
             self.engine.take_off(ball.core)
-        ball.is_on_table = False
+        ball.stays = False
         del self.ball_of[ball.body_id]
         self.own.difference_update((ball.body, ball.circle))
         self.bodies.forget()
@@ -202,6 +205,9 @@ class LiveTable:
 
     def follow(self) -> None:
         """Take what differs from what was last written as new starts."""
+        if self.stepped_by not in (NO_THREAD, get_ident()):
+            message = "another thread makes a step: call this between steps, under a lock"
+            raise setting_error("space", "in a step", message)
         if self.phase in (Phase.STEPPING, Phase.PLAYING):
             return
         if self.space.gravity != self.gravity:
@@ -248,6 +254,16 @@ class LiveTable:
         """The acceleration (m/s^2) at which balls fall; gravity pushes those that slide."""
         surface = self.surface
         return (surface.gx, surface.gy) if isinstance(surface, Falling) else NOTHING
+
+    @property
+    def left_out(self) -> dict[str, object]:
+        """What of the space pushes balls at the end of each step, and solvers do not know."""
+        found = dict[str, object]()
+        if self.gravity != self.falls:
+            found["gravity"] = list(self.gravity)
+        if self.space.damping != 1.0:
+            found["damping"] = self.space.damping
+        return found
 
     def _move(self, moved: dict[TableBall, tuple[Motion, bool, bool]]) -> None:
         """Set balls off that others have put elsewhere, or have given another velocity."""
@@ -334,7 +350,7 @@ class LiveTable:
         self.slow[ball] = self.slow.get(ball, 0) + 1 if is_slow else 0
         if self.slow[ball] > 4 * SLOW and not self.has_warned:
             self.has_warned = True
-            warnings.warn(HOPS.format(ball.number, self.engine.now), stacklevel=6)
+            warnings.warn(HOPS.format(ball.number, self.engine.now), stacklevel=7)
 
     # -- walls that move ---------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ import pymunk
 import pytest
 
 from pool_pymunk import NT, Billiards, Law, Pair, same_balls
-from pool_pymunk.world import ContactEvent, TableBall
+from pool_pymunk.world import ContactEvent, TableBall, TableState
 from pool_pymunk.world import steps as world_steps
 from tests.shared.worlds import Point, fence, plane, steps
 from tests.shared.worlds import ball as small_ball
@@ -402,6 +402,8 @@ def test_a_callback_of_another_name_is_refused() -> None:
         table.on_contcat = print  # type: ignore[attr-defined]
     with pytest.raises(AttributeError, match=r'no oncontact; did you mean "on_contact"\?$'):
         table.oncontact = print  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match=r"no on_hit; it calls on_contact, on_stop, on_pocket"):
+        table.on_hit = print  # type: ignore[attr-defined]
     table.on_contact = print
     table.score = 3  # type: ignore[attr-defined]
 
@@ -815,6 +817,57 @@ def test_times_and_states_of_another_kind_are_named() -> None:
         table.play(5)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"^state = .*TableState\.from_json makes it of its JSON$"):
         table.restore_state(table.save_state().to_json())  # type: ignore[arg-type]
+    one = ball(table, 0.0)
+    fast = TableState(0.0, {0: (0.0, 0.0, 1e30, 0.0)})
+    with pytest.raises(ValueError, match=r"^state: velocity of ball 0 = \[1e\+30, 0.0\]: is so "):
+        table.restore_state(fast)
+    assert one.body.velocity == (0.0, 0.0)
+
+
+def test_what_a_ball_is_cannot_be_set() -> None:
+    _, table = world(1.0)
+    one = ball(table, 0.0)
+    for key, value in (("radius", 1.0), ("is_on_table", False), ("number", 3)):
+        with pytest.raises(AttributeError):
+            setattr(one, key, value)
+    assert (one.radius, one.is_on_table) == (one.circle.radius, True)
+    table.strike(one, (1.0, 0.0))
+    with pytest.raises(ValueError, match=r"^t = -1.0: this path began at 0 s$"):
+        one.path.at(-1.0)
+
+
+def test_a_sensor_is_no_ball_and_no_wall() -> None:
+    space, table = world(1.0)
+    circle, gate = pymunk.Circle(pymunk.Body(1.0, 1.0), R), pymunk.Circle(space.static_body, R)
+    circle.sensor = gate.sensor = True
+    with pytest.raises(ValueError, match=r"^circle = Circle: a ball's circle must not be a sensor"):
+        table.add_ball(circle)
+    with pytest.raises(ValueError, match=r"^shape = Circle: balls do not bounce off a sensor: let"):
+        table.add_wall(gate, 0.5)
+    assert not (table.balls or table.walls or space.shapes)
+
+
+def test_other_threads_are_refused_while_a_step_is_made() -> None:
+    _, table = plane()
+    one, said = small_ball(table, 0.0), list[str]()
+
+    def look() -> None:
+        for call in (table.save_state, lambda: one.path, lambda: table.moving):
+            with pytest.raises(ValueError) as refused:
+                call()
+            said.append(str(refused.value))
+
+    def in_another_thread(_: object, __: float) -> None:
+        other = threading.Thread(target=look)
+        other.start()
+        other.join()
+
+    table.on_stop = in_another_thread
+    table.strike(one, (1.0, 0.0))
+    table.play()
+    line = "space = in a step: another thread makes a step: call this between steps, under a lock"
+    assert said == [line] * 3
+    assert table.moving == {}
 
 
 @pytest.mark.parametrize("where", ["body", "both"])

@@ -272,3 +272,32 @@ def test_what_no_scene_has_is_refused_in_one_sentence() -> None:
         ball(table, 0.3 + 0.07 * k, 0.5)
     with pytest.raises(ValueError, match="pair = several coefficients"):
         table.to_scene()
+
+
+def test_what_pushes_balls_in_a_space_is_in_no_scene_and_no_aiming_line() -> None:
+    for key, value, said in (
+        ("gravity", (0.0, -9.8), r"^gravity = \[0.0, -9.8\]: balls of a scene fall only without"),
+        ("damping", 0.3, r"^damping = 0.3: a scene has no damping of a space$"),
+    ):
+        table = walled()
+        one = ball(table, 0.5, 0.5)
+        setattr(table.space, key, value)
+        with pytest.raises(ValueError, match=said):
+            table.to_scene()
+        with pytest.warns(UserWarning, match=f"^predict leaves out the {key} of the space$"):
+            table.predict(one, (1.0, 0.0))
+        table.predict(one, (1.0, 0.0))  # It is said once.
+    table = walled()
+    one = ball(table, 0.5, 0.5)
+    spring = pymunk.DampedSpring(table.space.static_body, one.body, (0, 0), (0, 0), 0.1, 1.0, 0.1)
+    table.space.add(spring)
+    with pytest.raises(ValueError, match=r"^constraints = 1: .* joints: remove those of ball 0 "):
+        table.to_scene()
+
+
+def test_a_ball_called_cue_is_the_cue_ball_of_a_scene() -> None:
+    table = walled()
+    for k, name in enumerate(("1", "cue")):
+        ball(table, 0.3 + 0.2 * k, 0.5).id = name
+    scene, _ = table.to_scene()
+    assert scene.cue is scene.balls[1]
