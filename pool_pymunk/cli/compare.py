@@ -53,9 +53,12 @@ def _report(measured: Tradeoff, left_out: Mapping[str, str], pictures: bool) -> 
     for row in rows:
         yield from _shown(row)
     yield from runs.left_out_sentences(left_out)
-    yield File("ends.csv", ResultTable(ENDS, _ends(found)).csv)
+    compared = {run.solver for run in played}
+    own = [Comparison(one, one) for one in exact if one.solver not in compared]
+    yield File("ends.csv", ResultTable(ENDS, _ends([*own, *found])).csv)
     yield {
         "reference": exact[0].solver,
+        "exact": {one.name: one.final for one in exact},
         "comparisons": list(map(_record, found)),
         "left_out": dict(left_out),
     }

@@ -338,13 +338,18 @@ def test_compare_explains_the_published_ends(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
     assert "up to 0.014 in off the exact ones, along x or y (ball 3)" in result.stdout
     assert "got its sign from rounding there" in result.stdout
-    records = json.loads(file.read_text())["comparisons"]
+    found = json.loads(file.read_text())
+    records, exact = found["comparisons"], found["exact"]
     assert len(records) == 8
     assert all(r["largest"] < 1e-9 * INCH for r in records if r["solver"]["name"] == "pymunk")
     parted = [r for r in records if r["divergence"]]
     assert parted
     assert {"t", "kind", "text"} <= set(parted[0]["divergence"])
-    assert (tmp_path / "ends.csv").exists()
+    with (tmp_path / "ends.csv").open() as table:
+        rows = [row for row in csv.DictReader(table) if row["solver"] == "event-driven"]
+    assert len(rows) == 44 and {float(row["distance"]) for row in rows} == {0.0}
+    for row in rows:
+        assert [float(row["x"]), float(row["y"])] == exact[row["shot"]][row["ball"]]
 
 
 def test_tradeoff_measures_and_draws(tmp_path: Path) -> None:
