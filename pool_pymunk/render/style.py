@@ -38,7 +38,7 @@ class Look(NamedTuple):
     pieces: int = 40  # A track that fades consists of about this number of pieces.
     oldest: float = 0.6  # The oldest end of a track is as strong as this, the newest end 1.
     # Halos around balls and tracks are as strong as this. With it every ball's track, or its halo,
-    # differs from cloths of eleven colours by 15 in CIELAB (tests/render/test_render.py).
+    # differs from cloths of eleven colours by 24 in CIELAB (tests/render/test_render.py).
     halo: float = 0.6
     arrow: float = 0.08  # An arrow is as long as the path of a ball in this time, if that shows.
     shot: float = 0.5  # The arrow of the shot fades in this time.
