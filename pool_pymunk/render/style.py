@@ -100,17 +100,17 @@ SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", 
 def ball_colors(scene: Scene) -> tuple[str, ...]:
     """Return every ball's colour: its own, of pool if there are pockets, or of the palette.
 
-    A number has the same colour of the palette wherever it stands among the balls.
+    A number has the same colour of the palette wherever it stands among the balls. The cue ball is
+    white, and so is a ball that is called "cue".
     """
-    ids = [ball.id for ball in scene.balls if not ball.cue]
+    white = {ball.id for ball in scene.balls if ball.cue or ball.id == "cue"}
+    ids = [ball.id for ball in scene.balls if ball.id not in white]
     places = {id_: int(id_) - 1 for id_ in ids if id_ in POOL_IDS}
     free = (place for place in count() if place not in places.values())
     places |= {id_: next(free) for id_ in ids if id_ not in places}
     pool = {id_: POOL[(int(id_) - 1) % len(POOL)] for id_ in POOL_IDS if scene.pockets}
-    return tuple(
-        ball.color or (CUE if ball.cue else pool.get(ball.id) or default_color(places[ball.id]))
-        for ball in scene.balls
-    )
+    usual = {id_: pool.get(id_) or default_color(place) for id_, place in places.items()}
+    return tuple(ball.color or usual.get(ball.id, CUE) for ball in scene.balls)
 
 
 def striped(scene: Scene) -> tuple[bool, ...]:

@@ -803,12 +803,14 @@ def test_a_key_has_the_balls_in_their_order() -> None:
 
 
 def test_a_number_has_one_colour_wherever_its_ball_stands() -> None:
-    """So a ball of a file looks like that of a scene in Python."""
-    balls = [Ball(name, (0.1 * k, 0.0), 0.02, 0.1) for k, name in enumerate(("red", "3", "1", "2"))]
+    """So a ball of a file looks like that of a scene in Python; what is called cue is white."""
+    names = ("red", "3", "1", "2", "cue")
+    balls = [Ball(name, (0.1 * k, 0.0), 0.02, 0.1) for k, name in enumerate(names)]
     for some in (balls, balls[::-1], balls[1:3]):
         scene = Scene(tuple(some), restitution=load("report").restitution)
         its = dict(zip(scene.index, ball_colors(scene), strict=True))
         assert (its["1"], its["3"]) == (style.PALETTE[0], style.PALETTE[2])
+        assert its.get("cue", "#ffffff") == "#ffffff"
         assert len({*its.values()}) == len(some)
     for name in ("hexagon", "l-shaped"):
         assert ball_colors(load(name))[1:4] == style.PALETTE[:3]
