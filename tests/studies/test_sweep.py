@@ -385,18 +385,25 @@ def test_memory_does_not_grow_with_the_sweep(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
-def test_an_interrupt_ends_large_parts_at_once(tmp_path: Path) -> None:
-    """While workers play, hardly anything in the first process is the package's own code."""
+@pytest.mark.parametrize(
+    ("send", "number"),
+    [("kill", signal.SIGINT), ("kill", signal.SIGTERM), ("killpg", signal.SIGTERM)],
+)
+def test_an_interrupt_ends_large_parts_at_once(tmp_path: Path, send: str, number: int) -> None:
+    """While workers play, hardly anything in the first process is the package's own code.
+
+    SIGTERM may come to the workers, too.
+    """
     small = COMMAND.index(IN_SMALL_PARTS)
     command = [*COMMAND[: small - 1], "-m", "pool_pymunk", *COMMAND[small + 1 :]]
     command[command.index("60000")] = "3000000"
     process = subprocess.Popen(
         [*command, "--out", str(tmp_path), "--workers", "2"],
-        stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL,
+        stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL, start_new_session=True,
     )  # fmt: skip
     while not list(tmp_path.glob("_*")):
         time.sleep(0.05)
     time.sleep(5.0)
-    process.send_signal(signal.SIGINT)
+    getattr(os, send)(process.pid, number)
     _, said = process.communicate(timeout=20)
-    assert (process.returncode, without_remarks(said)) == (130, "error: interrupted\n")
+    assert (process.returncode, without_remarks(said)) == (128 + number, "error: interrupted\n")
