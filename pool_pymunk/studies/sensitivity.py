@@ -179,10 +179,13 @@ class Sensitivity:
         )  # fmt: skip
 
     def as_dict(self) -> dict[str, object]:
-        """Return the shot as in the JSON of ``sensitivity --json``, in SI; null means never."""
+        """Return the shot as in the JSON of ``sensitivity --json``; null means never.
+
+        It is in SI; the half width of the angle is in degrees, as it is typed and printed.
+        """
         errors, counts = self.uncertainty, ("seed", "samples", "unfinished", "rejected")
         widths = errors.widths(self.reference.scene).tolist()
-        of_shot = {"speed": errors.speed, "angle": errors.angle}
+        of_shot = {"speed": errors.speed, "angle": math.degrees(errors.angle)}
         balls = {one.ball: asdict(one) | {"horizon": known(one.horizon)} for one in self.balls}
         return {
             "name": self.reference.name,

@@ -419,6 +419,7 @@ def test_tracks_of_many_balls_take_a_few_hundred_strokes(
 def test_an_old_white_track_is_seen_on_a_white_table(visit: Any, tmp_path: Path) -> None:
     report = load("report")
     ball = Ball("cue", (0.2, 0.5), 0.05, 0.2, velocity=(1.0, 0.0), color="#ffffff")
+    assert report.table is not None
     table = replace(report.table, color="#ffffff")
     scene = replace(report, table=table, balls=(ball,), shots=())
     simulate(scene, solver="event-driven", max_time=1.0).to_html(tmp_path / "white.html")

@@ -436,6 +436,7 @@ def test_the_command_says_what_each_cause_makes_in_eighty_columns(
     assert exit_code("sensitivity", "report", *arguments) == 0
     printed = capsys.readouterr().out
     assert "…" not in printed
+    assert "std of x, y  by starts  by speed  by angle" in printed  # in one line
     assert "Each ± is half the width of a uniform distribution" in printed
     assert "Its standard deviation by each cause alone: starts 0.0" in printed
     assert "by the starts alone, divided by that of the starts (0.0029 in)" in printed
@@ -443,6 +444,7 @@ def test_the_command_says_what_each_cause_makes_in_eighty_columns(
     (shot,) = json.loads(log.read_text(encoding="utf-8"))["shots"]
     assert [*shot["causes"]] == [*shot["linear"]["causes"]] == ["starts", "speed", "angle"]
     assert shot["balls"]["C"]["amplification"] is None
+    assert shot["uncertainty"]["angle"] == pytest.approx(0.1)  # degrees, as it was typed
     assert shot["causes"]["starts"]["C"]["amplification"] > 1.0
     assert shot["causes"]["speed"]["C"]["std"][0] > 0.0
 
