@@ -204,13 +204,25 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert sweep(load("report"), 1, **how, out=folder, resume=False).played == 200
 
 
+def test_more_samples_go_on_with_it(tmp_path: Path) -> None:
+    """Only the last part, which was smaller than the others, is played again."""
+    how: dict[str, Any] = {"vary": VARY, "chunk": 50}
+    sweep(load("report"), 1, **how, samples=220, out=tmp_path / "whole")
+    folder = tmp_path / "grown"
+    assert sweep(load("report"), 1, **how, samples=120, out=folder).played == 120
+    assert sweep(load("report"), 1, **how, samples=220, out=folder).played == 120
+    assert job.read_manifest(folder)["samples"] == 220
+    assert same(folder, tmp_path / "whole")
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
         ({"seed": 1}, r"another seed \(0\)"),
         ({"law": "coulomb"}, "another (scene|law)"),
         ({"vary": {"angle": (-5, 6)}}, "another vary"),
-        ({"samples": 201}, "other samples"),
+        ({"samples": 199}, r"other samples \(200\)"),
+        ({"samples": 201, "seed": 1}, r"another seed \(0\)"),
         ({"chunk": 10}, r"another chunk \(50\)"),
         ({"shot": 2}, "another shot"),
         ({"aims_anew": True}, "another shot"),
