@@ -77,6 +77,13 @@ class LiveTable:
         """The time (s) at which the present step, or the next one, ends at the latest."""
         return self.engine.now + self.max_dt
 
+    @property
+    def slows(self) -> bool:
+        """This tells whether anything brings balls to rest: friction, gravity, or the space."""
+        surfaces = [self.surface, *self.engine.table.patches.surfaces]
+        own = self.space.damping < 1.0 or bool(self.space.constraints)
+        return own or any(isinstance(each, Falling) or each.drag > 0.0 for each in surfaces)
+
     # -- balls come and go -------------------------------------------------------------------------
 
     def put_ball(self, circle: pymunk.Circle, roll: Vector) -> TableBall:

@@ -14,7 +14,7 @@ from typing import Any
 import pymunk
 import pytest
 
-from pool_pymunk import NT, Billiards, Law, Pair, same_balls
+from pool_pymunk import NT, Billiards, Law, Pair, SettingError, same_balls
 from pool_pymunk.world import ContactEvent, TableBall
 from pool_pymunk.world import steps as world_steps
 from tests.shared.worlds import Point, fence, plane, steps
@@ -394,6 +394,24 @@ def test_play_follows_what_is_set_by_hand() -> None:
     one.body.velocity = 300.0, 0.0
     table.play()
     assert one.body.position == pytest.approx((450.0, 0.0), abs=1e-9)
+
+
+def test_play_ends_where_nothing_slows_balls() -> None:
+    """Two balls fly apart; between walls they would not."""
+    _, table = world(1.0)
+    one, two = ball(table, 0.0, velocity=(300.0, 0.0)), ball(table, 100.0)
+    table.play()
+    assert (one.body.velocity, two.body.velocity) == ((0.0, 0.0), (300.0, 0.0))
+    wall_at(table, 800.0, 1.0)
+    with pytest.raises(SettingError, match=r"^latest = inf: is missing: "):
+        table.play()
+    table.play(latest=20.0)
+    assert table.time == 20.0
+    table.deceleration = 100.0
+    table.play()
+    assert not table.moving
+    table.deceleration = 0.0
+    table.play()
 
 
 def test_a_callback_of_another_name_is_refused() -> None:
