@@ -427,6 +427,22 @@ def test_a_callback_of_another_name_is_refused() -> None:
 # -- places, paths, numbers ------------------------------------------------------------------------
 
 
+def test_a_ball_that_is_dragged_off_the_table_is_warned_of_once() -> None:
+    """It lies where it was put, as any body does; within the walls nothing is said."""
+    space, table = world(deceleration=100.0)
+    fence(table, [(0, 0), (800, 0), (800, 400), (0, 400)], 4.0, 0.5, 0.0)
+    one = ball(table, 700.0, 350.0)
+    one.id = "8"
+    with pytest.warns(UserWarning) as said:
+        for x in (600.0, 790.0, 900.0, 1000.0):
+            one.body.position = x, 200.0
+            space.step(DT)
+    assert [str(each.message).partition(";")[0] for each in said] == [
+        'ball 0 (id "8"): the position of its body put it off the table'
+    ]
+    assert one.body.position == (1000.0, 200.0)
+
+
 def test_a_ball_that_is_dragged_between_others_overlaps_none() -> None:
     """It lies beside both: at the height of a triangle of 30, 30 and 40 over its base."""
     space, table = world(1.0)
