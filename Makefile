@@ -108,9 +108,10 @@ gallery: $(VENV)/installed
 		--out renders/gallery/atlas-eight-ball.png
 	$(BIN)/python examples/find_a_shot.py --out renders/gallery
 
-# the report's film by its own algorithm, its figures and its table of ends, in renders/handin
+# the report's film by its own algorithm, its figures and its table of ends, in renders/handin; of
+# shots of your own: make handin SCENARIO=mine.toml
 handin: $(VENV)/program-installed
-	$(BIN)/python docs/figures/hand_in.py
+	$(BIN)/python docs/figures/hand_in.py $(SCENARIO)
 
 # pictures of the page in a browser, for the gallery
 screenshots: $(VENV)/browser-installed

@@ -2,7 +2,7 @@
 
 import sys
 
-from pool_pymunk.safety.interrupts import INTERRUPTED, patient_interrupts
+from pool_pymunk.safety.interrupts import interrupted_code, patient_interrupts
 
 
 def main() -> None:
@@ -12,7 +12,7 @@ def main() -> None:
             from pool_pymunk import cli
     except KeyboardInterrupt:
         print("error: interrupted", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        sys.exit(interrupted_code())
     cli.main()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import io
 import json
 import math
@@ -406,14 +407,46 @@ def test_what_is_handed_in_has_all_its_parts(tmp_path: Path) -> None:
     assert len(files) == 4 * 3
     assert all((tmp_path / name).stat().st_size > 0 for name in files)
     assert [f"Figure {k}." in page for k in range(1, 9)] == [True] * 8
-    rows = (tmp_path / "ends.csv").read_text(encoding="utf-8").splitlines()
-    assert len(rows) == 1 + 44 == page.count("<tr>")
-    assert max(float(row.rpartition(",")[2]) for row in rows[1:]) < 2.0
-    for *_, x, y, published_x, published_y, off in (row.split(",") for row in rows[1:]):
-        numbers = (float(x) - float(published_x), float(y) - float(published_y))
-        assert math.hypot(*numbers) == pytest.approx(float(off), abs=1.5e-4)
+    rows = ends(tmp_path)
+    assert 1 + len(rows) == 1 + 44 == page.count("<tr>")
+    assert max(float(row["off (in)"]) for row in rows) < 2.0
+    for row in rows:
+        place = place_in(row, "", "in")
+        off = math.dist(place, place_in(row, "published ", "in"))
+        assert off == pytest.approx(float(row["off (in)"]), abs=1.5e-4)
+    head_on = next(row for row in rows if (row["shot"], row["ball"]) == ("Simulation 4", "9"))
+    assert place_in(head_on, "exact ", "in") == pytest.approx((19.61, 21.69), abs=0.005)
     for said in ("slices of 100 microseconds", "Restitution: ball on ball 0.9", "88 x 44 in"):
         assert page.count(said) == 1
     assert "law published" not in page and "1e-" not in page.replace("4e-14", "")
     for end in ("(17.19, 21.28)", "(19.61, 21.69)", "(21.48, 22.58)"):
         assert end in page
+
+
+def test_shots_of_ones_own_are_handed_in_with_exact_ends(tmp_path: Path) -> None:
+    made = runpy.run_path(str(HOME / "docs" / "figures" / "hand_in.py"))
+    small, scenario = (
+        FilmSettings(size=(320, 180), fps=5.0),
+        HOME / "docs" / "figures" / "mine.toml",
+    )
+    page = made["hand_in"](tmp_path, small, dt=1e-4, scenario=str(scenario))
+    exact = simulate(load(scenario), solver="event-driven")
+    for row in ends(tmp_path):
+        end = exact.final[row["ball"]]
+        assert place_in(row, "exact ", "m") == pytest.approx(end, abs=1e-6)
+        assert place_in(row, "", "m") == pytest.approx(end, abs=1e-2)
+    text = page.read_text(encoding="utf-8")
+    assert text.count("<tr>") == 1 + len(exact.final)
+    assert "<h1>My first table</h1>" in text and "the law coulomb" in text
+    assert "published" not in text and "Simulation 4" not in text
+
+
+def ends(folder: Path) -> list[dict[str, str]]:
+    """Return the rows of what is handed in as the table of ends."""
+    with (folder / "ends.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def place_in(row: dict[str, str], whose: str, unit: str) -> tuple[float, float]:
+    """Return a place from a row of the table of ends."""
+    return float(row[f"{whose}x ({unit})"]), float(row[f"{whose}y ({unit})"])

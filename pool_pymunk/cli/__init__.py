@@ -1,7 +1,8 @@
 """This is the command line: each command has a file of its own, imported when it is called.
 
 An error is printed with one line for each problem. The exit code is 0 for done, 1 for a run that
-could not be finished (what was computed is kept), 2 for bad input, and 130 for interrupted.
+could not be finished (what was computed is kept), 2 for bad input, and 130 for interrupted (143 by
+SIGTERM).
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from pool_pymunk.cli import options
 from pool_pymunk.cli.lines import CORE, InputError
 from pool_pymunk.core import compiled
 from pool_pymunk.safety.files import DEVICE_ERRORS, RenderError, bundled, check_place
-from pool_pymunk.safety.interrupts import INTERRUPTED, patient_interrupts
+from pool_pymunk.safety.interrupts import interrupted_code, patient_interrupts
 
 # The commands, each with an example.
 COMMANDS = {
@@ -141,6 +142,7 @@ for command, example in COMMANDS.items():
         epilog=f"Example: pool-pymunk {command} {example}",
     )(asked)
 
+INTERRUPTED = 130  # what typer returns after a KeyboardInterrupt
 # what the value of an option must be, by the type of pydantic's error
 WANTED = {"int_parsing": "must be a whole number", "float_parsing": "must be a number"}
 
@@ -209,6 +211,7 @@ def _exit_code(arguments: list[str] | None) -> int:
         return 1 if error.errno in DEVICE_ERRORS else 2  # the disk failed, or the place is bad
     if code == INTERRUPTED:
         _complain("interrupted")
+        code = interrupted_code()
     return code
 
 

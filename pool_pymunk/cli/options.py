@@ -260,6 +260,9 @@ class SensitivityOptions(InFolder, WithJson, Aimed, Shared, Uncertain, OfShot):
     )
     speed_error: str = option("Half-width of the shot's speed.", "SPEED", default="0")
     angle_error: str = option("Half-width of the shot's angle.", "DEGREES", default="0")
+    input_error: list[str] | None = option(
+        "Half-width of another input, such as restitution.cushion or mass.8.", "KEY=WIDTH"
+    )
     samples: int = option("Runs of each shot.", "N", default=1000)
     pictures: bool = option("Draw the cloud of ends of every ball.", default=True)
     by_derivatives: bool = flag(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import threading
 import webbrowser
+from contextlib import suppress
 from importlib.util import find_spec
 
 import typer
@@ -36,5 +37,6 @@ def play(asked: PlayOptions) -> int:
     typer.echo("Ctrl-C ends it.")
     if asked.browser:
         threading.Thread(target=webbrowser.open, args=(server.address,), daemon=True).start()
-    server.run()
+    with suppress(KeyboardInterrupt):
+        server.run()
     return 0

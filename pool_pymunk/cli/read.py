@@ -262,17 +262,30 @@ def varied(key: str, texts: Sequence[str] | None, units: Units) -> dict[str, tup
     return {name: input_values(key, name, text, units) for name, text in pairs(key, texts)}
 
 
-def pairs(key: str, texts: Sequence[str] | None) -> Iterator[tuple[str, str]]:
+def widths(key: str, texts: Sequence[str] | None, units: Units) -> dict[str, float]:
+    """Return half the widths of inputs, in SI, from KEY=WIDTH."""
+    found = dict[str, float]()
+    for name, text in pairs(key, texts, "WIDTH"):
+        width, *more = input_values(key, name, text, units)
+        if more:
+            raise InputError(f"{key} {name} = {text}: must be one number")
+        found[name] = width
+    return found
+
+
+def pairs(
+    key: str, texts: Sequence[str] | None, value: str = "LOW:HIGH"
+) -> Iterator[tuple[str, str]]:
     """Yield the key and the value of each KEY=VALUE."""
     seen = set()
     for text in texts or ():
-        name, equals, value = text.partition("=")
+        name, equals, typed = text.partition("=")
         if not equals:
-            raise InputError(f"{key} = {text}: must be KEY=LOW:HIGH")
+            raise InputError(f"{key} = {text}: must be KEY={value}")
         if name in seen:
             raise InputError(f"{key} = {text}: {name} stands there twice")
         seen.add(name)
-        yield name.strip(), value
+        yield name.strip(), typed
 
 
 def input_values(key: str, name: str, text: str, units: Units) -> tuple[float, ...]:

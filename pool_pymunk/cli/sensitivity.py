@@ -15,7 +15,7 @@ from pool_pymunk.cli.terminal import Bar, heading
 from pool_pymunk.model import Scene, Shot, Units, scenario
 from pool_pymunk.model.quantities import quantity
 from pool_pymunk.results.run import Run
-from pool_pymunk.results.table import ResultTable, TableColumn, alike
+from pool_pymunk.results.table import NO_BREAK, ResultTable, TableColumn, alike
 from pool_pymunk.results.words import counted
 from pool_pymunk.studies import sensitivity as study
 from pool_pymunk.studies.sensitivity import Linear, Sensitivity
@@ -32,7 +32,8 @@ def sensitivity(asked: SensitivityOptions) -> int:
     position, known_by = read.position_errors(asked, asked.scenario, scene)
     faster = quantity("--speed-error", asked.speed_error, "speed", scene.units, 0.0)
     turned = quantity("--angle-error", asked.angle_error, "angle", scene.units, 0.0)
-    errors = Uncertainty(position, faster, math.radians(turned))
+    others = read.widths("--input-error", asked.input_error, scene.units)
+    errors = Uncertainty(position, faster, math.radians(turned), others)
     shots = read.shots(scene, asked.shot)
     folder = read.folder(asked.out, asked.scenario, "sensitivity")
     if samples == 0 and not asked.by_derivatives:
@@ -164,7 +165,10 @@ def _ends(found: Sensitivity) -> ResultTable:
 def _spreads(
     run: Run, found: Sensitivity | None, line: Linear | None, alone: Mapping[str, Sensitivity]
 ) -> ResultTable:
-    """Return a table of the ends' standard deviations, in all and by each cause alone."""
+    """Return a table of the ends' standard deviations, in all and by each cause alone.
+
+    Its headings stay in one line: where they are too wide, there are several tables.
+    """
     units = run.scene.units
     columns: dict[TableColumn | str, list[str]] = {}
     if found is None:
@@ -186,7 +190,11 @@ def _spreads(
         spreads |= {f"by {cause}": std.max(axis=1, keepdims=True) for cause, std in causes.items()}
         for heading, stds in spreads.items():
             columns[heading] = _pairs(units, stds)
-    return ResultTable.of({"ball": run.final, **columns})
+    whole = {
+        TableColumn(key, key.replace(" ", NO_BREAK)) if isinstance(key, str) else key: cells
+        for key, cells in columns.items()
+    }
+    return ResultTable.of({"ball": run.final, **whole})
 
 
 def _pairs(

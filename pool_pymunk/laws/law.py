@@ -14,7 +14,8 @@ What you do not override stays Coulomb's. The equations of the package's laws st
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from inspect import isfunction, signature
 from typing import ClassVar
 
 from pool_pymunk.core.ball import Ball
@@ -31,7 +32,8 @@ class Law:
     """A law answers contacts; this base class is Coulomb's law for a single hit.
 
     For contacts of one instant it takes the mean over their orders. ``name`` is the name that a run
-    reports. A subclass that gives no name is called by its class's name.
+    reports. A subclass that gives no name is called by its class's name. TypeError names a method
+    of a subclass that cannot take what it is asked with.
     """
 
     name = "law"
@@ -41,6 +43,8 @@ class Law:
         super().__init_subclass__()
         if "name" not in vars(cls):
             cls.name = cls.__name__
+        for method in (Law.ball_ball, Law.cushion, Law.together, Law.jumps):
+            _refuse_other_arguments(cls, method)
 
     def ball_ball(self, a: NT, b: NT, pair: Pair) -> tuple[NT, NT]:
         """Return the velocities of A and B after their hit; the normal points from A to B."""
@@ -76,6 +80,18 @@ class Law:
     def jumps(self, a: NT, b: NT, pair: Pair) -> bool:
         """Tell whether the law jumps here, so that rounding would decide its answer."""
         return self.equations.jumps(a, b, core.Pair(*pair))
+
+
+def _refuse_other_arguments(kind: type[Law], method: Callable[..., object]) -> None:
+    """Refuse a method of a law of one's own that cannot take what Law's own takes."""
+    own, (_, *takes) = vars(kind).get(method.__name__), signature(method).parameters
+    if not isfunction(own):
+        return
+    try:
+        signature(own).bind(kind, *takes)
+    except TypeError:
+        message = f"its {method.__name__} must take {', '.join(takes)} after self"
+        raise TypeError(f"law {kind.name}: {message}") from None
 
 
 class Coulomb(Law):

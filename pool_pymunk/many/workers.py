@@ -121,6 +121,7 @@ class Workers:
         except NotSentError as error:
             return self._alone(work, common, items, error)
         except BrokenExecutor:
+            raise_pending()  # What ends this process may have ended the others, too.
             if self.executor is not None:
                 raise
             raise RuntimeError(f"workers = {self.count}: {said}") from None
@@ -152,6 +153,7 @@ class Workers:
                 raise_pending()
                 yield from (each.result() for each in finished)
         except BrokenExecutor:
+            raise_pending()
             if self.executor is not None:
                 raise
             raise RuntimeError(f"workers = {self.count}: {ENDED}") from None

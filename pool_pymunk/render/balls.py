@@ -250,7 +250,8 @@ def tracks(
 ) -> LineCollection:
     """Return balls' paths (K, 2), in points, as lines that fade towards where they begin.
 
-    A track that others cover is drawn on them once more, slimmer.
+    Their halos do not fade: of a white track on a light table they are what is seen. A track that
+    others cover is drawn on them once more, slimmer.
     """
     full = 2.0 * track_width(len(balls)) * (0.75 if solid else 0.35)
     layers, above, bare = list[_Layer](), list[_Layer](), np.array(to_rgb(ground))
@@ -260,7 +261,7 @@ def tracks(
         own = _Layer(pieces, strengths, ball.color, 1.0 if solid else PALE, core)
         if solid and pieces:
             halo = halo_color(ball.color), LOOK.halo, core + max(0.5 * core, 1.0)
-            layers.append(_Layer(pieces, strengths, *halo))
+            layers.append(_Layer(pieces, np.ones_like(strengths), *halo))
             above.append(own._replace(width=LOOK.slim * core))
         layers.append(own)
     layers += above[-2::-1]  # Nothing covers the last one.

@@ -38,7 +38,7 @@ class Look(NamedTuple):
     pieces: int = 40  # A track that fades consists of about this number of pieces.
     oldest: float = 0.6  # The oldest end of a track is as strong as this, the newest end 1.
     # Halos around balls and tracks are as strong as this. With it every ball's track, or its halo,
-    # differs from cloths of eleven colours by 15 in CIELAB (tests/render/test_render.py).
+    # differs from cloths of eleven colours by 24 in CIELAB (tests/render/test_render.py).
     halo: float = 0.6
     arrow: float = 0.08  # An arrow is as long as the path of a ball in this time, if that shows.
     shot: float = 0.5  # The arrow of the shot fades in this time.
@@ -100,17 +100,17 @@ SCREEN = Style(page="#15191d", ink="#e8ebee", faint="#8b949c", plane="#4b5860", 
 def ball_colors(scene: Scene) -> tuple[str, ...]:
     """Return every ball's colour: its own, of pool if there are pockets, or of the palette.
 
-    A number has the same colour of the palette wherever it stands among the balls.
+    A number has the same colour of the palette wherever it stands among the balls. The cue ball is
+    white, and so is a ball that is called "cue".
     """
-    ids = [ball.id for ball in scene.balls if not ball.cue]
+    white = {ball.id for ball in scene.balls if ball.cue or ball.id == "cue"}
+    ids = [ball.id for ball in scene.balls if ball.id not in white]
     places = {id_: int(id_) - 1 for id_ in ids if id_ in POOL_IDS}
     free = (place for place in count() if place not in places.values())
     places |= {id_: next(free) for id_ in ids if id_ not in places}
     pool = {id_: POOL[(int(id_) - 1) % len(POOL)] for id_ in POOL_IDS if scene.pockets}
-    return tuple(
-        ball.color or (CUE if ball.cue else pool.get(ball.id) or default_color(places[ball.id]))
-        for ball in scene.balls
-    )
+    usual = {id_: pool.get(id_) or default_color(place) for id_, place in places.items()}
+    return tuple(ball.color or usual.get(ball.id, CUE) for ball in scene.balls)
 
 
 def striped(scene: Scene) -> tuple[bool, ...]:

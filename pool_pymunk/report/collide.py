@@ -20,18 +20,28 @@ from dataclasses import asdict, dataclass
 from pool_pymunk.laws import LAWS, Law, find_law, respond
 from pool_pymunk.laws.contact import NT, Contact, Pair, split
 from pool_pymunk.model import Point, Problem
-from pool_pymunk.model.plain import between, choice, problems_of, size
+from pool_pymunk.model.plain import between, choice, finite, number, point, problems_of, size
 from pool_pymunk.model.problems import raise_any
 from pool_pymunk.results.words import without_slip
 
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """A disc is one of two balls that meet: mass (kg), radius (m), velocity (m/s)."""
+    """A disc is one of two balls that meet: mass (kg), radius (m), velocity (m/s).
+
+    >>> Disc("0.1", 0.03)
+    Traceback (most recent call last):
+        ...
+    pool_pymunk.SceneError: mass = "0.1": must be a number
+    """
 
     mass: float
     radius: float
     velocity: Point = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for key, read in (("mass", number), ("radius", number), ("velocity", point)):
+            raise_any(problems_of(getattr(self, key), read, key))
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +51,10 @@ class Material:
     restitution: float = 1.0
     friction: float = 0.0
     law: str | Law = "coulomb"
+
+    def __post_init__(self) -> None:
+        for key in ("restitution", "friction"):
+            raise_any(problems_of(getattr(self, key), number, key))
 
 
 ELASTIC = Material()
@@ -210,14 +224,12 @@ def _problems(a: Disc, b: Disc, material: Material, **place: float) -> Iterator[
     for name, ball in (("a", a), ("b", b)):
         yield from problems_of(ball.mass, size, name, "mass")
         yield from problems_of(ball.radius, size, name, "radius")
-        for v in ball.velocity:
-            yield from problems_of(abs(v), between(0.0), name, "velocity")
     yield from problems_of(material.restitution, between(0.0, 1.0), "restitution")
     yield from problems_of(material.friction, between(0.0), "friction")
     if not isinstance(material.law, Law):
         yield from problems_of(material.law, choice(LAWS), "law")
     for key, value in place.items():
-        yield from problems_of(abs(value), between(0.0), key)
+        yield from problems_of(value, finite, key)
 
 
 def _direction(a: Disc, b: Disc) -> Point:

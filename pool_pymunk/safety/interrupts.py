@@ -1,4 +1,4 @@
-"""This module raises Ctrl-C where it does no harm.
+"""This module raises Ctrl-C where it does no harm, and SIGTERM as Ctrl-C.
 
 Python raises KeyboardInterrupt at any point of the program. In a callback from C or in a destructor
 it is printed and lost, and in a library it may become another error. If it comes between the
@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-INTERRUPTED = 130  # the exit code of a command that Ctrl-C has ended
 PAUSE = 0.01  # s between attempts to raise a pending Ctrl-C
 # Our package, and those that must not be left halfway: pymunk swallows errors in its callbacks, and
 # after an interrupted import of a dataclass Python aborts at its end.
@@ -22,10 +21,14 @@ OWN, CALLS_BACK = "pool_pymunk", ("pymunk", "importlib")
 
 
 class _Waiting:
-    """This class notes whether a Ctrl-C is pending, and how many blocks must not be split by it."""
+    """This class notes whether a Ctrl-C is pending, and how many blocks must not be split by it.
+
+    ``last`` is the signal that was heard last.
+    """
 
     asked = False
     held = 0
+    last: int = signal.SIGINT
 
 
 @contextmanager
@@ -33,23 +36,29 @@ def patient_interrupts() -> Iterator[None]:
     """Delay a Ctrl-C in this block until it does no harm; a second one is raised at once.
 
     Where Ctrl-C is ignored, as in a job that a shell started in the background, it stays ignored.
+    SIGTERM, with which other programs end this one, is heard alike.
     """
-    if (
-        not hasattr(signal, "setitimer")
-        or threading.current_thread() is not threading.main_thread()
-        or signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    ):
+    is_main = threading.current_thread() is threading.main_thread()
+    if not hasattr(signal, "setitimer") or not is_main:
         yield
         return
-    heard = (signal.SIGINT, signal.SIGALRM)
-    usual = [signal.signal(number, _hear) for number in heard]
+    known = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    usual = {number: handler for number, handler in known.items() if handler != signal.SIG_IGN}
+    usual[signal.SIGALRM] = signal.getsignal(signal.SIGALRM)
+    for number in usual:
+        signal.signal(number, _hear)
     try:
         yield
         raise_pending()
     finally:
         _done_waiting()
-        for number, handler in zip(heard, usual, strict=True):
+        for number, handler in usual.items():
             signal.signal(number, handler)
+
+
+def interrupted_code() -> int:
+    """Return the exit code of an interrupted command: 130 after Ctrl-C, 143 after SIGTERM."""
+    return 128 + _Waiting.last
 
 
 @contextmanager
@@ -84,9 +93,10 @@ def raise_pending() -> None:
 
 def _hear(number: int, frame: FrameType | None) -> None:
     """Raise a Ctrl-C if it is the second or does no harm, and otherwise look again in a moment."""
-    is_second = _Waiting.asked and number == signal.SIGINT
-    _Waiting.asked |= number == signal.SIGINT
-    if is_second or _harmless(frame):
+    is_new, was_asked = number != signal.SIGALRM, _Waiting.asked
+    if is_new:
+        _Waiting.asked, _Waiting.last = True, number
+    if (is_new and was_asked) or _harmless(frame):
         raise_pending()
     elif _Waiting.asked:
         signal.setitimer(signal.ITIMER_REAL, PAUSE)

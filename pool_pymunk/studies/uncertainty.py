@@ -21,7 +21,8 @@ from pool_pymunk.model import Point, Scene, Units
 from pool_pymunk.model import inputs as table
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.model.inputs import TABLE, names_in, parts
-from pool_pymunk.model.problems import setting_error
+from pool_pymunk.model.plain import argument, number, read_pair
+from pool_pymunk.model.problems import setting_error, shown
 from pool_pymunk.model.racks import SHAPES, rack_ids
 from pool_pymunk.model.scenario import bundled
 from pool_pymunk.results.run import points
@@ -55,16 +56,21 @@ class Uncertainty:
     inputs: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        given: dict[str, float] = {"speed": self.speed, "angle": self.angle}
+        if not isinstance(self.inputs, Mapping):
+            message = "must be numbers by the names of inputs"
+            raise setting_error("inputs", shown(self.inputs), message)
+        given: dict[str, object] = {"speed": self.speed, "angle": self.angle}
         given |= {f"inputs[{name!r}]": width for name, width in self.inputs.items()}
         if isinstance(self.position, Mapping):
-            for id_, (x, y) in self.position.items():
+            for id_, both in self.position.items():
+                x, y = read_pair(f"position of ball {id_}", both)
                 where = f"position of ball {id_} along"
                 given |= {f"{where} x": x, f"{where} y": y}
         else:
             given["position"] = self.position
         for key, value in given.items():
-            if not (value >= 0.0 and math.isfinite(value)):
+            width = argument(key, value, number)
+            if not (width >= 0.0 and math.isfinite(width)):
                 raise SettingError(f"{key} = {value}: must be 0 or more, and finite")
 
     def widths(self, scene: Scene) -> Array:

@@ -595,7 +595,8 @@ class Billiards:
         """Step until everything rests, until ``latest`` (s), or until nothing more may happen.
 
         ``on_time`` is called after each step with the time (s). A wall that moves counts if there
-        is a latest time: while it moves, not everything rests.
+        is a latest time: while it moves, not everything rests. Between walls, where nothing slows
+        balls, there must be one; ValueError says so.
         """
         checks.check_function("on_time", on_time)
         self._steps.play(on_time, argument("latest", latest, number))

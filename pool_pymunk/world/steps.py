@@ -203,6 +203,9 @@ class Steps:
         self.refuse_in_step("play")
         live, engine = self.live, self.live.engine
         live.follow()
+        if latest == math.inf and engine.is_playing and live.walls.solid and not live.slows:
+            message = "is missing: between walls, balls without friction never come to rest"
+            raise setting_error("latest", latest, message)
         while engine.now < latest and engine.may_go_on:
             is_due = engine.is_playing or engine.upcoming() <= engine.now
             if not (is_due or (latest < math.inf and live.walls.are_moving)):

@@ -36,6 +36,10 @@ HOPS = (
     "ball {} hops at {:g} s and will not rest: where friction slows balls, gravity is one push a "
     "step. Without deceleration and rolling balls fall exactly, and rest"
 )
+PUT_OFF = (
+    "ball {}: the position of its body put it off the table; place(ball, position) puts it back, "
+    "and refuses a place off the table"
+)
 SLOW = 5  # gains of a step; what falls freely is not slower for more than twice as many steps
 ROLLED = 7.0 / 5.0  # A ball that is to roll at once has to be pushed so many times as hard.
 
@@ -79,6 +83,13 @@ class LiveTable:
     def end_of_step(self) -> float:
         """The time (s) at which the present step, or the next one, ends at the latest."""
         return self.engine.now + self.max_dt
+
+    @property
+    def slows(self) -> bool:
+        """This tells whether anything brings balls to rest: friction, gravity, or the space."""
+        surfaces = [self.surface, *self.engine.table.patches.surfaces]
+        own = self.space.damping < 1.0 or bool(self.space.constraints)
+        return own or any(isinstance(each, Falling) or each.drag > 0.0 for each in surfaces)
 
     # -- balls come and go -------------------------------------------------------------------------
 
@@ -273,8 +284,11 @@ class LiveTable:
             place = SAME
             if is_put:
                 del discs[ball]
-                place = self._spot_for(ball, (x, y), discs) or self.place_of(ball)
+                was = self.place_of(ball)
+                place = self._spot_for(ball, (x, y), discs) or was
                 discs[ball] = place, ball.radius
+                if self.walls.is_off_table(place, [was]):
+                    warnings.warn(PUT_OFF.format(ball.name), stacklevel=5)
             self.engine.send(ball.core, place, (vx, vy) if is_pushed else SAME, SAME)
 
     def _spot_for(

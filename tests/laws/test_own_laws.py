@@ -280,6 +280,22 @@ def test_a_law_that_returns_no_velocities_is_named(
         simulate(scene, solver=solver, law=own, max_time=3.0)
 
 
+@pytest.mark.parametrize(
+    ("method", "own", "takes"),
+    [
+        ("ball_ball", lambda self, a, b: (a, b), "a, b, pair"),
+        ("ball_ball", lambda a, b, pair: (a, b), "a, b, pair"),
+        ("cushion", lambda self, v, e, mu, spin: v, "v, restitution, friction"),
+        ("together", lambda self: None, "contacts, velocity, respond"),
+        ("jumps", lambda self, *, a, b, pair: False, "a, b, pair"),
+    ],
+)
+def test_a_law_says_at_once_which_arguments_are_asked(method: str, own: Any, takes: str) -> None:
+    with pytest.raises(TypeError, match=f"^law Own: its {method} must take {takes} after self$"):
+        type("Own", (Law,), {method: own})
+    type("Own", (Law,), {method: lambda self, *any_number, more=0: None})
+
+
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk", "time-slice"])
 @pytest.mark.parametrize("found", [NT(np.nan, 0.0), NT(np.inf, 0.0), NT(0.0, -np.inf)])
 def test_a_law_that_returns_no_number_is_named(solver: str, found: NT) -> None:

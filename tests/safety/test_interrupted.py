@@ -9,6 +9,7 @@ import csv
 import errno
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -60,11 +61,13 @@ def all_whole(folder: Path) -> set[str]:
 # -- Ctrl-C ----------------------------------------------------------------------------------------
 
 
-def test_ctrl_c_keeps_the_shots_that_were_finished(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_ctrl_c_keeps_the_shots_that_were_finished(tmp_path: Path, number: int, code: int) -> None:
+    """So does SIGTERM, with which other programs end this one."""
     results = tmp_path / "all.json"
     process = start(*SLOW_RUN, "--out", tmp_path / "out", "--json", results)
     wait_until((tmp_path / "out" / "shot-1-events.csv").exists)
-    assert interrupt(process) == "error: interrupted\n"
+    assert interrupt(process, number, code) == "error: interrupted\n"
     shots = json.loads(results.read_text(encoding="utf-8"))["shots"]
     assert [shot["name"] for shot in shots] == ["Simulation 1"]
     assert shots[0]["status"] == "settled"

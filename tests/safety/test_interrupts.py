@@ -12,7 +12,13 @@ import pymunk
 import pytest
 
 from pool_pymunk import load, simulate
-from pool_pymunk.safety.interrupts import PAUSE, patient_interrupts, raise_pending, uninterrupted
+from pool_pymunk.safety.interrupts import (
+    PAUSE,
+    interrupted_code,
+    patient_interrupts,
+    raise_pending,
+    uninterrupted,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -96,6 +102,16 @@ def test_a_block_within_such_a_block_does_not_end_it() -> None:
             done.append("all of it")
         raise_pending()
     assert done == ["all of it"]
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_what_other_programs_send_is_heard_alike(number: int, code: int) -> None:
+    before = signal.getsignal(number)
+    with pytest.raises(KeyboardInterrupt), patient_interrupts():
+        os.kill(os.getpid(), number)
+        wait()
+        raise_pending()
+    assert (signal.getsignal(number), interrupted_code()) == (before, code)
 
 
 def test_a_second_one_does_not_wait() -> None:

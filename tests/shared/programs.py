@@ -48,11 +48,14 @@ def wait_until(so: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
-def interrupt(process: subprocess.Popen[str]) -> str:
-    """Send Ctrl-C to the whole group, as a terminal does, and return what else stderr says."""
-    os.killpg(process.pid, signal.SIGINT)
+def interrupt(process: subprocess.Popen[str], number: int = signal.SIGINT, code: int = 130) -> str:
+    """Send Ctrl-C to the whole group, as a terminal does, and return what else stderr says.
+
+    Another signal may have another ``number``, and the program ends with an exit ``code``.
+    """
+    os.killpg(process.pid, number)
     _, stderr = process.communicate(timeout=TIMEOUT)
-    assert process.returncode == 130, stderr
+    assert process.returncode == code, stderr
     return without_remarks(stderr)
 
 

@@ -436,6 +436,7 @@ def test_the_command_says_what_each_cause_makes_in_eighty_columns(
     assert exit_code("sensitivity", "report", *arguments) == 0
     printed = capsys.readouterr().out
     assert "…" not in printed
+    assert "std of x, y  by starts  by speed  by angle" in printed  # in one line
     assert "Each ± is half the width of a uniform distribution" in printed
     assert "Its standard deviation by each cause alone: starts 0.0" in printed
     assert "by the starts alone, divided by that of the starts (0.0029 in)" in printed
@@ -445,6 +446,22 @@ def test_the_command_says_what_each_cause_makes_in_eighty_columns(
     assert shot["balls"]["C"]["amplification"] is None
     assert shot["causes"]["starts"]["C"]["amplification"] > 1.0
     assert shot["causes"]["speed"]["C"]["std"][0] > 0.0
+
+
+def test_the_command_takes_errors_of_any_input(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ("--shot", 3, "--samples", 30, "--position-error", 0, "--no-pictures")
+    typed = ("--input-error", "restitution.cushion=0.05", "--input-error", "mass.8=2 g")
+    log, out = tmp_path / "log.json", ("--out", tmp_path)
+    assert exit_code("sensitivity", "report", *options, *typed, *out, "--json", log) == 0
+    assert "restitution.cushion ±0.05, mass.8 ±2 g; seed 0" in capsys.readouterr().out
+    (shot,) = json.loads(log.read_text(encoding="utf-8"))["shots"]
+    assert [*shot["causes"]] == ["restitution.cushion", "mass.8"]
+    report = load("report")
+    errors = Uncertainty(inputs={"restitution.cushion": 0.05, "mass.8": 0.002})
+    own = sensitivity(report, 3, errors, 30).balls[0].std
+    assert shot["balls"]["C"]["std"] == list(own)
 
 
 # -- the command line ------------------------------------------------------------------------------

@@ -204,13 +204,25 @@ def test_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert sweep(load("report"), 1, **how, out=folder, resume=False).played == 200
 
 
+def test_more_samples_go_on_with_it(tmp_path: Path) -> None:
+    """Only the last part, which was smaller than the others, is played again."""
+    how: dict[str, Any] = {"vary": VARY, "chunk": 50}
+    sweep(load("report"), 1, **how, samples=220, out=tmp_path / "whole")
+    folder = tmp_path / "grown"
+    assert sweep(load("report"), 1, **how, samples=120, out=folder).played == 120
+    assert sweep(load("report"), 1, **how, samples=220, out=folder).played == 120
+    assert job.read_manifest(folder)["samples"] == 220
+    assert same(folder, tmp_path / "whole")
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
         ({"seed": 1}, r"another seed \(0\)"),
         ({"law": "coulomb"}, "another (scene|law)"),
         ({"vary": {"angle": (-5, 6)}}, "another vary"),
-        ({"samples": 201}, "other samples"),
+        ({"samples": 199}, r"other samples \(200\)"),
+        ({"samples": 201, "seed": 1}, r"another seed \(0\)"),
         ({"chunk": 10}, r"another chunk \(50\)"),
         ({"shot": 2}, "another shot"),
         ({"aims_anew": True}, "another shot"),
@@ -385,18 +397,25 @@ def test_memory_does_not_grow_with_the_sweep(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
-def test_an_interrupt_ends_large_parts_at_once(tmp_path: Path) -> None:
-    """While workers play, hardly anything in the first process is the package's own code."""
+@pytest.mark.parametrize(
+    ("send", "number"),
+    [("kill", signal.SIGINT), ("kill", signal.SIGTERM), ("killpg", signal.SIGTERM)],
+)
+def test_an_interrupt_ends_large_parts_at_once(tmp_path: Path, send: str, number: int) -> None:
+    """While workers play, hardly anything in the first process is the package's own code.
+
+    SIGTERM may come to the workers, too.
+    """
     small = COMMAND.index(IN_SMALL_PARTS)
     command = [*COMMAND[: small - 1], "-m", "pool_pymunk", *COMMAND[small + 1 :]]
     command[command.index("60000")] = "3000000"
     process = subprocess.Popen(
         [*command, "--out", str(tmp_path), "--workers", "2"],
-        stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL,
+        stderr=subprocess.PIPE, text=True, preexec_fn=AT_A_TERMINAL, start_new_session=True,
     )  # fmt: skip
     while not list(tmp_path.glob("_*")):
         time.sleep(0.05)
     time.sleep(5.0)
-    process.send_signal(signal.SIGINT)
+    getattr(os, send)(process.pid, number)
     _, said = process.communicate(timeout=20)
-    assert (process.returncode, without_remarks(said)) == (130, "error: interrupted\n")
+    assert (process.returncode, without_remarks(said)) == (128 + number, "error: interrupted\n")

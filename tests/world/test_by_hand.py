@@ -14,7 +14,7 @@ from typing import Any
 import pymunk
 import pytest
 
-from pool_pymunk import NT, Billiards, Law, Pair, same_balls
+from pool_pymunk import NT, Billiards, Law, Pair, SettingError, same_balls
 from pool_pymunk.world import ContactEvent, TableBall, TableState
 from pool_pymunk.world import steps as world_steps
 from tests.shared.worlds import Point, fence, plane, steps
@@ -396,6 +396,24 @@ def test_play_follows_what_is_set_by_hand() -> None:
     assert one.body.position == pytest.approx((450.0, 0.0), abs=1e-9)
 
 
+def test_play_ends_where_nothing_slows_balls() -> None:
+    """Two balls fly apart; between walls they would not."""
+    _, table = world(1.0)
+    one, two = ball(table, 0.0, velocity=(300.0, 0.0)), ball(table, 100.0)
+    table.play()
+    assert (one.body.velocity, two.body.velocity) == ((0.0, 0.0), (300.0, 0.0))
+    wall_at(table, 800.0, 1.0)
+    with pytest.raises(SettingError, match=r"^latest = inf: is missing: "):
+        table.play()
+    table.play(latest=20.0)
+    assert table.time == 20.0
+    table.deceleration = 100.0
+    table.play()
+    assert not table.moving
+    table.deceleration = 0.0
+    table.play()
+
+
 def test_a_callback_of_another_name_is_refused() -> None:
     _, table = world()
     with pytest.raises(AttributeError, match=r'^a Billiards has no on_contcat; did you mean "on_c'):
@@ -409,6 +427,22 @@ def test_a_callback_of_another_name_is_refused() -> None:
 
 
 # -- places, paths, numbers ------------------------------------------------------------------------
+
+
+def test_a_ball_that_is_dragged_off_the_table_is_warned_of_once() -> None:
+    """It lies where it was put, as any body does; within the walls nothing is said."""
+    space, table = world(deceleration=100.0)
+    fence(table, [(0, 0), (800, 0), (800, 400), (0, 400)], 4.0, 0.5, 0.0)
+    one = ball(table, 700.0, 350.0)
+    one.id = "8"
+    with pytest.warns(UserWarning) as said:
+        for x in (600.0, 790.0, 900.0, 1000.0):
+            one.body.position = x, 200.0
+            space.step(DT)
+    assert [str(each.message).partition(";")[0] for each in said] == [
+        'ball 0 (id "8"): the position of its body put it off the table'
+    ]
+    assert one.body.position == (1000.0, 200.0)
 
 
 def test_a_ball_that_is_dragged_between_others_overlaps_none() -> None:

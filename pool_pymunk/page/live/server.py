@@ -95,6 +95,7 @@ class LiveServer:
                 self.socket.close()
                 self.shots.end()
                 self.clouds.end()
+        raise_pending()  # uvicorn sends it again when it has ended.
 
     def stop(self) -> None:
         """End :meth:`run`, from another thread."""

@@ -180,7 +180,8 @@ class TableView {
       const track = this.track(run, i, t, pieces);
       const size = (solid ? 2 : 1) * look.track * thin;
       const width = Math.max(size * radius * this.scale, 1.2 * this.ratio);
-      if (solid && count <= CROWD) this.drawTrack(track, 1.5 * width, halo, 0.4);
+      if (solid && count <= CROWD && track.length)
+        this.drawTrack([track.flat()], 1.5 * width, halo, look.halo, 1);
       this.drawTrack(track, width, color, solid ? 1 : 0.6);
       if (solid && count <= CROWD && track.length)
         above.unshift([[track.flat()], look.slim * width, color, 1]);
@@ -203,8 +204,7 @@ class TableView {
   }
 
   /** Draw a track in pieces, each stronger than the one before; no seams show between them. */
-  drawTrack(track, width, color, strength) {
-    const { oldest } = this.content.look;
+  drawTrack(track, width, color, strength, oldest = this.content.look.oldest) {
     const ground = this.content.table ? this.style.cloth : this.style.plane;
     Object.assign(this.pen, { lineWidth: width, lineCap: "round", lineJoin: "round" });
     track.forEach((piece, n) => {

@@ -83,6 +83,7 @@ def sweep(
 ) -> Sweep:
     """Play many shots into a folder of Parquet files, and go on where an earlier call ended.
 
+    A call with more ``samples`` goes on, too: the shots that are there stay as they are.
     ``vary`` has the ranges from which inputs are drawn, ``grid`` those taken in equal
     steps (:class:`~pool_pymunk.studies.sweep.plan.Plan` says how); all in SI, angles in degrees.
     A shot that aims at a ball is aimed once, in the scene as it is; with ``aims_anew`` it is aimed
@@ -174,12 +175,16 @@ def begin(folder: Path, plan: Plan, resume: bool) -> list[int]:
         path.unlink(missing_ok=True)
     if manifest.exists():
         there = read_manifest(folder)
+        had = there.get("samples")
+        grows = isinstance(had, int) and had < plan.samples
         for key, value in plan.manifest.items():
-            if there.get(key) != value:
+            if there.get(key) != value and not (grows and key == "samples"):
                 said = f" ({there.get(key)})" if key in SAID else ""
                 another = "other" if key.endswith("s") else "another"
                 message = f"has a sweep with {another} {key}{said}: {ANEW}"
                 raise setting_error("out", str(folder), message)
+        if grows:
+            _write_manifest(manifest, plan)
     elif strangers := [path.name for path in folder.iterdir() if path.name[0] not in "._"]:
         message = f"has files that no sweep has written, such as {min(strangers)}"
         raise setting_error("out", str(folder), message)

@@ -95,7 +95,10 @@ class Plan:
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
-        """The manifest has all that determines the dataset; ``hash`` is a hash of all the rest."""
+        """The manifest has all that determines the dataset.
+
+        ``hash`` is a hash of all the rest but ``samples``: a shot is the same among more of them.
+        """
         from pool_pymunk import __version__
 
         begun, its = self.begun, None
@@ -107,17 +110,17 @@ class Plan:
             its = [shot.name, shot.ball, *struck, aim]
             its += [shot.roll] * self.scene.surface.rolls + list(shot.place or ())
         said = {
-            "format": 2,
+            "format": 3,
             "version": __version__,
             "scene": scenario_text(replace(self.scene, title="", shots=())),
             "shot": its,
             "law": law.name,
             "vary": {key: list(vars(its).values()) for key, its in sorted(self.vary.items())},
             "grid": {key: list(vars(its).values()) for key, its in self.grid.items()},
-            **{key: getattr(self, key) for key in ("samples", "seed", "chunk")},
+            **{key: getattr(self, key) for key in ("seed", "chunk")},
         }
         digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
-        return said | {"hash": digest}
+        return said | {"samples": self.samples, "hash": digest}
 
     def draw(self, shots: Numbers) -> Drawn:
         """Return the inputs of these shots."""
