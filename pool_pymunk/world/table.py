@@ -268,7 +268,7 @@ class LiveTable:
 
     @property
     def left_out(self) -> dict[str, object]:
-        """What of the space pushes balls at the end of each step, and solvers do not know."""
+        """The gravity and damping of the space that push balls at the end of each step."""
         found = dict[str, object]()
         if self.gravity != self.falls:
             found["gravity"] = list(self.gravity)
