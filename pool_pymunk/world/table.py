@@ -401,6 +401,9 @@ class LiveTable:
         its = tuple(patches.values())
         check_patches(surface, its)
         self.surface, self.patches = surface, patches
+        for ball in self.engine.balls:
+            if ball.is_off:
+                ball.patch = -1  # Its patch may be gone.
         self.engine.change_surface(surface, ground_of(surface, its, gravity=1.0))
 
     def save(self) -> TableState:

@@ -134,6 +134,17 @@ def test_the_cloth_may_change_where_there_are_patches() -> None:
     assert moving.body.position.x == pytest.approx(expected, abs=1e-11)
 
 
+def test_one_may_look_ahead_when_the_patch_of_a_ball_that_has_left_is_gone() -> None:
+    _, table = plane()
+    gone, there = ball(table, 0.6), ball(table, 0.0, 0.5)
+    sand = table.add_patch(square(0.5), SAND)
+    table.remove_ball(gone)
+    table.remove_patch(sand)
+    assert table.predict(there, (1.0, 0.0)).way[0] == (0.0, 0.5)
+    table.place(gone, (0.6, 0.0))
+    assert gone.body.position == (0.6, 0.0)
+
+
 def test_a_state_is_saved_and_restored_on_a_patch() -> None:
     space, table = plane()
     table.add_patch(square(0.2, size=0.3), SAND)
