@@ -27,10 +27,8 @@ run: $(VENV)/program-installed
 	$(BIN)/pool-pymunk run report --solver event-driven --out renders/report-exact \
 		--against renders/report
 
-# Compiled files stand beside their sources, and the one that they share at the top. What is installed
-# for it need not compile, too.
-build: export POOL_PYMUNK_PURE := 1
-build: $(VENV)/installed
+# Compiled files stand beside their sources, and the one that they share at the top.
+build: $(VENV)/packages
 	@echo "The core is compiled, which takes one to three minutes."
 	@env -u POOL_PYMUNK_PURE $(BIN)/python hatch_build.py
 
@@ -41,15 +39,15 @@ without-extras: $(VENV)/installed
 	$(PLAY) -m "$(QUICK) and not seeded and not hypothesis" \
 		pool_pymunk $(foreach name,$(WITHOUT),$(wildcard tests/test_$(name).py tests/*/test_$(name).py))
 
-# Lint goes on beside the tests.
-test: $(VENV)/installed
+# Lint goes on beside the tests, and where the core is not compiled yet, beside the compiler.
+test: $(VENV)/packages
 	$(MAKE) --jobs 2 --no-print-directory played lint
 
-played: plain
+played: plain $(VENV)/installed
 	$(PLAY) -m "$(QUICK)"
 
 # The examples in the core's docstrings: compiled code has none.
-plain:
+plain: $(VENV)/packages
 	POOL_PYMUNK_PURE=1 $(BIN)/pytest -q pool_pymunk/core
 
 # Which lines of the core quick tests of the rooms that play it reach, as plain Python: compiled lines
@@ -80,18 +78,18 @@ test-browser: $(VENV)/browser-installed
 # The core as plain Python in Pyodide, as browsers have it; needs Node.js. The report's four shots must
 # have the bits that they have here.
 PYODIDE := build/pyodide
-test-pyodide: $(VENV)/installed
+test-pyodide: $(VENV)/packages
 	npm install --silent --no-audit --no-fund --prefix $(PYODIDE) pyodide@314
 	$(BIN)/python tests/browser_python/report_shots.py >$(PYODIDE)/shots.json
 	node tests/browser_python/play.mjs $(PYODIDE)/shots.json $(PYODIDE)/node_modules/pyodide pool_pymunk \
 		"$$($(BIN)/python -c 'import mypy_extensions; print(mypy_extensions.__file__)')"
 
-lint: $(VENV)/installed
+lint: $(VENV)/packages
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-format: $(VENV)/installed
+format: $(VENV)/packages
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
@@ -146,11 +144,16 @@ $(VENV)/program-installed: pyproject.toml hatch_build.py
 	touch $@
 
 # all at once where nothing is there yet
-$(VENV)/installed: pyproject.toml hatch_build.py
-	@$(SAY)
-	@echo "What tests and optional parts need is installed, too: about a minute."
+$(VENV)/packages: pyproject.toml hatch_build.py
+	@echo "What tests and optional parts need is installed in $(VENV), which takes about a minute."
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
+	POOL_PYMUNK_LATER=1 $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
+	touch $@
+
+# Without a compiler the core is plain Python.
+$(VENV)/installed: $(VENV)/packages
+	@echo "The core is compiled if it is not yet, which takes one to three minutes."
+	-test "$$POOL_PYMUNK_PURE" = 1 || $(BIN)/python hatch_build.py
 	touch $(VENV)/program-installed $@
 
 # a source distribution, and two wheels, one of plain Python; with each of these Pythons, in an

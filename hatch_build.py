@@ -7,6 +7,7 @@ source, the Python or an option has changed. ``make build`` runs this file to co
 shows what mypyc and the compiler say, which pip hides.
 
 POOL_PYMUNK_PURE=1 builds plain Python, and POOL_PYMUNK_OPTIMIZE=3 (2 if left out) optimizes more.
+POOL_PYMUNK_LATER=1 leaves an editable install as it is: `make` compiles it beside other work.
 """
 
 import hashlib
@@ -45,6 +46,8 @@ class CompiledCore(BuildHookInterface[Any]):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile what has changed, and let a wheel have it, unless plain Python is asked for."""
         root, is_editable = Path(self.root), version == "editable"
+        if is_editable and os.environ.get("POOL_PYMUNK_LATER") == "1":
+            return
         home: Path | None = root
         if os.environ.get("POOL_PYMUNK_PURE") == "1":
             home = None
@@ -165,6 +168,9 @@ def compile_core(root: Path, folder: Path) -> Path:
 def main() -> None:
     """Compile in place, and say so."""
     root, began = Path(__file__).parent, time.monotonic()
+    if is_up_to_date(root):
+        print("The core is compiled as its sources are.")
+        return
     remove_compiled(root)
     with TemporaryDirectory() as folder:
         put_in_place(compile_core(root, Path(folder)), root)

@@ -172,6 +172,15 @@ def test_plain_python_can_be_asked_for(
     assert in_place(root) == [] and len(pretended) == 1
 
 
+def test_an_editable_install_can_leave_the_core_for_later(
+    root: Path, pretended: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("POOL_PYMUNK_LATER", "1")
+    built(root, "editable")
+    assert not pretended and not in_place(root)
+    assert built(root, "standard")[1] == MADE
+
+
 @pytest.mark.parametrize("kind", ["standard", "editable"])
 @pytest.mark.parametrize("why", [SystemExit(1), OSError("there is no compiler")], ids=repr)
 def test_where_it_fails_nothing_is_compiled(
@@ -190,6 +199,19 @@ def test_where_it_fails_nothing_is_compiled(
     assert packed == [] and wants["pure_python"] and not wants["infer_tag"]
     assert said.warnings == [f"pool_pymunk/core stays plain Python: {why}"]
     assert kind == "standard" or in_place(root) == []
+
+
+def test_make_compiles_what_has_changed_alone(
+    root: Path, pretended: list[Path], monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr(hatch_build, "__file__", str(root / "hatch_build.py"))
+    for _ in range(2):
+        hatch_build.main()
+        assert in_place(root) == MADE and len(pretended) == 1
+    first, second = capsys.readouterr().out.splitlines()
+    assert first.startswith("The 2 files of ") and second == (
+        "The core is compiled as its sources are."
+    )
 
 
 def test_an_interrupt_ends_a_build(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,7 @@ from tests.shared.scenes import share_of
 @pytest.mark.skipif(not pool_pymunk.compiled, reason="the core is not compiled here")
 @pytest.mark.seeded
 @pytest.mark.parametrize(
-    "count", [60, pytest.param(share_of(2_000, 200), marks=pytest.mark.slow, id="many")]
+    "count", [20, pytest.param(share_of(2_000, 200), marks=pytest.mark.slow, id="many")]
 )
 def test_compiled_code_and_plain_python_have_the_same_bits(count: int) -> None:
     command = [sys.executable, "-m", "tests.shared.core_scenes", "--digests", str(count)]

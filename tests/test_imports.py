@@ -16,28 +16,26 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.solvers import SOLVERS
 from pool_pymunk.solvers.record import InFile
 
-FIRST_RUN = """
-import pool_pymunk
-pool_pymunk.simulate(pool_pymunk.load("report"), 1, solver="{solver}")
-"""
-PRESSING = """
-from pool_pymunk import Ball, Friction, Restitution, Scene, simulate
+# What one process does in turn; a later step has what the steps before it have imported, too.
+STEPS = {
+    "the package": "import pool_pymunk",
+    "names of solvers": "from pool_pymunk import SOLVERS\nassert len(SOLVERS) == 5",
+    "a run": """
+from pool_pymunk import load, simulate
+simulate(load("report"), 1, solver="event-driven")
+""",
+    "a contact that persists": """
+from pool_pymunk import Ball, Friction, Restitution, Scene
 balls = (
     Ball("A", (0.0, 0.0), 0.03, 0.2, velocity=(1.0, 0.0), roll=1.0),
     Ball("B", (0.0601, 0.01), 0.03, 0.2),
 )
 scene = Scene(balls, None, Restitution(0.0), Friction(0.1, rolling=0.01))
 assert simulate(scene, solver="event-driven").persistent
-"""
+""",
+    "another solver": 'simulate(load("report"), 1, solver="pymunk-discrete")',
+}
 LIBRARIES = {"matplotlib", "numba", "pydantic", "pymunk", "rich", "scipy", "typer"}
-
-
-def imported(code: str) -> set[str]:
-    """Return the modules that a new process has imported after this code, and their packages."""
-    code += "\nimport sys\nprint(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    found = set(done.stdout.split())
-    return found | {name.rpartition(".")[0] for name in found}
 
 
 def rooms(modules: set[str]) -> set[str]:
@@ -45,35 +43,26 @@ def rooms(modules: set[str]) -> set[str]:
     return {name.split(".")[1] for name in modules if name.startswith("pool_pymunk.")}
 
 
-def test_a_first_run_imports_what_it_needs_alone() -> None:
-    found = imported(FIRST_RUN.format(solver="event-driven"))
-    assert rooms(found) == {"core", "laws", "model", "results", "safety", "solvers"}
-    assert not found & LIBRARIES
+def test_each_step_imports_what_it_needs_alone() -> None:
+    code = "\n".join(f"import sys\n{step}\nprint(*sys.modules)" for step in STEPS.values())
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    lines = (set(line.split()) for line in done.stdout.splitlines())
+    found = {
+        step: names | {name.rpartition(".")[0] for name in names}
+        for step, names in zip(STEPS, lines, strict=True)
+    }
+    assert not rooms(found["the package"]) and "numpy" not in found["the package"]
+    assert "pool_pymunk.solvers.registry" in found["names of solvers"]
+    assert not rooms(found["names of solvers"]) & {"engine", "physics", "world"}
+    assert "pool_pymunk.core.engine" not in found["names of solvers"]
+    assert rooms(found["a run"]) == {"core", "laws", "model", "results", "safety", "solvers"}
+    assert not found["a run"] & LIBRARIES
     others = {each.solve.name for each in SOLVERS.values() if isinstance(each.solve, InFile)}
     others = {f"pool_pymunk.solvers.{name}" for name in others - {"event_driven"}}
-    assert len(others) == 4 and not found & others
-
-
-def test_a_run_in_which_a_contact_persists_imports_no_other_engine() -> None:
-    assert not rooms(imported(PRESSING)) & {"engine", "physics", "world"}
-
-
-def test_a_solver_that_is_asked_is_imported() -> None:
-    found = imported(FIRST_RUN.format(solver="pymunk-discrete"))
-    assert {"pymunk", "pool_pymunk.solvers.pymunk_discrete"} <= found
-    assert not rooms(found) & {"engine", "world"}
-
-
-def test_the_names_of_solvers_import_none_of_them() -> None:
-    found = imported("from pool_pymunk import SOLVERS\nassert len(SOLVERS) == 5")
-    assert "pool_pymunk.solvers.registry" in found
-    assert not rooms(found) & {"engine", "physics", "world"}
-    assert "pool_pymunk.core.engine" not in found
-
-
-def test_importing_the_package_imports_nothing_else() -> None:
-    found = imported("import pool_pymunk")
-    assert not rooms(found) and "numpy" not in found
+    assert len(others) == 4 and not found["a run"] & others
+    assert not rooms(found["a contact that persists"]) & {"engine", "physics", "world"}
+    assert {"pymunk", "pool_pymunk.solvers.pymunk_discrete"} <= found["another solver"]
+    assert not rooms(found["another solver"]) & {"engine", "world"}
 
 
 class Slow(InFile):

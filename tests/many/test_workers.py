@@ -22,7 +22,7 @@ from pool_pymunk.studies.atlas import atlas
 from pool_pymunk.studies.find import find
 from tests.shared.scenes import AT_A_TERMINAL
 
-SHOTS = 300
+SHOTS = 120
 ARRAYS = (
     "final", "duration", "events", "hits", "cushions", "first_hit", "met", "pocketed", "status",
     "in_doubt",
@@ -35,7 +35,7 @@ def two() -> Iterator[Workers]:
     with pytest.MonkeyPatch.context() as patch, Workers(2) as found:
         patch.setattr(workers, "START", 0.0)
         patch.setattr(workers, "SEND", 0.0)
-        patch.setattr(play, "FEWEST", 100)
+        patch.setattr(play, "FEWEST", 40)
         yield found
 
 
@@ -131,13 +131,13 @@ def test_a_law_that_workers_cannot_read_is_played_here() -> None:
 
 def test_studies_have_the_same_numbers(two: Workers) -> None:
     scene, errors = load("report"), Uncertainty(1e-4)
-    one, other = (sensitivity(scene, 1, errors, 300, 1, each) for each in (None, two))
+    one, other = (sensitivity(scene, 1, errors, 150, 1, each) for each in (None, two))
     for name in ("ends", "left", "same_contacts"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     maps = [atlas(scene, 1, size=(20, 15), workers=each) for each in (None, two)]
     assert maps[0].end.tobytes() == maps[1].end.tobytes()
     found = [
-        find(scene, 1, lambda b: b.hits > 3, tries=900, samples=200, best=1, workers=each)
+        find(scene, 1, lambda b: b.hits > 3, tries=600, samples=100, best=1, workers=each)
         for each in (None, two)
     ]
     assert found[0][0].share == found[1][0].share

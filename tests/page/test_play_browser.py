@@ -29,7 +29,7 @@ pytestmark = pytest.mark.browser
 
 FAILED = "Failed to load resource"  # The browser complains so of every refusal.
 TIMEOUT = 60.0  # s
-SHOTS, REST = 40, 100  # shots that are timed, and how long (ms) the pointer rests before each
+SHOTS, REST = 10, 100  # shots that are timed, and how long (ms) the pointer rests before each
 
 
 class Server:

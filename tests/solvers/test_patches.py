@@ -319,16 +319,26 @@ def test_soft_scenes_whose_contacts_persist_end_where_the_reference_ends(seed: i
     assert max(off) < 1e-9 + run.rounding + run.policy_shift + run.persistent_shift
 
 
-@pytest.mark.parametrize("seed", seeds(40))
-def test_energy_never_grows(seed: int) -> None:
-    run = played(random_scene(seed))
-    energy = run.energy_at(np.linspace(0.0, run.duration, 400))
-    assert all(after <= before * (1 + 1e-12) for before, after in pairwise(energy.tolist()))
+def test_energy_never_grows() -> None:
+    for seed in seeds(40):
+        run = played(random_scene(seed))
+        energy = run.energy_at(np.linspace(0.0, run.duration, 400))
+        grows = [after > before * (1 + 1e-12) for before, after in pairwise(energy.tolist())]
+        assert not any(grows), seed
 
 
-@pytest.mark.parametrize("seed", seeds(100))
-def test_no_scene_has_many_crossings(seed: int) -> None:
-    """Corners and sides of the patches lie on starts, on the middle line, and on each other."""
+def test_no_scene_has_many_crossings() -> None:
+    for seed in seeds(100):
+        run = unmeasured(coarse_scene(seed), max_events=2_000)
+        assert run.status == "settled", seed
+        assert len(crossings(run)) <= 60, seed
+
+
+def coarse_scene(seed: int) -> Scene:
+    """Return one whose patches have corners and sides on starts, in the middle, and on each other.
+
+    Balls go along them, or not at all.
+    """
     rnd = random.Random(f"coarse {seed}")
 
     def place() -> tuple[float, float]:
@@ -355,14 +365,11 @@ def test_no_scene_has_many_crossings(seed: int) -> None:
         except SceneError:
             continue
     e = rnd.choice((0.0, 0.5, 0.9))
-    scene = Scene(
+    return Scene(
         tuple(balls), Table.rectangle(0.8, 0.5), Restitution(e, cushion=e),
         Friction(0.2, rnd.choice((0.0, 0.2)), rolling=0.02 if rolls else None),
         patches=tuple(patches),
     )  # fmt: skip
-    run = unmeasured(scene, max_events=2_000)
-    assert run.status == "settled"
-    assert len(crossings(run)) <= 60
 
 
 # -- derivatives -----------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from pool_pymunk import (
 from pool_pymunk.cli import read
 from pool_pymunk.cli.options import CompareOptions
 from pool_pymunk.solvers import options_for
-from tests.shared.scenes import off_exact, share_of
+from tests.shared.scenes import off_exact, share_of, takes_long
 
 R = 0.05
 
@@ -49,7 +49,11 @@ def on_plane(*rows: tuple[float, float, float, float], time: float = 0.5) -> Sce
 
 @pytest.mark.parametrize(
     ("shot", "coarse", "low", "high"),
-    [(1, 5e-4, 0.8, 2.2), (2, 1e-2, 0.7, 1.2), (3, 1e-2, 0.7, 1.2)],
+    [
+        pytest.param(1, 5e-4, 0.8, 2.2, marks=takes_long),
+        (2, 1e-2, 0.7, 1.2),
+        (3, 1e-2, 0.7, 1.2),
+    ],
 )
 @pytest.mark.parametrize(
     ("name", "law"), [("report", "published"), ("report-corrected", "coulomb")]
