@@ -30,12 +30,16 @@ STAMP = CORE / "compiled.txt"  # the hash of the sources, and how they were comp
 GROUP = "pool_pymunk"  # The file that all compiled files share is pool_pymunk__mypyc.
 OPTIMIZE = os.environ.get("POOL_PYMUNK_OPTIMIZE", "2")
 # A product fused with a sum has other bits than in plain Python. What is hidden can be inlined.
-FLAGS = ["-ffp-contract=off", "-fvisibility=hidden", "-Wno-error"]
+# Calls of the interpreter need no table of jumps, and nobody steps through lines of C.
+FLAGS = ["-ffp-contract=off", "-fvisibility=hidden", "-fno-plt", "-g0", "-Wno-error"]
 if sys.platform == "win32":
     FLAGS = ["/fp:precise"]
 elif OPTIMIZE == "2" and "gcc" in (os.environ.get("CC") or sysconfig.get_config_var("CC") or ""):
     # Without these passes the compiler takes two thirds of the time, and the core is as fast.
     FLAGS += ["-fno-tree-pre", "-fno-gcse", "-fno-schedule-insns2", "-fno-tree-vectorize"]
+    # It inlines as much as at -O3: shots of twenty events take 4 % less.
+    SMALL = {"max-inline-insns-auto": 30, "inline-min-speedup": 15, "early-inlining-insns": 14}
+    FLAGS += [f"--param={key}={value}" for key, value in SMALL.items()]
 
 
 class CompiledCore(BuildHookInterface[Any]):

@@ -43,9 +43,10 @@ class Ball:
     ``noise`` (m/s) of its velocity may be rounding, ``speed`` (m/s) is the highest on its path.
     ``rested`` (s) is when it came to rest, infinite while it moves. Its path meets a wall at
     ``end`` (s), and its hits are found up to ``horizon`` (s), within the box from ``low_x`` to
-    ``high_y`` (m). It has had so many ``paths`` after the first one. ``patch`` is that of the table
-    in which it is, or -1. The bits of ``categories`` and ``mask`` say what it is, and whom it may
-    meet. The engine owns it; all others ask it.
+    ``high_y`` (m). It has had so many ``paths`` after the first one, and ``is_fresh`` until a run
+    has begun with that. ``patch`` is that of the table in which it is, or -1. The bits of
+    ``categories`` and ``mask`` say what it is, and whom it may meet. The engine owns it; all others
+    ask it.
     """
 
     def __init__(
@@ -56,6 +57,7 @@ class Ball:
         self.mass = mass
         self.path = path
         self.paths: i64 = 0
+        self.is_fresh = True
         self.is_cue = is_cue
         self.noise = 0.0
         self.speed = 0.0
@@ -83,6 +85,7 @@ class Ball:
         """Let the ball begin another run on its first path, as if it were new."""
         self.path = path
         self.paths = 0
+        self.is_fresh = True
         self.rested = INF if path.moves else -INF
         self.end = self.horizon = INF
         self.is_off = False
@@ -116,6 +119,11 @@ class Ball:
     def time_for(self, share: float) -> float:
         """Return how long (s) it takes at its highest speed for a share of its radius."""
         return share * self.radius / self.speed if self.speed > 0.0 else 0.0
+
+    @property
+    def is_in_crowd(self) -> bool:
+        """This tells whether it is in a group that answers itself whatever it hits."""
+        return self.group is not None and self.group.answers_all
 
     def creeps(self, velocity: Vector, roll: Vector) -> bool:
         """Tell whether the ball moves too slowly to be seen until it rests."""

@@ -304,20 +304,15 @@ class Shots:
             if not self.is_free:
                 self._skip(ends, k)
                 continue
-            beginning = self._begin()
             tally.begin()
-            engine.start_anew(tally)
+            self._begin(tally)
             if len(self.errors) > 0:
                 engine.errors = self.errors[k]
-            for ball in beginning:
-                start = self.starts[ball.number]
-                if start.is_off:
-                    engine.remove(ball, (start.x, start.y))
             if self.beside is not None:
                 self.beside.begin(self.balls)
             if self.follower is not None:
                 self.follower.begin(engine)
-            engine.begin_run_of(beginning)
+            engine.begin_run()
             engine.advance(self.latest)
             self._write(ends, k, tally)
             if self.follower is not None:
@@ -351,14 +346,18 @@ class Shots:
         if is_moved or not self.is_free:
             self._find_room()
 
-    def _begin(self) -> list[Ball]:
-        """Let those balls begin anew that do not lie as they began the shot before; return them."""
-        beginning, are_many = list[Ball](), len(self.balls) >= FEW
+    def _begin(self, tally: Tally) -> None:
+        """Let those balls begin anew that do not lie as they began the shot before."""
+        are_many, are_off = len(self.balls) >= FEW, False
         for start in self.starts:
+            are_off = are_off or start.is_off
             if start.is_over or are_many:  # Of many balls all boxes are put anew.
                 start.begin()
-                beginning.append(start.ball)
-        return beginning
+        self.engine.start_anew(tally)
+        if are_off:
+            for start in self.starts:
+                if start.is_off and start.ball.is_fresh:
+                    self.engine.remove(start.ball, (start.x, start.y))
 
     def _put_numbers(self, given: Given, k: int) -> bool:
         """Put the coefficients and masses of shot ``k``; tell whether all paths are others."""

@@ -111,14 +111,15 @@ class Engine(Present):
             self.near = near_of(self.balls)
 
     def begin_run(self) -> None:
-        """Begin a run: predict what the balls meet that move."""
-        self.begin_run_of(self.balls)
+        """Begin a run: predict what the balls meet that move.
 
-    def begin_run_of(self, balls: list[Ball]) -> None:
-        """Begin a run of these balls; all others lie where they lay in the run before."""
+        Balls that are not fresh lie where they lay in the run before.
+        """
         movers: list[Ball] = []
-        for ball in balls:
-            if not ball.is_off:
+        for ball in self.balls:
+            begins = ball.is_fresh and not ball.is_off
+            ball.is_fresh = False
+            if begins:
                 ball.set_off(ball.path)
                 self._look_at(ball)
                 self.near.put(ball, 0.0, INF)
@@ -244,7 +245,7 @@ class Engine(Present):
     def _all_due(self, first: Due, latest: float) -> list[Due]:
         """Return a hit, and those of all that is due by the latest time (s) which are closed."""
         queue, found, later = self.queue, [first], list[Due]()
-        while queue.upcoming() <= latest and len(queue.line) > 0:
+        while queue.upcoming() <= latest and queue.upcoming() < INF:
             due = queue.pop()
             if due.kind != HIT or due.t > self._latest(due) or not self.is_closed(due, 1.0):
                 later.append(due)
@@ -344,10 +345,7 @@ class Engine(Present):
         """Predict where the path of a ball ends: at a wall, at a border, or at rest."""
         path, end = ball.path, INF
         if ball.speed > 0.0 or path.moves:
-            for wall in self.cushions:
-                end = min(end, self._meet_wall(ball, wall))
-            for pocket in self.pockets:
-                end = min(end, self._meet_pocket(ball, pocket))
+            end = self._meet_walls(ball)
             stops = end == INF or end > path.end  # A hit may wait longer than that.
             if end < INF:
                 end += ball.time_for(NEARLY_NOW)
@@ -368,30 +366,38 @@ class Engine(Present):
                 self._meet_wall(ball, mover)
         ball.end = end
 
-    def _meet_wall(self, ball: Ball, wall: Wall) -> float:
-        """Predict when a ball meets a wall, and return that time (s), or infinity."""
+    def _meet_walls(self, ball: Ball) -> float:
+        """Predict which walls and pockets a ball meets; return when (s) it meets the first one."""
+        path, r, now, first = ball.path, ball.radius, self.now, INF
+        if not ball.is_in_crowd:
+            for wall in self.cushions:
+                t = wall.time_of_contact(path, r, now)
+                if t < INF:
+                    first = min(first, self._hit_wall(ball, wall, t))
+        for pocket in self.pockets:
+            t = pocket.time_of_contact(path, r, now)
+            if t < INF and not (self.chooses and ball.ignores(pocket.categories, pocket.mask)):
+                self.queue.push(Due(t, HIT, ball, None, pocket))
+                first = min(first, t)
+        return first
+
+    def _meet_wall(self, ball: Ball, wall: Wall) -> None:
+        """Predict when a ball meets a wall that moves."""
+        if not ball.is_in_crowd:
+            t = wall.time_of_contact(ball.path, ball.radius, self.now)
+            if t < INF:
+                self._hit_wall(ball, wall, t)
+
+    def _hit_wall(self, ball: Ball, wall: Wall, t: float) -> float:
+        """Note that a ball comes to a wall (s); return when it hits the wall, or infinity."""
         if self.chooses and ball.ignores(wall.categories, wall.mask):
-            return INF
-        if ball.group is not None and ball.group.answers_all:
             return INF
         if wall.moves and self.squeezes.goes_through(ball, wall):
             return INF
-        t = wall.time_of_contact(ball.path, ball.radius, self.now)
-        if t == INF:
-            return t
         hit = Due(t, HIT, ball, None, wall)
         t = hit.t = self._allowed(hit)
         if t < INF:
             self.queue.push(hit)
-        return t
-
-    def _meet_pocket(self, ball: Ball, pocket: Pocket) -> float:
-        """Predict when a ball comes to a pocket, and return that time (s), or infinity."""
-        if self.chooses and ball.ignores(pocket.categories, pocket.mask):
-            return INF
-        t = pocket.time_of_contact(ball.path, ball.radius, self.now)
-        if t < INF:
-            self.queue.push(Due(t, HIT, ball, None, pocket))
         return t
 
     def _look_ahead(self, ball: Ball) -> None:

@@ -7,6 +7,7 @@ from typing import Final, final
 from mypy_extensions import i64, mypyc_attr
 
 from pool_pymunk.core.ball import Ball
+from pool_pymunk.core.motion.path import standing
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.walls.wall import Wall
 
@@ -20,6 +21,8 @@ HIT: Final = 4  # Two balls meet, or a ball and a wall.
 
 # A shorter queue is not searched for what is void.
 SHORT: Final = 32
+# So many of a queue are never due: so its list has a last one, and keeps its memory as it shrinks.
+NEVER: Final = 32
 
 
 @final
@@ -98,18 +101,19 @@ class Queue:
     """A queue is a list of what is due, the earliest last; the engine owns it."""
 
     def __init__(self) -> None:
-        self.line: list[Due] = []
-        self.full = SHORT
+        nobody = Ball(-1, 0.0, 0.0, standing(0.0, 0.0, 0.0))
+        self.line = [Due(INF, LOOK, nobody, None, None)] * NEVER
+        self.full = NEVER + SHORT
 
     def clear(self) -> None:
         """Forget all that is due."""
-        if len(self.line) > 0:  # It takes long to clear a list, even an empty one.
-            self.line.clear()
+        while len(self.line) > NEVER:
+            self.line.pop()
 
     def push(self, due: Due) -> None:
         """Put in what is due, before all that comes before it or is due at the same time."""
         line = self.line
-        low: i64 = 0
+        low: i64 = NEVER
         high: i64 = len(line)
         while low < high:
             middle = (low + high) >> 1
@@ -128,14 +132,14 @@ class Queue:
     def upcoming(self) -> float:
         """Return the time (s) at which something is due next; infinite if nothing is."""
         line = self.line
-        while len(line) > 0:
-            due = line[-1]
-            if not due.is_void:
-                return due.t
+        due = line[-1]
+        while due.is_void:
             line.pop()
-        return INF
+            due = line[-1]
+        return due.t
 
     def _leave_out_void(self) -> None:
         """Leave out what is void; then the queue may double its length."""
-        self.line = [due for due in self.line if not due.is_void]
-        self.full = max(SHORT, 2 * len(self.line))
+        never, line = self.line[:NEVER], self.line[NEVER:]
+        self.line = never + [due for due in line if not due.is_void]
+        self.full = max(NEVER + SHORT, 2 * len(self.line) - NEVER)

@@ -35,9 +35,9 @@ from pool_pymunk.solvers.small_changes import (
 Done = Callable[[int], object]  # Its argument is how many more shots are done.
 Make = Callable[[], Beside]  # It returns a reference, with which shots are compared.
 
-# The core plays so many shots at first, and then twice as many each time, while that takes less
-# than SHORT (s).
-FEWEST, MOST = 256, 1024
+# The core plays so many shots at first, and then four times as many each time up to the most, while
+# that takes less than SHORT (s). A call of the core costs as much as fifty shots of two events.
+FEWEST, MOST = 256, 2048
 SHORT = 0.1
 HANDFUL = 16  # at first, and for a worker, where each is played as a run, too
 LARGEST = 8_192  # shots are sent to a worker at once, at most
@@ -167,7 +167,7 @@ def play_parts(source: Source, found: Results, make: Make | None) -> Iterator[sl
         play(source, part, found.part(part))
         yield part
         first = part.stop
-        size = min(MOST, 2 * size) if time.perf_counter() - began < SHORT else size
+        size = min(MOST, 4 * size) if time.perf_counter() - began < SHORT else size
 
 
 def has_scenes_of_its_own(source: Source) -> bool:

@@ -227,8 +227,9 @@ class Groups(Forming):
     def go_after_lone(self, present: Present, one: Contact) -> None:
         """Do so after a lone hit, after which mostly nothing presses."""
         if self._is_loud(present, one, -one.closing):
-            for each in one.discs:
-                self._note_hit(present, each.ball)
+            self._note_hit(present, one.a.ball)
+            if one.b is not None:
+                self._note_hit(present, one.b.ball)
         else:
             self.go_after(present, [one], [each.ball for each in one.discs])
 
