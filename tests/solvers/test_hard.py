@@ -200,7 +200,6 @@ def test_a_run_says_what_hangs_on_the_order_of_hits_of_balls_that_press() -> Non
     assert 1e-3 < far < run.policy_shift
 
 
-@takes_long
 @pytest.mark.slow
 def test_a_pair_whose_bounces_are_nearly_rounding_does_not_hit_without_end() -> None:
     """What is too slow for a hit, and too near for a later one, is in persistent contact."""
