@@ -105,9 +105,9 @@ class Crowd(Gathering):
         longest = (LONGEST if self.slows else SHORT) * least
         return max(least, min(room / change, longest) if change > 0.0 else longest)
 
-    def parts(self, tolerance: float) -> list[list[Member]]:
-        """Return the members, part by part: those of each are joined by contacts."""
-        return joined(self.members, [t for t in self.touches if t.on or t.gap <= tolerance])
+    def parts(self, tolerance: float, pace: float) -> list[list[Member]]:
+        """Return the members, part by part: those of each press on each other, or soon may (s)."""
+        return joined(self.members, [t for t in self.touches if t.on or t.comes(tolerance, pace)])
 
     def play(self, now: float) -> None:
         self.began, self.time = now, self.pace

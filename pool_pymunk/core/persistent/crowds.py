@@ -35,6 +35,8 @@ class Crowds(Unseen):
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
         self.crowds = 0  # steps, so far
+        self.room = 2.0 * MOST * self.tolerance  # m
+        self.shortest = math.sqrt(self.room / scale.pull)  # s; of steps
         self.last: dict[tuple[int, int], Touch] = {}  # of crowds, by their sides
         # where a ball of a crowd has been for how long: a place (m), since a time (s)
         self.places: dict[int, tuple[float, float, float]] = {}
@@ -42,7 +44,7 @@ class Crowds(Unseen):
     def _crowds(self, present: Present, dues: list[Due]) -> bool:
         """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
         seeds = balls_of(dues)
-        return self._may_crowd(present, seeds) and self._crowd(present, seeds)
+        return self._may_crowd(present, seeds) and self._crowd(present, self._near(present, seeds))
 
     def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
         """Tell whether one of these balls has been hit too often, or there are very many."""
@@ -53,15 +55,13 @@ class Crowds(Unseen):
         """Return how many balls that press on each other are a group, and no crowd."""
         return LARGE if present.table.slows else CROWD
 
-    def _crowd(self, present: Present, seeds: list[Ball]) -> bool:
-        """Let a crowd begin around some balls, if there are enough."""
-        pace = math.sqrt(2.0 * MOST * self.tolerance / self.scale.pull)
-        balls = self._near(present, seeds, pace)
-        is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
+    def _crowd(self, present: Present, balls: list[Ball]) -> bool:
+        """Let balls that are near each other be a crowd, if there are enough."""
+        is_one_worn = any(is_worn(ball, present.now) for ball in balls)
         are_crowd = is_crowd(balls, present.now, present.table.slows)
         if not (len(balls) > self._largest(present) or (is_one_worn and are_crowd)):
             return False
-        self._begin_crowd(present, self._taken_out(present, balls), pace)
+        self._begin_crowd(present, self._taken_out(present, balls), self.shortest)
         return True
 
     def _taken_out(self, present: Present, balls: list[Ball]) -> list[Member]:
@@ -82,8 +82,8 @@ class Crowds(Unseen):
             drop(self.loose, each.ball)
         return found
 
-    def _near(self, present: Present, seeds: list[Ball], pace: float) -> list[Ball]:
-        """Return the balls around some that may press on each other within a step (s)."""
+    def _near(self, present: Present, seeds: list[Ball]) -> list[Ball]:
+        """Return the balls around some that may press on each other within the shortest step."""
         found = list(seeds)
         known = {ball.number for ball in seeds}
         for ball in found:  # It grows.
@@ -102,7 +102,7 @@ class Crowds(Unseen):
                 distance = math.sqrt(dx * dx + dy * dy)
                 closing = ((vx - u) * dx + (vy - v) * dy) / distance
                 gap = distance - ball.radius - other.radius
-                if gap <= self.tolerance + max(closing, 0.0) * pace:
+                if gap <= self.tolerance + max(closing, 0.0) * self.shortest:
                     known.add(other.number)
                     found.append(other)
         return found
@@ -190,7 +190,9 @@ class Crowds(Unseen):
             key = sides_in(one)
             known = self.last.get(key)
             goes_on = known is not None and known.a.time == now
-            if known is not None and goes_on and not one.a.slows:  # It presses as it did.
+            if known is None or not goes_on or one.a.slows:
+                one.n = one.t = one.i = 0.0
+            else:  # It presses as it did.
                 one.n, one.t, one.i = known.n, known.t, known.i
             self.last[key] = one
         return found
@@ -198,9 +200,9 @@ class Crowds(Unseen):
     def _beside(self, present: Present, a: Member, b: Member) -> Touch:
         """Return the touch of two members; a table of a user's is not asked again and again."""
         known = self.last.get(sides_of(a.ball, b.ball, None))
-        if known is not None and present.now - known.a.time < SOON:
-            return Touch(a, b, None, None, known.pair)
-        return Touch(a, b, None, None, present.table.pair(a.ball, b.ball))
+        if known is None or present.now - known.a.time >= SOON:
+            return Touch(a, b, None, None, present.table.pair(a.ball, b.ball))
+        return known if known.a is a and known.b is b else Touch(a, b, None, None, known.pair)
 
     def _pace_beside_movers(self, present: Present, members: list[Member], pace: float) -> float:
         """Return how long (s) a step may be, so that walls that move come no farther than balls."""
@@ -232,9 +234,8 @@ class Crowds(Unseen):
             for one in crowd.touches:
                 if one.on and one.wall is not None and one.wall.moves:
                     present.jam(one.a.ball, one.wall)
-        room = 2.0 * MOST * self.tolerance
-        least = math.sqrt(room / self.scale.pull)
-        for joint in crowd.parts(self.tolerance):
+        pace = crowd.next_pace(self.room, self.shortest)
+        for joint in crowd.parts(self.tolerance, pace):
             part = [each for each in joint if each.ball.group is crowd]  # No other part has met it.
             for each in part:
                 each.ball.group = None
@@ -245,7 +246,7 @@ class Crowds(Unseen):
                 self._let_sleep(present, crowd, part)
                 continue
             if moves and is_crowd([each.ball for each in part], present.now, crowd.slows):
-                self._begin_crowd(present, part, crowd.next_pace(room, least))
+                self._begin_crowd(present, part, pace)
                 continue
             for each in part:
                 self._let_go(present, each)

@@ -81,7 +81,7 @@ class Forming(Crowds):
             for one, v in zip(touches, parting):
                 count_bounces(one, v)
                 one.bounces = max(now + time_of_bounces(one, v), one.a.ball.bounces)
-            if group.strike():
+            if group.strike() and not group.goes_on(now):
                 group.decide(now, True)
             group.join()
             fits = group.goes_on(now) or group.decide(now, False)
@@ -167,6 +167,7 @@ class Forming(Crowds):
         if each.own is not None:
             each.phase = FREE
             each.face()
+        each.begin()
         x, y = each.gliding
         if each.slows and x * x + y * y <= self._faint_slip(present):
             each.settle()
@@ -241,6 +242,6 @@ def parts_of(group: Group, now: float) -> list[Group]:
             group.touches = touches
             return [group]
         new = Group(part, touches, now, group.scale)
-        new.take_unknowns(group)
+        new.list_unknowns()
         found.append(new)
     return found

@@ -253,10 +253,13 @@ class Groups(Forming):
     def form(self, present: Present) -> None:
         seeds = [ball for ball in self.seeds if ball.group is None and not ball.is_off]
         self.seeds = []
-        if self._may_crowd(present, seeds) and self._crowd(present, seeds):
-            return
+        left = seeds if self._may_crowd(present, seeds) else []
+        while len(left) > 0:  # Those that are far from each other are no crowd together.
+            near = self._near(present, left[:1])
+            self._crowd(present, near)
+            left = [ball for ball in left if ball.group is None and ball not in near]
         self.tried = present.now
-        self._begin_around(present, seeds)
+        self._begin_around(present, [ball for ball in seeds if ball.group is None])
 
     def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
         """Let a ball that has waited for a contact, but has missed it, go on along a new path."""

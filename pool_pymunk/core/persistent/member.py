@@ -45,10 +45,11 @@ class Member:
     group owns it, and touches push it.
     """
 
-    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
-                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
-                 "place", "pull", "px", "py", "rolls", "scale", "second", "share", "since",
-                 "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fourth", "fx",
+                 "fy", "gx", "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part",
+                 "phase", "place", "pull", "px", "py", "rolls", "scale", "second", "share",
+                 "since", "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x",
+                 "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -78,6 +79,7 @@ class Member:
         self.first: Rates = (0.0, 0.0, 0.0, 0.0)
         self.second: Rates = self.first
         self.third: Rates = self.first
+        self.fourth: Rates = self.first
 
     @property
     def motion(self) -> tuple[Motion, Vector]:
@@ -158,23 +160,15 @@ class Member:
         loss = -(x * a + y * b)
         return (x * x + y * y) / loss if loss > 0.0 else INF
 
-    def steering(self, time: float) -> float:
-        """Return how much an error of the roll, as a share of it, turns up in the velocity.
-
-        It turns the slip, and with it the friction of the surface for that time (s).
-        """
-        x, y = self.gliding
-        size, most = math.sqrt(x * x + y * y), self.pull * time
-        return 1.0 if self.phase != SLIP or size <= most else most / size
-
     def settle(self) -> None:
         """Let a ball roll whose slip has faded, or rest whose speed has.
 
         What remains of a slip u fades at once, and momentum is kept. It would have faded after
-        2 |u| / (7 pull), and rolling resistance would not have acted until then.
+        2 |u| / (7 pull), and rolling resistance would not have acted until then. It has acted too
+        late if the slip has turned back.
         """
         if self.phase == SLIP and self.rolls:
-            spared = self._spared(self.vx - self.wx, self.vy - self.wy)
+            spared = SHARE * self.left() / self.pull if self.pull > 0.0 else 0.0
             self.vx = self.wx = (1.0 - SHARE) * self.vx + SHARE * self.wx
             self.vy = self.wy = (1.0 - SHARE) * self.vy + SHARE * self.wy
             self.phase = self.mode = ROLL
@@ -183,10 +177,6 @@ class Member:
                 return
         self.vx = self.vy = self.wx = self.wy = 0.0
         self.phase = self.mode = REST
-
-    def _spared(self, ux: float, uy: float) -> float:
-        """Return how long (s) a slip (m/s) lasts."""
-        return SHARE * math.sqrt(ux * ux + uy * uy) / self.pull if self.pull > 0.0 else 0.0
 
     def spare_drag(self, time: float) -> None:
         """Give a ball that rolls the speed again that rolling resistance takes in a time (s)."""

@@ -323,6 +323,10 @@ class Touch:
             each.brake(h)
         return change
 
+    def comes(self, far: float, soon: float) -> bool:
+        """Tell whether the sides come nearer than a length (m) in a time (s)."""
+        return self.gap <= far + max(-self.opening, 0.0) * soon
+
     def has_sunk(self, depth: float) -> bool:
         """Tell whether the sides have sunk into each other by so many radii."""
         return self.gap < -depth * self.a.ball.radius
