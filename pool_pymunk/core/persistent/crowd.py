@@ -96,10 +96,10 @@ class Crowd(Gathering):
             [one.on and one.until < INF and one.a is each for one in self.touches]
         )
 
-    def next_pace(self, room: float, least: float) -> float:
+    def next_pace(self, members: list[Member], room: float, least: float) -> float:
         """Return how long (s) a step may be, so that changes of velocity move no ball farther."""
         change = 0.0
-        for each in self.members:
+        for each in members:
             change = max(change, larger(each.ax, each.ay))
         change *= self.time
         longest = (LONGEST if self.slows else SHORT) * least

@@ -74,12 +74,12 @@ class Crowds(Unseen):
                 ball.group = None
             elif group is not None:
                 others = [each.ball for each in group.members] if group.answers_all else [ball]
-                self.take_apart(present, ball)
+                self.leave(present, ball)
                 found += [self._member(present, other) for other in others]
             elif all(each.ball is not ball for each in found):
                 found.append(self._member(present, ball))
-        for each in found:
-            drop(self.loose, each.ball)
+        taken = {each.ball.number for each in found}
+        self.loose = [ball for ball in self.loose if ball.number not in taken]
         return found
 
     def _near(self, present: Present, seeds: list[Ball]) -> list[Ball]:
@@ -163,7 +163,7 @@ class Crowds(Unseen):
     def _reach(self, present: Present, members: list[Member]) -> list[Touch]:
         """Return the touches that may close in a step: two balls move by two strides at most."""
         found = list[Touch]()
-        in_line = sorted(members, key=place_along)
+        in_line = sorted(members, key=lambda each: each.x)
         widest = 2.0 * (1.0 + STRIDE) * max([each.ball.radius for each in members])
         for k, a in enumerate(in_line):
             ball, r = a.ball, a.ball.radius
@@ -172,6 +172,8 @@ class Crowds(Unseen):
                 dx, dy = b.x - a.x, b.y - a.y
                 if dx > widest:
                     break
+                if abs(dy) > widest:
+                    continue
                 other = b.ball
                 near = (1.0 + STRIDE) * (r + other.radius)
                 if dx * dx + dy * dy <= near * near and not ball.ignores(
@@ -234,8 +236,8 @@ class Crowds(Unseen):
             for one in crowd.touches:
                 if one.on and one.wall is not None and one.wall.moves:
                     present.jam(one.a.ball, one.wall)
-        pace = crowd.next_pace(self.room, self.shortest)
-        for joint in crowd.parts(self.tolerance, pace):
+        soon = crowd.next_pace(crowd.members, self.room, self.shortest)
+        for joint in crowd.parts(self.tolerance, soon):
             part = [each for each in joint if each.ball.group is crowd]  # No other part has met it.
             for each in part:
                 each.ball.group = None
@@ -246,6 +248,7 @@ class Crowds(Unseen):
                 self._let_sleep(present, crowd, part)
                 continue
             if moves and is_crowd([each.ball for each in part], present.now, crowd.slows):
+                pace = crowd.next_pace(part, self.room, self.shortest)
                 self._begin_crowd(present, part, pace)
                 continue
             for each in part:
@@ -255,12 +258,14 @@ class Crowds(Unseen):
     def _is_calm(self, present: Present, part: list[Member]) -> bool:
         """Tell whether no ball of a part that falls has moved visibly for a while."""
         is_calm, now = True, present.now
+        if any(each.slows for each in part):
+            return False
         for each in part:
             x, y, since = self.places.get(each.ball.number, (INF, INF, now))
             if abs(each.x - x) + abs(each.y - y) > MOST * self.tolerance:
                 since = now
                 self.places[each.ball.number] = each.x, each.y, now
-            is_calm = is_calm and not each.slows and now - since >= CALM
+            is_calm = is_calm and now - since >= CALM
         return is_calm
 
     def _let_sleep(self, present: Present, crowd: Crowd, part: list[Member]) -> None:
@@ -287,10 +292,6 @@ def sides_in(one: Touch) -> tuple[int, int]:
     return sides_of(one.a.ball, None if one.b is None else one.b.ball, one.wall)
 
 
-def place_along(each: Member) -> float:
-    return each.x
-
-
 def is_crowd(balls: list[Ball], now: float, slows: bool) -> bool:
     """Tell whether balls have been hit so often of late, together, that they are a crowd.
 
@@ -301,10 +302,3 @@ def is_crowd(balls: list[Ball], now: float, slows: bool) -> bool:
         if now - ball.hit < SOON:
             hits += ball.hits
     return len(balls) > (CROWD if slows else 1) or hits > MANY
-
-
-def drop(balls: list[Ball], ball: Ball) -> None:
-    for k in range(len(balls)):
-        if balls[k] is ball:
-            balls.pop(k)
-            return

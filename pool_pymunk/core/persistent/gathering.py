@@ -42,7 +42,9 @@ class Gathering(Company):
         self.looked = -INF  # s; when somebody has last asked for the states of the members
         self.states: list[State] = []
         self.is_over = False
-        self.until = min([one.until for one in touches], default=INF)
+        self.until = INF
+        for one in touches:
+            self.until = min(self.until, one.until)
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether a contact of its members is one of its own."""

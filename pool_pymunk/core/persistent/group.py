@@ -29,6 +29,7 @@ FEW_ROUNDS: Final = 4
 SWEEPS: Final = 4
 GROWTH: Final = 4.0
 NEVER: Final = -1
+NOTHING: Final = [INF, INF, INF, INF]  # ends a mode
 # how a touch fits its mode
 FITS: Final = 0
 CLOSES: Final = 1  # without a force
@@ -76,7 +77,7 @@ class Group(Gathering):
         self.changed = -INF  # s; when its mode has changed last
         self.fell = NEVER
         self.is_even = True
-        self.mode = list[float]()  # of members, and how touches slide and turn
+        self.mode = list[int]()  # of members and touches
         self.unknowns: list[Unknown] = []
         self.system: System | None = None  # of the forces in this mode, at one state of it
         self.is_stale = False  # Other states need factors of their own.
@@ -103,11 +104,6 @@ class Group(Gathering):
             if speed > (self.scale.creep if each.phase == FREE else self.scale.faded):
                 return False
         return True
-
-    @property
-    def creeps(self) -> bool:
-        """This tells whether a ball hardly moves, and turns so fast that pieces are very short."""
-        return any(self.lets_rest(each) for each in self.members)
 
     def lets_rest(self, each: Member) -> bool:
         """Tell whether a ball may rest that hardly moves in a very short piece."""
@@ -148,7 +144,7 @@ class Group(Gathering):
             one.closed = joins or (one.later <= now and abs(one.opening) <= 100.0 * self.scale.none)
             if not one.closed or one.softness == 0.0:  # What rests presses on nothing by itself.
                 one.press(0.0, 0.0, 0.0)
-        fits = False
+        fits, tried = False, list[list[int]]()
         rounds = ROUNDS if len(self.touches) <= FEW else FEW_ROUNDS
         for k in range(rounds):
             for each in self.members:
@@ -160,7 +156,7 @@ class Group(Gathering):
                         one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
             self._adopt(joins)
             self.solve(0.0)
-            fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now))
+            fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now, tried))
             if fits:
                 break
         for each in self.members:
@@ -194,9 +190,7 @@ class Group(Gathering):
 
     def list_unknowns(self) -> None:
         """List the unknown forces: those that are not at their bounds, if the mode has changed."""
-        mode = [float(each.mode) for each in self.members]
-        for one in self.touches:
-            mode += [one.slides, one.turns, one.mu] if one.on else [INF]
+        mode = [each.mode for each in self.members] + [one.mode for one in self.touches]
         if mode == self.mode:
             return
         self.mode, self.unknowns, self.system = mode, [], None
@@ -333,16 +327,20 @@ class Group(Gathering):
             x, y = x - each.bx, y - each.by
         return x * each.hx + y * each.hy >= -self.weak
 
-    def _exchange(self, now: float) -> bool:
+    def _exchange(self, now: float, tried: list[list[int]]) -> bool:
         """Exchange a force and what it holds where they do not fit, one after another.
 
         One of both is free then that was at its bound, and the other one is not. Redundant forces
-        may need it: those of least norm can lie beyond a bound. It tells whether all fits.
+        may need it: those of least norm can lie beyond a bound. It tells whether all fits, and ends
+        where it comes to a mode that was ``tried``.
         """
         for _ in range(EXCHANGES):
             if not (self._exchange_at_touch() or self._exchange_at_member(now)):
                 return False
             self.list_unknowns()
+            if self.mode in tried:
+                return False
+            tried.append(self.mode)
             self.solve(0.0)
             if self._fits(now):
                 return True
@@ -552,7 +550,7 @@ class Group(Gathering):
             jump = max(jump, larger(x, y))
             middle = max(middle, largest(difference(each.third, each.second)))
             end = max(end, largest(difference(each.rates, each.fourth)))
-        return max(0.025 * jump * h, 0.1 * min(middle, end)) * h / self.tolerance
+        return max(0.025 * jump * h, 0.3 * min(middle, end)) * h / self.tolerance
 
     # -- what ends a piece ---------------------------------------------------------------------
 
@@ -560,21 +558,18 @@ class Group(Gathering):
         """Return the numbers that end the mode where they fall to 0."""
         found = list[float]()
         for one in self.touches:
-            force = slides = turns = end = INF
-            if one.on and one.softness > 0.0:
-                force, end, most = one.n / one.unit, one.room, one.mu * one.n
-                if one.mu > 0.0:
-                    slides = (
-                        one.slides * one.slip
-                        if one.slides != 0.0
-                        else (most - abs(one.t)) / one.unit
-                    )
-                if one.wrings and (one.a.phase >= SLIP or one.drift != 0.0):
-                    if one.turns != 0.0:
-                        turns = one.turns * one.roll_in
-                    elif one.a.phase >= SLIP:
-                        turns = (2.5 * most - abs(one.i)) / one.unit
-            found += [force, slides, turns, end]
+            if not one.on or one.softness == 0.0:
+                found += NOTHING
+                continue
+            slides, turns, most = INF, INF, one.mu * one.n
+            if one.mu > 0.0:
+                held = (most - abs(one.t)) / one.unit
+                slides = one.slides * one.slip if one.slides != 0.0 else held
+            if one.wrings and one.turns != 0.0 and (one.a.phase >= SLIP or one.drift != 0.0):
+                turns = one.turns * one.roll_in
+            elif one.wrings and one.turns == 0.0 and one.a.phase >= SLIP:
+                turns = (most / GYRATION - abs(one.i)) / one.unit
+            found += [one.n / one.unit, slides, turns, one.room]
         for each in self.members:
             found += [each.spare(t), each.left()]
         return found

@@ -112,6 +112,14 @@ class Touch:
         self.slip = self._present_slip
 
     @property
+    def mode(self) -> int:
+        """A number that tells whether it presses, and which friction is at its bound."""
+        if not self.on:
+            return 0
+        frictions = int(self.slides) + 3 * int(self.turns) + 5
+        return frictions if self.mu > 0.0 else -frictions
+
+    @property
     def push(self) -> Vector:
         """The force (N) on the last ball."""
         return self.n * self.nx - self.t * self.ny, self.n * self.ny + self.t * self.nx
