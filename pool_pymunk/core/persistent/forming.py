@@ -80,7 +80,7 @@ class Forming(Crowds):
             for one, v in zip(touches, parting):
                 count_bounces(one, v)
                 one.bounces = max(now + time_of_bounces(one, v), one.a.ball.bounces)
-            if group.strike() and not group.goes_on(now):
+            if group.strike():
                 group.decide(now, True)
             group.join()
             if not group.goes_on(now):
