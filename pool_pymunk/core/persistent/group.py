@@ -40,7 +40,7 @@ HAS_TURNED: Final = 5  # against the friction that is at its bound
 STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
-FINE: Final = 0.1  # of the shortest piece; where it ends is found as finely
+FINE: Final = 0.01  # of the shortest piece; where it ends is found as finely
 CLOSED: Final = 1e-14  # radii, or of the usual speed; what is less is rounding
 EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
 STAGES: Final = 0.01  # of the tolerance; so far from exact may stages of a piece move a ball in 1 s
@@ -542,15 +542,16 @@ class Group(Gathering):
         """Return how many times too far off a step is: its parabola, or its velocities in 1 s.
 
         The velocities are off by less than those of two methods that each lack an order: one has a
-        middle of its own, and the other one the rates at the end. Each is blind where a slip fades.
+        middle of its own, and the other one the rates at the end, unless a slip has turned back.
         """
         jump = middle = end = 0.0
         for each in self.members:
             x, y, _p, _q = difference(each.rates, each.first)
             jump = max(jump, larger(x, y))
             middle = max(middle, largest(difference(each.third, each.second)))
-            end = max(end, largest(difference(each.rates, each.fourth)))
-        return max(0.025 * jump * h, 0.3 * min(middle, end)) * h / self.tolerance
+            last = largest(difference(each.rates, each.fourth))
+            end = max(end, INF if each.left() < 0.0 else last)
+        return max(0.025 * jump * h, min(0.1 * middle, end)) * h / self.tolerance
 
     # -- what ends a piece ---------------------------------------------------------------------
 
