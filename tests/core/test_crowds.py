@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spell
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.report.listing import shot_lines
+from pool_pymunk.solvers.again import Again
 from tests.shared.scenes import pile
 
 R, M, PULL, DRAG, STEP = 0.03, 0.2, 2.0, 0.1, 1e-3
@@ -119,6 +122,19 @@ def test_a_pile_ends_in_time_that_grows_with_its_contacts() -> None:
     few, many = (simulate(pile(n, 0.5, None), solver="event-driven") for n in (50, 200))
     assert few.status == many.status == "settled"
     assert len(many.events) < 10 * len(few.events)
+
+
+def test_a_crowd_is_not_played_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its steps decide more than its policies do."""
+
+    def moves(*_: object) -> Iterator[None]:
+        raise AssertionError("variants are played")
+        yield
+
+    monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "QUICK", math.inf)
+    monkeypatch.setattr(Again, "moves", moves)
+    run = simulate(pile(50, 0.0, 0.01), solver="event-driven")
+    assert any(OVER_AND_OVER in w for w in run.warnings) and run.known_shift is None
 
 
 def test_a_hard_break_is_no_crowd() -> None:
