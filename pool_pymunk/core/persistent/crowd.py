@@ -83,6 +83,7 @@ class Crowd(Gathering):
         if self.sleeps:
             super().go_to(t)
         elif t < self.began + self.time:
+            self.played = max(t - self.began, 0.0)
             shifts = 1 if self.slows else LAST_SHIFTS
             for each, state in zip(self.members, self._states_at(t, shifts)):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state

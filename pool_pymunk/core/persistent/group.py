@@ -80,6 +80,7 @@ class Group(Gathering):
         self.mode = list[int]()  # of members and touches
         self.unknowns: list[Unknown] = []
         self.system: System | None = None  # of the forces in this mode, at one state of it
+        self.known: System | None = None  # before the last step
         self.is_stale = False  # Other states need factors of their own.
         self.before = list[float]()
         self.after = list[float]()
@@ -106,8 +107,9 @@ class Group(Gathering):
         return True
 
     def lets_rest(self, each: Member) -> bool:
-        """Tell whether a ball may rest that hardly moves in a very short piece."""
-        return self.time <= SHORT * self.scale.least and each.hardly_moves(self.time)
+        """Tell whether a ball may rest, or roll, that hardly moves, or slips, in a short piece."""
+        short = 1.0 if each.phase == SLIP and each.rolls else SHORT
+        return self.time <= short * self.scale.least and each.hardly_moves(self.time)
 
     def has_alone(self, one: Touch) -> bool:
         """Tell whether no other contact of the group has a ball of this one."""
@@ -491,14 +493,18 @@ class Group(Gathering):
             return [each.state for each in self.members]
         if t <= self.began:
             return [each.start for each in self.members]
+        system, is_stale = self.known, self.is_stale  # those of the last step of the piece
+        self.system = system
         self.step(t - self.began)
         states = [each.state for each in self.members]
+        self.system = system
         self.step(self.time)
+        self.known, self.is_stale = system, is_stale
         return states
 
     def step(self, h: float) -> float:
         """Go on from the beginning for a time (s); return how many times too far off that is."""
-        self.played = h
+        self.played, self.known = h, self.system
         for one in self.touches:
             one.struck = one.kept
             one.n, one.t, one.i = one.first
