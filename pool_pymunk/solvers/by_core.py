@@ -146,7 +146,7 @@ def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
         trace.is_crowded = True
         trace.warn(
             f"up to {crowded.balls} balls hit each other over and over: until "
-            f"{crowded.until:.6g} s they go on by steps of up to {1e3 * crowded.step:.2g} ms, "
+            f"{min(crowded.until, trace.duration):.6g} s they go on by steps of up to {1e3 * crowded.step:.2g} ms, "
             "so that their ends are not exact",
             crowded.since,
         )

@@ -15,6 +15,7 @@ from pool_pymunk.core.walls.wall import Wall
 
 # Balls that overlap by errors are moved apart by a little more than they overlap.
 APART: Final = 1.2
+FIRST_SHIFTS: Final = 5  # rounds in which the lighter ball moves farther: it may be in a corner
 LAST_SHIFTS: Final = 1000  # rounds at most, where balls come to rest or are looked at
 SUNK: Final = 1e-10  # radii; less is none
 
@@ -96,10 +97,10 @@ class Gathering(Company):
 
         Each pair is moved by so many times its overlap.
         """
-        for _ in range(most):
+        for k in range(most):
             deepest = 0.0
             for one in self.touches:
-                deepest = max(deepest, one.part(times))
+                deepest = max(deepest, one.part(times, k >= FIRST_SHIFTS))
             if deepest <= SUNK:
                 break
 

@@ -339,8 +339,11 @@ class Touch:
         """Tell whether the sides have sunk into each other by so many radii."""
         return self.gap < -depth * self.a.ball.radius
 
-    def part(self, times: float) -> float:
-        """Move sides apart by so many times what they have sunk in; return that, in radii."""
+    def part(self, times: float, evenly: bool) -> float:
+        """Move sides apart by so many times what they have sunk in; return that, in radii.
+
+        The lighter ball moves farther, unless both move evenly.
+        """
         a, b = self.a, self.b
         if b is not None:
             dx, dy, near = b.x - a.x, b.y - a.y, a.ball.radius + b.ball.radius
@@ -349,12 +352,14 @@ class Touch:
         gap = self.gap
         if gap >= 0.0:
             return 0.0
-        far = -times * gap * self.unit
+        far = -times * gap
         if b is None:
-            a.shift(far / a.mass * self.nx, far / a.mass * self.ny)
+            a.shift(far * self.nx, far * self.ny)
         else:
-            a.shift(-far / a.mass * self.nx, -far / a.mass * self.ny)
-            b.shift(far / b.mass * self.nx, far / b.mass * self.ny)
+            share = 0.5 if evenly else self.unit / a.mass
+            a.shift(-share * far * self.nx, -share * far * self.ny)
+            far *= 1.0 - share
+            b.shift(far * self.nx, far * self.ny)
         return -gap / a.ball.radius
 
     # -- forces --------------------------------------------------------------------------------
