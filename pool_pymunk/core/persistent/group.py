@@ -476,8 +476,8 @@ class Group(Gathering):
             off = self.step(h)
             if off <= 1.0 or h <= self.least:
                 break
-            h = max(h * max(0.1, 0.9 / off**0.25), self.least)
-        self.longest = h * min(GROWTH, 0.9 / max(off, 1e-9) ** 0.25)
+            h = max(h * max(0.1, 0.9 / off ** (1.0 / 3.0)), self.least)
+        self.longest = h * min(GROWTH, 0.9 / max(off, 1e-9) ** (1.0 / 3.0))
         self.after = self._measure(now + h)
         self.fell = self._first_to_fall()
         if self.fell >= 0 and h > self._finest:
@@ -546,7 +546,7 @@ class Group(Gathering):
         """
         jump = middle = end = 0.0
         for each in self.members:
-            x, y, _p, _q = difference(each.rates, each.first)
+            x, y, _p, _q = difference(each.fourth, each.first)
             jump = max(jump, larger(x, y))
             middle = max(middle, largest(difference(each.third, each.second)))
             last = largest(difference(each.rates, each.fourth))
