@@ -45,11 +45,10 @@ class Member:
     group owns it, and touches push it.
     """
 
-    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fourth", "fx",
-                 "fy", "gx", "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part",
-                 "phase", "place", "pull", "px", "py", "rolls", "scale", "second", "share",
-                 "since", "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x",
-                 "y")  # fmt: skip
+    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
+                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
+                 "place", "pull", "px", "py", "rolls", "scale", "second", "share", "since",
+                 "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -79,7 +78,6 @@ class Member:
         self.first: Rates = (0.0, 0.0, 0.0, 0.0)
         self.second: Rates = self.first
         self.third: Rates = self.first
-        self.fourth: Rates = self.first
 
     @property
     def motion(self) -> tuple[Motion, Vector]:
