@@ -128,8 +128,8 @@ def joined(persisted: Iterable[Persisted]) -> list[Joined]:
         one = Joined(tuple(sorted(balls)), tuple(group), since, until)
         past += [each for each in now if each.until < since]
         now = [each for each in now if each.until >= since]
-        touching = [each for each in now if balls & {*each.balls}]
-        now = [each for each in now if each not in touching]
+        touching = [each for each in now if not balls.isdisjoint(each.balls)]
+        now = [each for each in now if balls.isdisjoint(each.balls)]
         for each in touching:
             one = Joined(
                 tuple(sorted({*one.balls, *each.balls})),

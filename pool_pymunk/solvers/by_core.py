@@ -143,9 +143,10 @@ def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
             first = min(row[3] for row in trace.persisted)
             trace.warn("contacts that persist have the friction of the law coulomb", first)
     if crowded is not None:
+        trace.is_crowded = True
         trace.warn(
             f"up to {crowded.balls} balls hit each other over and over: until "
-            f"{crowded.until:.6g} s they go on by steps of up to {1e3 * crowded.step:.2g} ms, "
+            f"{min(crowded.until, trace.duration):.6g} s they go on by steps of up to {1e3 * crowded.step:.2g} ms, "
             "so that their ends are not exact",
             crowded.since,
         )

@@ -45,7 +45,8 @@ NO_ROLLS = (
 )
 NO_PATCHES = "does not play patches, and the scene has some (these do: {})"
 NO_TILT = "does not let balls fall, and the table has a tilt (these do: {})"
-QUICK = 2.0  # s; a run that took longer is not played again to measure its policies
+# s; a run that took longer, or is a crowd's, is not played again to measure its policies
+QUICK = 2.0
 
 
 def find_solver(name: str) -> Solver:
@@ -156,7 +157,7 @@ def _policy_shift(again: Again, trace: Trace, wall_time: float) -> float | None:
     """Warn of how far (m) other answers of policies would move the ends; return it if known."""
     scene, moves = again.scene, dict[Variant, float]()
     measures = again.settings.measures_policies and again.solver.engine
-    is_measured = measures and wall_time <= QUICK
+    is_measured = measures and wall_time <= QUICK and not trace.is_crowded
     touches = trace.instants or (is_measured and len(touching(scene, again.start)))
     is_open = measures and bool(touches)
     if not (is_open or trace.policies):

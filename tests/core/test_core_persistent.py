@@ -150,6 +150,22 @@ def test_groups_that_touch_do_not_take_each_other_apart(
     assert sum(map(len, trace.knots)) <= most
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-7, 1e-8])
+def test_a_slip_fades_however_short_its_last_pieces_are(tolerance: float) -> None:
+    """du/dt = D - L u / |u| with |D| < L: the ball rolls, at each tolerance, and ends alike."""
+    r = 0.5532809846688761
+    start, speed = (0.37832588326965255, 0.9989019521918046), (-1.616081854278979, -0.45501678)
+    ball = Ball("a", start, 0.05670269574339504, 0.2, velocity=speed, roll=-0.9019322714192797)
+    surface = Friction(0.1, 0.0, 0.0, rolling=0.01)
+    scene = Scene((ball,), Table.circle(r), Restitution(0.9, cushion=0.1), surface)
+    runs = [
+        simulate(scene, solver="event-driven", max_time=1.0, contact_tolerance=each)
+        for each in (tolerance, 1e-10)
+    ]
+    assert len(runs[0].knots[0]) < 2000
+    assert largest_distance(*runs) < 10.0 * tolerance
+
+
 @pytest.mark.parametrize("solver", [name for name in SOLVERS if not SOLVERS[name].to_tolerance])
 def test_a_solver_without_a_tolerance_takes_no_notice_of_it(solver: str) -> None:
     """So it is with the step of a solver that has none."""

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
+from importlib import import_module
 
 import numpy as np
 import pytest
 
-from pool_pymunk import load, simulate
+from pool_pymunk import Ball as SceneBall
+from pool_pymunk import Friction, Patch, Physics, Restitution, Scene, Table, load, simulate
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.path import standing
@@ -19,6 +22,7 @@ from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spell
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.report.listing import shot_lines
+from pool_pymunk.solvers.again import Again
 from tests.shared.scenes import pile
 
 R, M, PULL, DRAG, STEP = 0.03, 0.2, 2.0, 0.1, 1e-3
@@ -119,6 +123,46 @@ def test_a_pile_ends_in_time_that_grows_with_its_contacts() -> None:
     few, many = (simulate(pile(n, 0.5, None), solver="event-driven") for n in (50, 200))
     assert few.status == many.status == "settled"
     assert len(many.events) < 10 * len(few.events)
+
+
+def test_a_crowd_is_not_played_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its steps decide more than its policies do."""
+
+    def moves(*_: object) -> Iterator[None]:
+        raise AssertionError("variants are played")
+        yield
+
+    monkeypatch.setattr(import_module("pool_pymunk.solvers.request"), "QUICK", math.inf)
+    monkeypatch.setattr(Again, "moves", moves)
+    run = simulate(pile(50, 0.0, 0.01), solver="event-driven")
+    assert any(OVER_AND_OVER in w for w in run.warnings) and run.known_shift is None
+
+
+def test_no_ball_that_heavy_ones_squeeze_into_a_corner_leaves_the_table() -> None:
+    """A crowd that is cut off has given its impulses until then, and no longer."""
+    corners = (
+        (1.8601150690987451, 1.0), (1.0, 2.141678164201833),
+        (0.316551133236474, 1.0000000000000002), (0.9999999999999999, 0.006403459809689593),
+    )  # fmt: skip
+    balls = (
+        SceneBall("0", (0.918676754979138, 0.5765719263419249), 0.09643937343946066,
+                  0.07183870962644359, velocity=(0.49489294394100547, -1.9376864772230549)),
+        SceneBall("1", (1.1075316548641907, 0.38914220911828545), 0.15796113359557573,
+                  78.03585942194894, velocity=(-1.2786365079667077, -2.5946803065635207)),
+        SceneBall("2", (1.0091297460940618, 0.1623798681319752), 0.08669188608702513,
+                  0.014291150885296226, velocity=(-4.6222656235220105, 4.001302495887214)),
+        SceneBall("3", (1.2365182986919154, 1.057982262284119), 0.05327398969290699,
+                  57.51030267633417, velocity=(2.538641035574766, -0.896729889407702)),
+    )  # fmt: skip
+    sand = Patch(center=(1.6638847228636298, 0.95), radius=0.221, surface=0.05)
+    coefficients = Restitution(0.8, cushion=0.7), Friction(0.0, 0.1, 0.05)
+    scene = Scene(balls, Table(corners), *coefficients, Physics(max_time=0.2), patches=(sand,))
+    run = simulate(scene, solver="event-driven")
+    assert [one for one in run.warnings if OVER_AND_OVER in one]
+    assert all(one.until <= run.duration for one in run.persistent)
+    assert scene.table is not None
+    for x, y in (place for state in run.at(np.linspace(0.0, 0.2, 201))[0] for place in state):
+        assert scene.table.contains(x, y)
 
 
 def test_a_hard_break_is_no_crowd() -> None:

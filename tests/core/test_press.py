@@ -42,7 +42,7 @@ CASCADE = 40  # events
 SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
 # not grow at all.
-GROWN = 1e-8  # of the energy at the start
+GROWN = 1e-12  # of the energy at the start
 # of the momentum; the parabola that stands for a piece misses the velocity at its end. That was up
 # to 4.3e-6 in 13 scenes at the default tolerance; some stay at 1e-6 to 8e-6 however fine it is.
 KEPT = 1e-5

@@ -13,7 +13,18 @@ from typing import Any
 import pymunk
 import pytest
 
-from pool_pymunk import Run, Scene, Shot, load, simulate
+from pool_pymunk import (
+    Ball,
+    Friction,
+    Physics,
+    Restitution,
+    Run,
+    Scene,
+    Shot,
+    Table,
+    load,
+    simulate,
+)
 from pool_pymunk.world.ball import AsItCame
 from pool_pymunk.world.bodies import Bodies
 from tests.shared.core_scenes import BUNDLED, SCENES, drawn
@@ -59,6 +70,23 @@ def differing(count: int) -> dict[str, list[str]]:
         for k, (name, scene) in enumerate(random_scenes(count))
     }
     return {name: what for name, what in found.items() if what}
+
+
+@pytest.mark.parametrize("dt", [0.252, 0.126, 0.036])
+def test_to_look_into_a_piece_of_a_group_changes_no_bit(dt: float) -> None:
+    """Each ball is pressed by an arc, and a step ends within a piece."""
+    outline = (1.982534660513005, 1.1860796627538708), (0.34758295467100475, 1.7578601447260462)
+    table = Table((*outline, (0.6698823848159905, 0.05606019252008332)), (0.0, 0.577, 0.577))
+    balls = (
+        Ball("0", (1.7086, 0.8967), 0.0384, 0.1355, velocity=(0.1969, -2.3069), roll=0.5),
+        Ball("1", (1.3991, 1.1371), 0.0345, 0.1426),
+        Ball("2", (0.8547, 1.321), 0.0535, 0.1026),
+        Ball("3", (1.1212, 1.1779), 0.0512, 0.2159, velocity=(-2.8127, 1.8011), roll=0.566),
+        Ball("4", (1.0113, 1.1878), 0.0333, 0.2014, velocity=(-1.9521, 2.7477), roll=0.402),
+    )
+    coefficients = Restitution(0.5, 0.9, 0.1), Friction(0.2, 3.0, 5.0, 0.0)
+    scene = Scene(balls, table, *coefficients, Physics(max_time=5.0))
+    assert not [*differences(scene, None, [dt])]
 
 
 @pytest.mark.parametrize("name", BUNDLED)

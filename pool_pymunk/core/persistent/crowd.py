@@ -83,6 +83,7 @@ class Crowd(Gathering):
         if self.sleeps:
             super().go_to(t)
         elif t < self.began + self.time:
+            self.played = max(t - self.began, 0.0)
             shifts = 1 if self.slows else LAST_SHIFTS
             for each, state in zip(self.members, self._states_at(t, shifts)):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
@@ -96,18 +97,18 @@ class Crowd(Gathering):
             [one.on and one.until < INF and one.a is each for one in self.touches]
         )
 
-    def next_pace(self, room: float, least: float) -> float:
+    def next_pace(self, members: list[Member], room: float, least: float) -> float:
         """Return how long (s) a step may be, so that changes of velocity move no ball farther."""
         change = 0.0
-        for each in self.members:
+        for each in members:
             change = max(change, larger(each.ax, each.ay))
         change *= self.time
         longest = (LONGEST if self.slows else SHORT) * least
         return max(least, min(room / change, longest) if change > 0.0 else longest)
 
-    def parts(self, tolerance: float) -> list[list[Member]]:
-        """Return the members, part by part: those of each are joined by contacts."""
-        return joined(self.members, [t for t in self.touches if t.on or t.gap <= tolerance])
+    def parts(self, tolerance: float, pace: float) -> list[list[Member]]:
+        """Return the members, part by part: those of each press on each other, or soon may (s)."""
+        return joined(self.members, [t for t in self.touches if t.on or t.comes(tolerance, pace)])
 
     def play(self, now: float) -> None:
         self.began, self.time = now, self.pace

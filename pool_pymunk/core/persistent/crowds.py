@@ -35,6 +35,8 @@ class Crowds(Unseen):
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
         self.crowds = 0  # steps, so far
+        self.room = 2.0 * MOST * self.tolerance  # m
+        self.shortest = math.sqrt(self.room / scale.pull)  # s; of steps
         self.last: dict[tuple[int, int], Touch] = {}  # of crowds, by their sides
         # where a ball of a crowd has been for how long: a place (m), since a time (s)
         self.places: dict[int, tuple[float, float, float]] = {}
@@ -42,7 +44,7 @@ class Crowds(Unseen):
     def _crowds(self, present: Present, dues: list[Due]) -> bool:
         """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
         seeds = balls_of(dues)
-        return self._may_crowd(present, seeds) and self._crowd(present, seeds)
+        return self._may_crowd(present, seeds) and self._crowd(present, self._near(present, seeds))
 
     def _may_crowd(self, present: Present, seeds: list[Ball]) -> bool:
         """Tell whether one of these balls has been hit too often, or there are very many."""
@@ -53,15 +55,13 @@ class Crowds(Unseen):
         """Return how many balls that press on each other are a group, and no crowd."""
         return LARGE if present.table.slows else CROWD
 
-    def _crowd(self, present: Present, seeds: list[Ball]) -> bool:
-        """Let a crowd begin around some balls, if there are enough."""
-        pace = math.sqrt(2.0 * MOST * self.tolerance / self.scale.pull)
-        balls = self._near(present, seeds, pace)
-        is_one_worn = any(is_worn(ball, present.now) for ball in seeds)
+    def _crowd(self, present: Present, balls: list[Ball]) -> bool:
+        """Let balls that are near each other be a crowd, if there are enough."""
+        is_one_worn = any(is_worn(ball, present.now) for ball in balls)
         are_crowd = is_crowd(balls, present.now, present.table.slows)
         if not (len(balls) > self._largest(present) or (is_one_worn and are_crowd)):
             return False
-        self._begin_crowd(present, self._taken_out(present, balls), pace)
+        self._begin_crowd(present, self._taken_out(present, balls), self.shortest)
         return True
 
     def _taken_out(self, present: Present, balls: list[Ball]) -> list[Member]:
@@ -74,16 +74,16 @@ class Crowds(Unseen):
                 ball.group = None
             elif group is not None:
                 others = [each.ball for each in group.members] if group.answers_all else [ball]
-                self.take_apart(present, ball)
+                self.leave(present, ball)
                 found += [self._member(present, other) for other in others]
             elif all(each.ball is not ball for each in found):
                 found.append(self._member(present, ball))
-        for each in found:
-            drop(self.loose, each.ball)
+        taken = {each.ball.number for each in found}
+        self.loose = [ball for ball in self.loose if ball.number not in taken]
         return found
 
-    def _near(self, present: Present, seeds: list[Ball], pace: float) -> list[Ball]:
-        """Return the balls around some that may press on each other within a step (s)."""
+    def _near(self, present: Present, seeds: list[Ball]) -> list[Ball]:
+        """Return the balls around some that may press on each other within the shortest step."""
         found = list(seeds)
         known = {ball.number for ball in seeds}
         for ball in found:  # It grows.
@@ -102,7 +102,7 @@ class Crowds(Unseen):
                 distance = math.sqrt(dx * dx + dy * dy)
                 closing = ((vx - u) * dx + (vy - v) * dy) / distance
                 gap = distance - ball.radius - other.radius
-                if gap <= self.tolerance + max(closing, 0.0) * pace:
+                if gap <= self.tolerance + max(closing, 0.0) * self.shortest:
                     known.add(other.number)
                     found.append(other)
         return found
@@ -163,7 +163,7 @@ class Crowds(Unseen):
     def _reach(self, present: Present, members: list[Member]) -> list[Touch]:
         """Return the touches that may close in a step: two balls move by two strides at most."""
         found = list[Touch]()
-        in_line = sorted(members, key=place_along)
+        in_line = sorted(members, key=lambda each: each.x)
         widest = 2.0 * (1.0 + STRIDE) * max([each.ball.radius for each in members])
         for k, a in enumerate(in_line):
             ball, r = a.ball, a.ball.radius
@@ -172,6 +172,8 @@ class Crowds(Unseen):
                 dx, dy = b.x - a.x, b.y - a.y
                 if dx > widest:
                     break
+                if abs(dy) > widest:
+                    continue
                 other = b.ball
                 near = (1.0 + STRIDE) * (r + other.radius)
                 if dx * dx + dy * dy <= near * near and not ball.ignores(
@@ -190,7 +192,9 @@ class Crowds(Unseen):
             key = sides_in(one)
             known = self.last.get(key)
             goes_on = known is not None and known.a.time == now
-            if known is not None and goes_on and not one.a.slows:  # It presses as it did.
+            if known is None or not goes_on or one.a.slows:
+                one.n = one.t = one.i = 0.0
+            else:  # It presses as it did.
                 one.n, one.t, one.i = known.n, known.t, known.i
             self.last[key] = one
         return found
@@ -198,9 +202,9 @@ class Crowds(Unseen):
     def _beside(self, present: Present, a: Member, b: Member) -> Touch:
         """Return the touch of two members; a table of a user's is not asked again and again."""
         known = self.last.get(sides_of(a.ball, b.ball, None))
-        if known is not None and present.now - known.a.time < SOON:
-            return Touch(a, b, None, None, known.pair)
-        return Touch(a, b, None, None, present.table.pair(a.ball, b.ball))
+        if known is None or present.now - known.a.time >= SOON:
+            return Touch(a, b, None, None, present.table.pair(a.ball, b.ball))
+        return known if known.a is a and known.b is b else Touch(a, b, None, None, known.pair)
 
     def _pace_beside_movers(self, present: Present, members: list[Member], pace: float) -> float:
         """Return how long (s) a step may be, so that walls that move come no farther than balls."""
@@ -232,9 +236,8 @@ class Crowds(Unseen):
             for one in crowd.touches:
                 if one.on and one.wall is not None and one.wall.moves:
                     present.jam(one.a.ball, one.wall)
-        room = 2.0 * MOST * self.tolerance
-        least = math.sqrt(room / self.scale.pull)
-        for joint in crowd.parts(self.tolerance):
+        soon = crowd.next_pace(crowd.members, self.room, self.shortest)
+        for joint in crowd.parts(self.tolerance, soon):
             part = [each for each in joint if each.ball.group is crowd]  # No other part has met it.
             for each in part:
                 each.ball.group = None
@@ -245,7 +248,8 @@ class Crowds(Unseen):
                 self._let_sleep(present, crowd, part)
                 continue
             if moves and is_crowd([each.ball for each in part], present.now, crowd.slows):
-                self._begin_crowd(present, part, crowd.next_pace(room, least))
+                pace = crowd.next_pace(part, self.room, self.shortest)
+                self._begin_crowd(present, part, pace)
                 continue
             for each in part:
                 self._let_go(present, each)
@@ -254,12 +258,14 @@ class Crowds(Unseen):
     def _is_calm(self, present: Present, part: list[Member]) -> bool:
         """Tell whether no ball of a part that falls has moved visibly for a while."""
         is_calm, now = True, present.now
+        if any(each.slows for each in part):
+            return False
         for each in part:
             x, y, since = self.places.get(each.ball.number, (INF, INF, now))
             if abs(each.x - x) + abs(each.y - y) > MOST * self.tolerance:
                 since = now
                 self.places[each.ball.number] = each.x, each.y, now
-            is_calm = is_calm and not each.slows and now - since >= CALM
+            is_calm = is_calm and now - since >= CALM
         return is_calm
 
     def _let_sleep(self, present: Present, crowd: Crowd, part: list[Member]) -> None:
@@ -286,10 +292,6 @@ def sides_in(one: Touch) -> tuple[int, int]:
     return sides_of(one.a.ball, None if one.b is None else one.b.ball, one.wall)
 
 
-def place_along(each: Member) -> float:
-    return each.x
-
-
 def is_crowd(balls: list[Ball], now: float, slows: bool) -> bool:
     """Tell whether balls have been hit so often of late, together, that they are a crowd.
 
@@ -300,10 +302,3 @@ def is_crowd(balls: list[Ball], now: float, slows: bool) -> bool:
         if now - ball.hit < SOON:
             hits += ball.hits
     return len(balls) > (CROWD if slows else 1) or hits > MANY
-
-
-def drop(balls: list[Ball], ball: Ball) -> None:
-    for k in range(len(balls)):
-        if balls[k] is ball:
-            balls.pop(k)
-            return

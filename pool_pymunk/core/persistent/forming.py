@@ -48,7 +48,6 @@ class Forming(Crowds):
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
         self.opened: dict[tuple[int, int], float] = {}  # s; until when opened contacts are none
-        self.misfits = 0  # modes that were not found, so far
 
     def _form(self, present: Present, seeds: list[Ball]) -> Cluster:
         """Return the cluster around some balls; its groups have not begun."""
@@ -84,9 +83,8 @@ class Forming(Crowds):
             if group.strike():
                 group.decide(now, True)
             group.join()
-            fits = group.goes_on(now) or group.decide(now, False)
-            if not fits:
-                self.misfits += 1
+            if not group.goes_on(now):
+                group.decide(now, False)
             keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
             jam_around(present, touches)
             if all(keep):
@@ -127,7 +125,7 @@ class Forming(Crowds):
             if not self._may_persist(present, one, a.ball, ball, None):
                 continue
             if b is None:  # Its group gives it its exact state.
-                self.take_apart(present, ball)
+                self.leave(present, ball)
                 b = self._member(present, ball)
                 add(members, b)
                 one = Touch(a, b, None, None, pair)
@@ -167,20 +165,15 @@ class Forming(Crowds):
         if each.own is not None:
             each.phase = FREE
             each.face()
+        each.begin()
         x, y = each.gliding
-        if each.slows and x * x + y * y <= self._faint_slip(present):
+        surface, most = present.table.surface, self.scale.none * self.scale.none
+        if surface.rolls:  # Such a slip moves its ball unseen until it has faded.
+            most = max(0.245 * self.tolerance * surface.pull, most)
+        if each.slows and x * x + y * y <= most:
             each.settle()
             each.is_struck = each.ball.hits > FEW  # It would slip into the same hit again.
         each.mode = each.phase
-
-    def _faint_slip(self, present: Present) -> float:
-        """Return the square of a slip (m/s) that moves its ball unseen until it has faded."""
-        surface = present.table.surface
-        return (
-            max(0.245 * self.tolerance * surface.pull, self.scale.none * self.scale.none)
-            if surface.rolls
-            else self.scale.none * self.scale.none
-        )
 
     def _stays(self, present: Present, group: Group, one: Touch, parting: float) -> bool:
         """Tell whether two sides that part (m/s) stay together, to the eye."""
@@ -241,6 +234,6 @@ def parts_of(group: Group, now: float) -> list[Group]:
             group.touches = touches
             return [group]
         new = Group(part, touches, now, group.scale)
-        new.take_unknowns(group)
+        new.list_unknowns()
         found.append(new)
     return found

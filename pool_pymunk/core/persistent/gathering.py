@@ -15,6 +15,7 @@ from pool_pymunk.core.walls.wall import Wall
 
 # Balls that overlap by errors are moved apart by a little more than they overlap.
 APART: Final = 1.2
+FIRST_SHIFTS: Final = 5  # rounds in which the lighter ball moves farther: it may be in a corner
 LAST_SHIFTS: Final = 1000  # rounds at most, where balls come to rest or are looked at
 SUNK: Final = 1e-10  # radii; less is none
 
@@ -42,7 +43,9 @@ class Gathering(Company):
         self.looked = -INF  # s; when somebody has last asked for the states of the members
         self.states: list[State] = []
         self.is_over = False
-        self.until = min([one.until for one in touches], default=INF)
+        self.until = INF
+        for one in touches:
+            self.until = min(self.until, one.until)
 
     def holds(self, a: Ball, b: Ball | None, wall: Wall | None) -> bool:
         """Tell whether a contact of its members is one of its own."""
@@ -94,10 +97,10 @@ class Gathering(Company):
 
         Each pair is moved by so many times its overlap.
         """
-        for _ in range(most):
+        for k in range(most):
             deepest = 0.0
             for one in self.touches:
-                deepest = max(deepest, one.part(times))
+                deepest = max(deepest, one.part(times, k >= FIRST_SHIFTS))
             if deepest <= SUNK:
                 break
 

@@ -37,15 +37,11 @@ class Gatherings(Persistence):
         self.freed = -INF
         self.braked: dict[int, float] = {}
 
-    def leave(self, present: Present, ball: Ball) -> None:
-        """Take the group of a ball apart, which is to go on otherwise."""
-        self.take_apart(present, ball)
-
     def begin_step(self, present: Present) -> None:
         for ball in present.balls:
             group = ball.group
             if group is not None and (group.halts or (group.answers_all and not group.sleeps)):
-                self.take_apart(present, ball)
+                self.leave(present, ball)
 
     def persisted(self, present: Present) -> list[Persisted]:
         for ball in present.balls:
@@ -55,7 +51,7 @@ class Gatherings(Persistence):
                 group.add_up(self.spells)
         return self.spells.rows()
 
-    def take_apart(self, present: Present, ball: Ball) -> None:
+    def leave(self, present: Present, ball: Ball) -> None:
         group = gathering_of(ball)
         if group is not None:
             self._take_apart_around(present, group, [])

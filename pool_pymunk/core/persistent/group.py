@@ -29,6 +29,7 @@ FEW_ROUNDS: Final = 4
 SWEEPS: Final = 4
 GROWTH: Final = 4.0
 NEVER: Final = -1
+NOTHING: Final = [INF, INF, INF, INF]  # ends a mode
 # how a touch fits its mode
 FITS: Final = 0
 CLOSES: Final = 1  # without a force
@@ -39,9 +40,10 @@ HAS_TURNED: Final = 5  # against the friction that is at its bound
 STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
-FINE: Final = 1e-3  # of the shortest piece; where it ends is found as finely
+FINE: Final = 0.01  # of the shortest piece; where it ends is found as finely
 CLOSED: Final = 1e-14  # radii, or of the usual speed; what is less is rounding
 EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
+STAGES: Final = 0.01  # of the tolerance; so far from exact may stages of a piece move a ball in 1 s
 SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what forces still miss.
 
 
@@ -75,8 +77,10 @@ class Group(Gathering):
         self.changed = -INF  # s; when its mode has changed last
         self.fell = NEVER
         self.is_even = True
+        self.mode = list[int]()  # of members and touches
         self.unknowns: list[Unknown] = []
         self.system: System | None = None  # of the forces in this mode, at one state of it
+        self.known: System | None = None  # before the last step
         self.is_stale = False  # Other states need factors of their own.
         self.before = list[float]()
         self.after = list[float]()
@@ -94,8 +98,7 @@ class Group(Gathering):
         for each in self.members:
             if each.phase == FREE and each.slows:
                 return False
-            u, v, p, q = each.rates
-            if max(larger(u, v), larger(p, q)) > 10.0 * self.weak:
+            if largest(each.rates) > 10.0 * self.weak:
                 return False
             speed = max(larger(each.vx, each.vy), larger(each.wx, each.wy))
             # No friction of the surface ends the last of the motion of a ball that falls.
@@ -103,14 +106,10 @@ class Group(Gathering):
                 return False
         return True
 
-    @property
-    def creeps(self) -> bool:
-        """This tells whether a ball hardly moves, and turns so fast that pieces are very short."""
-        return any(self.lets_rest(each) for each in self.members)
-
     def lets_rest(self, each: Member) -> bool:
-        """Tell whether a ball may rest that hardly moves in a very short piece."""
-        return self.time <= SHORT * self.scale.least and each.hardly_moves(self.time)
+        """Tell whether a ball may rest, or roll, that hardly moves, or slips, in a short piece."""
+        short = 1.0 if each.phase == SLIP and each.rolls else SHORT
+        return self.time <= short * self.scale.least and each.hardly_moves(self.time)
 
     def has_alone(self, one: Touch) -> bool:
         """Tell whether no other contact of the group has a ball of this one."""
@@ -147,7 +146,7 @@ class Group(Gathering):
             one.closed = joins or (one.later <= now and abs(one.opening) <= 100.0 * self.scale.none)
             if not one.closed or one.softness == 0.0:  # What rests presses on nothing by itself.
                 one.press(0.0, 0.0, 0.0)
-        fits = False
+        fits, tried = False, list[list[int]]()
         rounds = ROUNDS if len(self.touches) <= FEW else FEW_ROUNDS
         for k in range(rounds):
             for each in self.members:
@@ -158,8 +157,8 @@ class Group(Gathering):
                     if one.closed:
                         one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
             self._adopt(joins)
-            self.solve()
-            fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now))
+            self.solve(0.0)
+            fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now, tried))
             if fits:
                 break
         for each in self.members:
@@ -172,7 +171,7 @@ class Group(Gathering):
         for each in self.members:
             each.mode = each.phase
             each.begin()
-        self._find_forces()
+        self._find_forces(0.0)
         return self._fits(now)
 
     def _adopt(self, joins: bool) -> None:
@@ -189,11 +188,14 @@ class Group(Gathering):
             one.turns, most = sign(one.roll_in, none), most / GYRATION
             if one.turns == 0.0 and abs(one.i) > most:
                 one.turns = -math.copysign(1.0, one.i)
-        self._list_unknowns()
+        self.list_unknowns()
 
-    def _list_unknowns(self) -> None:
-        """List the unknown forces: those that are not at their bounds."""
-        self.unknowns, self.system = [], None
+    def list_unknowns(self) -> None:
+        """List the unknown forces: those that are not at their bounds, if the mode has changed."""
+        mode = [each.mode for each in self.members] + [one.mode for one in self.touches]
+        if mode == self.mode:
+            return
+        self.mode, self.unknowns, self.system = mode, [], None
         for one in self.touches:
             if one.on:
                 self._hold(one, NORMAL)
@@ -202,29 +204,24 @@ class Group(Gathering):
                 if one.turns == 0.0 and one.wrings and one.a.mode != REST:
                     self._hold(one, INTO)
 
-    def take_unknowns(self, other: Group) -> None:
-        """Let the unknown forces be those of its touches in another group."""
-        part = self.members[0].part
-        for force in other.unknowns:
-            if force.touch.a.part == part:
-                self._hold(force.touch, force.kind)
-
     def _hold(self, one: Touch, kind: int) -> None:
         self.unknowns.append(Unknown(one, kind, len(self.unknowns)))
 
-    def _find_forces(self) -> None:
+    def _find_forces(self, enough: float) -> None:
         """Find the forces and the rates of a state to which the group has moved."""
         self.look()
-        self.solve()
+        self.solve(enough)
 
-    def solve(self) -> None:
+    def solve(self, enough: float) -> None:
         """Find the forces and the rates of the present state in this mode.
 
-        Known factors serve if they bring the present forces to what they are to hold, step by step
-        (iterative refinement). New ones are found where they do not. Forces that are redundant are
-        those of least norm, which are found from none on.
+        Gaps and slips may change by what is ``enough`` (m/s^2), or by rounding. Known factors serve
+        if they bring the present forces to that, step by step (iterative refinement). New ones are
+        found where they do not. Forces that are redundant are those of least norm, which are found
+        from none on.
         """
         system, is_new, missed = self.system, False, INF
+        enough = max(enough, EXACTLY * self.weak)
         if system is None:
             self._free()
         elif system.is_redundant:
@@ -233,7 +230,7 @@ class Group(Gathering):
             each.move()
         while True:
             misses = self._misses()
-            if misses <= EXACTLY * self.weak or (is_new and misses > SLOWLY * missed):
+            if misses <= enough or (is_new and misses > SLOWLY * missed):
                 return
             if system is None or misses > SLOWLY * missed:
                 system, is_new, missed = self._find_system(), True, INF
@@ -332,17 +329,21 @@ class Group(Gathering):
             x, y = x - each.bx, y - each.by
         return x * each.hx + y * each.hy >= -self.weak
 
-    def _exchange(self, now: float) -> bool:
+    def _exchange(self, now: float, tried: list[list[int]]) -> bool:
         """Exchange a force and what it holds where they do not fit, one after another.
 
         One of both is free then that was at its bound, and the other one is not. Redundant forces
-        may need it: those of least norm can lie beyond a bound. It tells whether all fits.
+        may need it: those of least norm can lie beyond a bound. It tells whether all fits, and ends
+        where it comes to a mode that was ``tried``.
         """
         for _ in range(EXCHANGES):
             if not (self._exchange_at_touch() or self._exchange_at_member(now)):
                 return False
-            self._list_unknowns()
-            self.solve()
+            self.list_unknowns()
+            if self.mode in tried:
+                return False
+            tried.append(self.mode)
+            self.solve(0.0)
             if self._fits(now):
                 return True
         return False
@@ -455,7 +456,7 @@ class Group(Gathering):
         """Play a piece; the present state, whose forces are known, becomes that at its end."""
         if self.is_stale:
             self.is_stale, self.system = False, None
-            self.solve()
+            self.solve(0.0)
         self.began, h = now, self.longest
         for each in self.members:
             each.mode = each.phase
@@ -492,29 +493,30 @@ class Group(Gathering):
             return [each.state for each in self.members]
         if t <= self.began:
             return [each.start for each in self.members]
+        system, is_stale = self.known, self.is_stale  # those of the last step of the piece
+        self.system = system
         self.step(t - self.began)
         states = [each.state for each in self.members]
+        self.system = system
         self.step(self.time)
+        self.known, self.is_stale = system, is_stale
         return states
 
     def step(self, h: float) -> float:
         """Go on from the beginning for a time (s); return how many times too far off that is."""
-        self.played = h
+        self.played, self.known = h, self.system
         for one in self.touches:
             one.struck = one.kept
             one.n, one.t, one.i = one.first
         for each in self.members:
             each.advance(h, 0.5, each.first, each.first)
-        self._find_forces()
+        self._find_forces(STAGES * self.tolerance / h)
         for one in self.touches:
             one.halfway = one.push
         jump = 0.0
         for each in self.members:
             each.second = each.rates
-            ax, ay, bx, by = each.first
-            px, py, qx, qy = each.second
-            share = each.steering(h)
-            jump = max(jump, max(larger(px - ax, py - ay), share * larger(qx - bx, qy - by)))
+            jump = max(jump, largest(difference(each.second, each.first)))
         self.is_even = jump * h * h <= 1e-6 * self.tolerance
         off = 0.0
         if self.is_even:
@@ -523,13 +525,13 @@ class Group(Gathering):
         else:
             off = self._rest_of_step(h)
         self.close()
-        self._find_forces()
+        self._find_forces(0.0)
         return off
 
     def _rest_of_step(self, h: float) -> float:
         for each in self.members:
             each.advance(h, 0.5, each.second, each.first)
-        self._find_forces()
+        self._find_forces(STAGES * self.tolerance / h)
         for one in self.touches:
             x, y = one.halfway
             p, q = one.push
@@ -537,15 +539,14 @@ class Group(Gathering):
         for each in self.members:
             each.third = each.rates
             each.advance(h, 1.0, each.third, each.third)
-        self._find_forces()
+        self._find_forces(STAGES * self.tolerance / h)
         jump = error = 0.0
         for each in self.members:
             a, b, c, d = each.first, each.second, each.third, each.rates
             each.advance(h, 1.0, mean(a, b, c, d, 2.0, 1.0), mean(a, b, c, d, 1.0, 0.0))
             jump = max(jump, larger(d[0] - a[0], d[1] - a[1]))
-            turning = each.steering(h) * larger(c[2] - b[2], c[3] - b[3])
-            error = max(error, max(larger(c[0] - b[0], c[1] - b[1]), turning))
-        return max(0.025 * jump * h * h / self.tolerance, 0.1 * error * h / self.tolerance)
+            error = max(error, largest(difference(c, b)))
+        return max(0.025 * jump * h, 0.1 * error) * h / self.tolerance
 
     # -- what ends a piece ---------------------------------------------------------------------
 
@@ -553,21 +554,18 @@ class Group(Gathering):
         """Return the numbers that end the mode where they fall to 0."""
         found = list[float]()
         for one in self.touches:
-            force = slides = turns = end = INF
-            if one.on and one.softness > 0.0:
-                force, end, most = one.n / one.unit, one.room, one.mu * one.n
-                if one.mu > 0.0:
-                    slides = (
-                        one.slides * one.slip
-                        if one.slides != 0.0
-                        else (most - abs(one.t)) / one.unit
-                    )
-                if one.wrings and (one.a.phase >= SLIP or one.drift != 0.0):
-                    if one.turns != 0.0:
-                        turns = one.turns * one.roll_in
-                    elif one.a.phase >= SLIP:
-                        turns = (2.5 * most - abs(one.i)) / one.unit
-            found += [force, slides, turns, end]
+            if not one.on or one.softness == 0.0:
+                found += NOTHING
+                continue
+            slides, turns, most = INF, INF, one.mu * one.n
+            if one.mu > 0.0:
+                held = (most - abs(one.t)) / one.unit
+                slides = one.slides * one.slip if one.slides != 0.0 else held
+            if one.wrings and one.turns != 0.0 and (one.a.phase >= SLIP or one.drift != 0.0):
+                turns = one.turns * one.roll_in
+            elif one.wrings and one.turns == 0.0 and one.a.phase >= SLIP:
+                turns = (most / GYRATION - abs(one.i)) / one.unit
+            found += [one.n / one.unit, slides, turns, one.room]
         for each in self.members:
             found += [each.spare(t), each.left()]
         return found
@@ -631,6 +629,15 @@ class Group(Gathering):
 def sign(x: float, none: float) -> float:
     """Return 1 or -1, or 0 for a speed (m/s) that is none."""
     return 0.0 if abs(x) <= none else (1.0 if x > 0.0 else -1.0)
+
+
+def difference(a: Rates, b: Rates) -> Rates:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]
+
+
+def largest(a: Rates) -> float:
+    """Return the largest size of some rates."""
+    return max(larger(a[0], a[1]), larger(a[2], a[3]))
 
 
 def mean(a: Rates, b: Rates, c: Rates, d: Rates, middle: float, last: float) -> Rates:

@@ -53,11 +53,10 @@ class Groups(Forming):
         self.is_hushed = False  # There are some.
         self.tried = self.formed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
-        self.pieces = self.begun = 0
 
     def begin_run(self) -> None:
         super().begin_run()
-        self.misfits, self.tried = 0, -INF
+        self.tried = -INF
         if self.is_hushed or self.formed > -INF or self.crowds > 0:
             self._forget()
 
@@ -72,7 +71,7 @@ class Groups(Forming):
         self.is_hushed = False
         self.formed = self.freed = -INF
         self.pace = self.scale.first
-        self.pieces = self.begun = self.crowds = 0
+        self.crowds = 0
 
     def begin_step(self, present: Present) -> None:
         super().begin_step(present)
@@ -132,7 +131,7 @@ class Groups(Forming):
         """Take the groups of balls apart, or the crowds, that are due."""
         for ball in due.balls:
             if ball.group is not None and ball.group.answers_all == are_crowds:
-                self.take_apart(present, ball)
+                self.leave(present, ball)
 
     def concerns(self, present: Present, one: Contact) -> bool:
         """Tell whether a lone hit may be more than that: it is faint, or a group's."""
@@ -189,14 +188,10 @@ class Groups(Forming):
         cluster = self._form(present, seeds)
         if not all(cluster.holds(due) for due in dues):
             return False
-        if len(cluster.groups) == 0 and not self._come_often(present, dues):
-            return False
+        if len(cluster.groups) == 0 and any(self._wear(present, d.a, d.b) == 1.0 for d in dues):
+            return False  # They do not come often.
         self._begin_in(present, cluster)
         return True
-
-    def _come_often(self, present: Present, dues: list[Due]) -> bool:
-        """Tell whether all these hits are some of many, of late."""
-        return all(self._wear(present, due.a, due.b) > 1.0 for due in dues)
 
     def _goes_on(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit follows from another one of this instant, and is not very slow."""
@@ -254,10 +249,14 @@ class Groups(Forming):
     def form(self, present: Present) -> None:
         seeds = [ball for ball in self.seeds if ball.group is None and not ball.is_off]
         self.seeds = []
-        if self._may_crowd(present, seeds) and self._crowd(present, seeds):
-            return
+        left = seeds if self._may_crowd(present, seeds) else []
+        while len(left) > 0:  # Those that are far from each other are no crowd together.
+            near = self._near(present, left[:1])
+            self._crowd(present, near)
+            known = {ball.number for ball in near}
+            left = [ball for ball in left if ball.group is None and ball.number not in known]
         self.tried = present.now
-        self._begin_around(present, seeds)
+        self._begin_around(present, [ball for ball in seeds if ball.group is None])
 
     def _set_off_again(self, present: Present, ball: Ball, changed: list[Ball]) -> None:
         """Let a ball that has waited for a contact, but has missed it, go on along a new path."""
@@ -289,9 +288,13 @@ class Groups(Forming):
         for one in group.touches:
             one.regain_friction(now)
         if self._breaks(present, group):
-            self.take_apart(present, ball)
+            self.leave(present, ball)
             self._begin_around(present, [*self.loose])
-        elif group.fell == NEVER and not regains and not group.creeps:
+        elif (
+            group.fell == NEVER
+            and not regains
+            and not any(group.lets_rest(each) for each in group.members)
+        ):
             self._play(present, group)
         else:
             self._go_on_otherwise(present, group)
@@ -300,8 +303,7 @@ class Groups(Forming):
         """Go on in another mode, as one group, or as its parts."""
         now = present.now
         self._change(present, group)
-        if not group.decide(now, False):
-            self.misfits += 1
+        group.decide(now, False)
         parts = parts_of(group, now)
         if len(parts) == 1 and parts[0] is group:
             self._play(present, group)
@@ -319,13 +321,10 @@ class Groups(Forming):
         """Tell whether a group has to form anew: a wall has no room, or a side has ended."""
         if jam_around(present, group.touches):
             return True
-        if group.fell == NEVER or not self._has_side_ended(group):
-            return False
+        if not 0 <= group.fell < 4 * len(group.touches) or group.fell % 4 != 3:
+            return False  # No side has ended.
         pass_on(present, group.touches[group.fell // 4].a)
         return True
-
-    def _has_side_ended(self, group: Group) -> bool:
-        return group.fell < 4 * len(group.touches) and group.fell % 4 == 3
 
     def _change(self, present: Present, group: Group) -> None:
         """Change a mode at the end of its piece."""
@@ -378,7 +377,6 @@ class Groups(Forming):
                 self._let_go(present, member)
 
     def _begin(self, present: Present, group: Group) -> None:
-        self.begun += 1
         for member in group.members:
             member.ball.group = group
         group.longest = self.pace
@@ -390,11 +388,10 @@ class Groups(Forming):
             self._let_rest(present, group)
             return
         if group.until - present.now < SHORTEST * self.scale.least:
-            self.take_apart(present, group.members[0].ball)
+            self.leave(present, group.members[0].ball)
             return
         group.play(present.now)
         self.pace = min(max(2.0 * group.time, 100.0 * self.scale.least), self.scale.first)
-        self.pieces += 1
         first: Ball | None = None
         moves = any(member.phase != REST and not member.stays for member in group.members)
         for member in group.members:

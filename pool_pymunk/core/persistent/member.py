@@ -158,23 +158,14 @@ class Member:
         loss = -(x * a + y * b)
         return (x * x + y * y) / loss if loss > 0.0 else INF
 
-    def steering(self, time: float) -> float:
-        """Return how much an error of the roll, as a share of it, turns up in the velocity.
-
-        It turns the slip, and with it the friction of the surface for that time (s).
-        """
-        x, y = self.gliding
-        size, most = math.sqrt(x * x + y * y), self.pull * time
-        return 1.0 if self.phase != SLIP or size <= most else most / size
-
     def settle(self) -> None:
         """Let a ball roll whose slip has faded, or rest whose speed has.
 
-        What remains of a slip u fades at once, and momentum is kept. It would have faded after
-        2 |u| / (7 pull), and rolling resistance would not have acted until then.
+        What remains of a slip fades at once, and momentum is kept. Rolling resistance would not
+        have acted until the slip had faded. It has acted too late if the slip has turned back.
         """
         if self.phase == SLIP and self.rolls:
-            spared = self._spared(self.vx - self.wx, self.vy - self.wy)
+            spared = self._spared()
             self.vx = self.wx = (1.0 - SHARE) * self.vx + SHARE * self.wx
             self.vy = self.wy = (1.0 - SHARE) * self.vy + SHARE * self.wy
             self.phase = self.mode = ROLL
@@ -184,9 +175,15 @@ class Member:
         self.vx = self.vy = self.wx = self.wy = 0.0
         self.phase = self.mode = REST
 
-    def _spared(self, ux: float, uy: float) -> float:
-        """Return how long (s) a slip (m/s) lasts."""
-        return SHARE * math.sqrt(ux * ux + uy * uy) / self.pull if self.pull > 0.0 else 0.0
+    def _spared(self) -> float:
+        """Return how long (s) a slip u takes to fade, negative once it has turned back.
+
+        Pushes D drive it: du/dt = D - L u / |u|, with the loss L = 7/2 pull.
+        """
+        (x, y), a, b = self.gliding, self.fx - self.cx, self.fy - self.cy
+        loss = self.pull / SHARE
+        spare = loss * loss - a * a - b * b
+        return (loss * self.left() + a * x + b * y) / spare if spare > 0.0 else 0.0
 
     def spare_drag(self, time: float) -> None:
         """Give a ball that rolls the speed again that rolling resistance takes in a time (s)."""
@@ -249,11 +246,13 @@ class Member:
         return most - math.sqrt(x * x + y * y)
 
     def hardly_moves(self, time: float) -> bool:
-        """Tell whether the surface could stop the ball in a time (s), and hold it then."""
-        if self.phase == REST or (self.phase == SLIP and self.rolls):
+        """Tell whether the surface could stop the ball, or its slip, in a time (s), and hold it."""
+        if self.phase == REST:
             return False
-        loss = self.drag if self.phase == ROLL else self.pull
-        x, y = self.ax + loss * self.hx, self.ay + loss * self.hy
+        a, b, loss = self.ax, self.ay, self.drag if self.phase == ROLL else self.pull
+        if self.phase == SLIP and self.rolls:
+            a, b, loss = a - self.bx, b - self.by, loss / SHARE
+        x, y = a + loss * self.hx, b + loss * self.hy
         return self.left() <= loss * time and x * x + y * y <= loss * loss
 
     @property

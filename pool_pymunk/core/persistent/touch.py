@@ -112,6 +112,14 @@ class Touch:
         self.slip = self._present_slip
 
     @property
+    def mode(self) -> int:
+        """A number that tells whether it presses, and which friction is at its bound."""
+        if not self.on:
+            return 0
+        frictions = int(self.slides) + 3 * int(self.turns) + 5
+        return frictions if self.mu > 0.0 else -frictions
+
+    @property
     def push(self) -> Vector:
         """The force (N) on the last ball."""
         return self.n * self.nx - self.t * self.ny, self.n * self.ny + self.t * self.nx
@@ -323,12 +331,19 @@ class Touch:
             each.brake(h)
         return change
 
+    def comes(self, far: float, soon: float) -> bool:
+        """Tell whether the sides come nearer than a length (m) in a time (s)."""
+        return self.gap <= far + max(-self.opening, 0.0) * soon
+
     def has_sunk(self, depth: float) -> bool:
         """Tell whether the sides have sunk into each other by so many radii."""
         return self.gap < -depth * self.a.ball.radius
 
-    def part(self, times: float) -> float:
-        """Move sides apart by so many times what they have sunk in; return that, in radii."""
+    def part(self, times: float, evenly: bool) -> float:
+        """Move sides apart by so many times what they have sunk in; return that, in radii.
+
+        The lighter ball moves farther, unless both move evenly.
+        """
         a, b = self.a, self.b
         if b is not None:
             dx, dy, near = b.x - a.x, b.y - a.y, a.ball.radius + b.ball.radius
@@ -337,12 +352,14 @@ class Touch:
         gap = self.gap
         if gap >= 0.0:
             return 0.0
-        far = -times * gap * self.unit
+        far = -times * gap
         if b is None:
-            a.shift(far / a.mass * self.nx, far / a.mass * self.ny)
+            a.shift(far * self.nx, far * self.ny)
         else:
-            a.shift(-far / a.mass * self.nx, -far / a.mass * self.ny)
-            b.shift(far / b.mass * self.nx, far / b.mass * self.ny)
+            share = 0.5 if evenly else self.unit / a.mass
+            a.shift(-share * far * self.nx, -share * far * self.ny)
+            far *= 1.0 - share
+            b.shift(far * self.nx, far * self.ny)
         return -gap / a.ball.radius
 
     # -- forces --------------------------------------------------------------------------------
