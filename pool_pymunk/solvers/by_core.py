@@ -144,9 +144,10 @@ def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
             trace.warn("contacts that persist have the friction of the law coulomb", first)
     if crowded is not None:
         trace.is_crowded = True
+        until = min(crowded.until, trace.duration)
         trace.warn(
-            f"up to {crowded.balls} balls hit each other over and over: until "
-            f"{min(crowded.until, trace.duration):.6g} s they go on by steps of up to {1e3 * crowded.step:.2g} ms, "
+            f"up to {crowded.balls} balls hit each other over and over: until {until:.6g} s they "
+            f"go on by steps of up to {1e3 * crowded.step:.2g} ms, "
             "so that their ends are not exact",
             crowded.since,
         )
