@@ -74,7 +74,7 @@ def differing(count: int) -> dict[str, list[str]]:
 
 @pytest.mark.parametrize("dt", [0.252, 0.126, 0.036])
 def test_to_look_into_a_piece_of_a_group_changes_no_bit(dt: float) -> None:
-    """Each ball is pressed by an arc, and a step ends within a piece."""
+    """An arc presses on each ball, and a step ends within a piece."""
     outline = (1.982534660513005, 1.1860796627538708), (0.34758295467100475, 1.7578601447260462)
     table = Table((*outline, (0.6698823848159905, 0.05606019252008332)), (0.0, 0.577, 0.577))
     balls = (
