@@ -176,6 +176,22 @@ def test_a_ball_that_slides_off_a_ledge_hits_no_corner(
         assert math.dist(run.final["a"], end) <= tolerance
 
 
+@pytest.mark.parametrize("mu", [0.0, 0.1])
+def test_a_ball_that_a_dead_round_wall_lets_go_meets_it_again(mu: float) -> None:
+    """After the hit it moves along the wall, to rounding, and bends away from it."""
+    size, r = 0.9216315835805715, 0.034881521366080005
+    outline = (size, size / 2.0), (0.0, size / 2.0)
+    table = Table(outline, (1.0, 1.0), tilt=(9.654309940885891, 1.6835378122607974))
+    for faster in range(90, 121):
+        speed = (-0.005528672138829838 * faster, 0.005631469692341573 * faster)
+        ball = Ball("b", (0.1754480046950281, 0.7574191802503069), r, 0.2, velocity=speed)
+        coefficients = Restitution(0.0, cushion=0.0), Friction(0.0, cushion=mu)
+        scene = Scene((ball,), table, *coefficients, Physics(max_time=2.0))
+        run = simulate(scene, solver="event-driven")
+        places = run.at(np.linspace(0.0, 2.0, 401))[0][:, 0] - size / 2.0
+        assert np.hypot(*places.T).max() < size / 2.0 - r + 1e-6, faster
+
+
 def test_a_ball_wakes_others_that_rest() -> None:
     run = fallen(ball(0.0, R), ball(0.5, R, (-1.0, 0.0), "b"), e=1.0, until=0.45)
     assert run.end.position[0] == pytest.approx((0.5 - 2 * R - 0.45 + 0.0, R), abs=1e-9)

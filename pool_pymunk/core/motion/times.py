@@ -149,7 +149,8 @@ def time_to_leave(
     The arguments are those of :func:`time_of_impact`. With the distance d and g = touching^2 - d^2,
     g'' >= -2 (V^2 + d |acceleration|), where V is the largest speed. A Newton iteration by this
     bound cannot overshoot. V is that of a piece of the motion, and no step is longer than it. A
-    point that touches the edge from within and moves along it leaves at once.
+    point that touches the edge from within and moves along it leaves at once, unless it bends
+    inwards.
 
     >>> round(time_to_leave((0.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), 2.0, 10.0), 12)
     1.0
@@ -164,7 +165,12 @@ def time_to_leave(
         ux, uy = vx + t * ax, vy + t * ay
         room, rate = touching * touching - x * x - y * y, -2.0 * (x * ux + y * uy)
         bends = ux * ux + uy * uy + x * ax + y * ay  # -g'' / 2
-        if room <= tiny and (rate < 0.0 or (rate == 0.0 and bends >= 0.0 and iteration == 0)):
+        if iteration == 0 and room <= tiny and rate <= 0.0:
+            if bends >= 0.0 or rate * rate > -4.0 * bends * tiny:
+                return t
+            t = rate / bends  # It was out by less than rounding until then.
+            continue
+        if room <= tiny and rate < 0.0:
             return t
         speed = math.sqrt(ux * ux + uy * uy)
         slower = speed if speed > math.sqrt(pull * touching) else math.sqrt(pull * touching)

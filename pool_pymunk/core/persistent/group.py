@@ -107,9 +107,13 @@ class Group(Gathering):
         return True
 
     def lets_rest(self, each: Member) -> bool:
-        """Tell whether a ball may rest, or roll, that hardly moves, or slips, in a short piece."""
-        short = 1.0 if each.phase == SLIP and each.rolls else SHORT
-        return self.time <= short * self.scale.least and each.hardly_moves(self.time)
+        """Tell whether a ball may rest that hardly moves in a very short piece.
+
+        A ball may roll whose slip turns to and fro, instead of fading, in the shortest pieces.
+        """
+        if each.phase == SLIP and each.rolls and (self.time > self.least or each.slips_less):
+            return False
+        return self.time <= SHORT * self.scale.least and each.hardly_moves(self.time)
 
     def has_alone(self, one: Touch) -> bool:
         """Tell whether no other contact of the group has a ball of this one."""

@@ -256,6 +256,13 @@ class Member:
         return self.left() <= loss * time and x * x + y * y <= loss * loss
 
     @property
+    def slips_less(self) -> bool:
+        """This tells whether the slip is smaller than at the beginning of the piece."""
+        _x, _y, vx, vy, wx, wy = self.start
+        x, y, p, q = self.vx - self.wx, self.vy - self.wy, vx - wx, vy - wy
+        return x * x + y * y < p * p + q * q
+
+    @property
     def stays(self) -> bool:
         """This tells whether a ball that rests has nothing but rounding after a piece."""
         most = abs(self.vx) + abs(self.vy) + abs(self.wx) + abs(self.wy)
