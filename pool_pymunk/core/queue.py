@@ -21,7 +21,7 @@ HIT: Final = 4  # Two balls meet, or a ball and a wall.
 
 # A shorter queue is not searched for what is void.
 SHORT: Final = 32
-# So many of a queue are never due: so its list has a last one, and keeps its memory as it shrinks.
+# A queue begins with so many that are never due. So its list is never empty, and keeps its memory.
 NEVER: Final = 32
 
 

@@ -67,7 +67,7 @@ class Trace:
         self.policies: set[str] = set()  # those that answered something that has no exact answer
         self.instants: dict[float, None] = {}  # s; several contacts came at each of these instants
         self.status = "settled"
-        self.is_crowded = False  # Balls have gone on by steps; nothing else decides more.
+        self.is_crowded = False  # Balls have gone on by steps, which decide more than policies.
         self.duration = 0.0
         self.steps = 0
 

@@ -237,7 +237,7 @@ class Slices(Stepping):
                 f"of law {law}. The report's program does the same"
             )
             if a.t == b.t:
-                what = f"there was no slip, so law {law} gave no friction; any slip brings all"
+                what = f"there was no slip, so law {law} gave no friction; any slip gives all of it"
             self.trace.warn(f"in the hit of {balls} {what}", self.time)
         for disc, after in zip((ball, other), ball_ball_by(self.law, a, b, pair), strict=True):
             disc.vx = cos(impact) * after.n - cos(pi / 2 - impact) * after.t

@@ -197,7 +197,7 @@ def check_wall(shape: Any, space: pymunk.Space, has_sides: bool) -> Drawn:
     elif shape.body.body_type == pymunk.Body.DYNAMIC:
         message = "a wall's body must be static, or kinematic for a wall that moves"
     elif shape.sensor and not has_sides:
-        message = "balls do not bounce off a sensor: let it be none, or give sides"
+        message = "balls do not bounce off a sensor: set sensor to False, or give sides"
     elif isinstance(shape, pymunk.Segment) and shape.a == shape.b:
         message = "a segment must have two ends"
     elif not all(map(math.isfinite, (*shape.cache_bb(), shape.radius, shape.body.angle))):

@@ -45,7 +45,7 @@ from pool_pymunk.render.pictures import figure_of
 from pool_pymunk.render.sheet import film_layout, picture_layout
 from pool_pymunk.render.stage import Stage
 from pool_pymunk.render.style import LOOK, POOL, PRINT, ball_colors, halo_color, striped
-from pool_pymunk.render.table import woodwork
+from pool_pymunk.render.table import numbers, sights, woodwork
 from pool_pymunk.render.tracks import Ground, Track
 from pool_pymunk.render.view import contact_places, fit, headings, settings
 from tests.shared.scenes import sliding, takes_long, typed
@@ -1045,6 +1045,14 @@ def test_matplotlib_is_imported_late_and_without_pyplot() -> None:
 
 
 @pytest.mark.slow
+def test_the_mouth_of_a_pocket_fills_no_rail_with_sights() -> None:
+    mouth = (0.95, 0.0), (0.96, -0.06), (1.04, -0.06), (1.05, 0.0)
+    table = Table(((0.0, 0.0), *mouth, (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
+    assert 10 < len([*sights(table, ())]) < 30
+    scene = Scene((Ball("a", (1.0, 0.5), 0.03, 0.1),), table, Restitution(1.0, cushion=1.0))
+    assert not {"1", "3"} & {number for _, _, number in numbers(scene)}
+
+
 def test_numbers_that_are_none_are_left_out(run: Run, tmp_path: Path) -> None:
     """A run that left the range of floating point is drawn as far as it went."""
     breakpoints = run.knots[1].copy()

@@ -876,7 +876,7 @@ def test_a_sensor_is_no_ball_and_no_wall() -> None:
     circle.sensor = gate.sensor = True
     with pytest.raises(ValueError, match=r"^circle = Circle: a ball's circle must not be a sensor"):
         table.add_ball(circle)
-    with pytest.raises(ValueError, match=r"^shape = Circle: balls do not bounce off a sensor: let"):
+    with pytest.raises(ValueError, match=r"^shape = Circle: balls do not bounce off a sensor: set"):
         table.add_wall(gate, 0.5)
     assert not (table.balls or table.walls or space.shapes)
 

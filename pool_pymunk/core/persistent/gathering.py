@@ -15,7 +15,9 @@ from pool_pymunk.core.walls.wall import Wall
 
 # Balls that overlap by errors are moved apart by a little more than they overlap.
 APART: Final = 1.2
-FIRST_SHIFTS: Final = 5  # rounds in which the lighter ball moves farther: it may be in a corner
+# In the first rounds the lighter ball moves farther. Later both move evenly, for it may have no
+# room, as in a corner. How many rounds these are is a free choice.
+FIRST_SHIFTS: Final = 5
 LAST_SHIFTS: Final = 1000  # rounds at most, where balls come to rest or are looked at
 SUNK: Final = 1e-10  # radii; less is none
 

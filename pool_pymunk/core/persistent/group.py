@@ -43,7 +43,8 @@ SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 
 FINE: Final = 0.01  # of the shortest piece; where it ends is found as finely
 CLOSED: Final = 1e-14  # radii, or of the usual speed; what is less is rounding
 EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
-STAGES: Final = 0.01  # of the tolerance; so far from exact may stages of a piece move a ball in 1 s
+# Forces of the stages of a piece may be off by what moves a ball by this share of the tolerance.
+STAGES: Final = 0.01
 SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what forces still miss.
 
 
@@ -109,7 +110,7 @@ class Group(Gathering):
     def lets_rest(self, each: Member) -> bool:
         """Tell whether a ball may rest that hardly moves in a very short piece.
 
-        A ball may roll whose slip turns to and fro, instead of fading, in the shortest pieces.
+        A ball may roll if even in the shortest pieces its slip turns round, and does not fade.
         """
         if each.phase == SLIP and each.rolls and (self.time > self.least or each.slips_less):
             return False
