@@ -12,7 +12,7 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from functools import cache, partial
 from importlib import import_module
 from inspect import cleandoc
@@ -48,6 +48,8 @@ COMMANDS = {
     "worksheet": "--out worksheet.html",
 }
 
+# what a name ends in that is taken for a file's, where a folder must be named
+FILES = (".csv", ".gif", ".html", ".json", ".mp4", ".npz", ".pdf", ".png", ".svg", ".toml")
 # an argument of the library, perhaps one of its keys, as errors name it, before its value
 ARGUMENT = r"^(\w+)(?:\['(.+)'\])?(?= = (.*?):)"
 PLAY_NOTHING = ("collide", "check", "worksheet")
@@ -86,13 +88,17 @@ class _Command(TyperCommand):
         """Run the command."""
         for option in self.params:
             if isinstance(path := ctx.params[option.name], Path):
+                if option.metavar == "DIR" and path.suffix in FILES and not path.is_dir():
+                    message = "must be a folder, in which each file gets a name"
+                    raise InputError(f"{option.opts[0]} = {path}: {message}")
                 check_place(path, is_folder=option.metavar == "DIR")
         is_asked_for = os.environ.get("POOL_PYMUNK_PURE") == "1"
         if self.name not in PLAY_NOTHING and not compiled and not is_asked_for:
             print(PLAIN, file=sys.stderr)
         module = import_module(f"pool_pymunk.cli.{self.name}")
         try:
-            return getattr(module, str(self.name))(super().invoke(ctx))
+            with json_as_output(ctx.params):
+                return getattr(module, str(self.name))(super().invoke(ctx))
         except _refusals() as error:
             typed = partial(self._typed, ctx.params)
             raise InputError(re.sub(ARGUMENT, typed, str(error), flags=re.M)) from None
@@ -110,6 +116,24 @@ class _Command(TyperCommand):
                 return f"{option.opts[0]} {key}" if key else option.opts[0]
         options = {option.name: option.opts[0] for option in self.params}
         return options.get(name) or options.get(f"{name}s", found[0])
+
+
+@contextmanager
+def json_as_output(given: dict[str, Any]) -> Iterator[None]:
+    """Print the JSON if its file is -; all else that the block prints is on stderr then."""
+    if given.get("json") != Path("-"):
+        yield
+        return
+    from tempfile import TemporaryDirectory  # Only who writes waits for it.
+
+    with TemporaryDirectory() as folder:
+        given["json"] = file = Path(folder, "results.json")
+        try:
+            with redirect_stdout(sys.stderr):
+                yield
+        finally:
+            if file.exists():
+                print(file.read_text(encoding="utf-8"), end="")
 
 
 def is_option(word: str) -> bool:

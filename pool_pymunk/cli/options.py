@@ -173,7 +173,9 @@ class InFolder(Options):
 class WithJson(Options):
     """The results may also be a JSON file."""
 
-    json: Path | None = option("Write the results to this JSON file.", "FILE")
+    json: Path | None = option(
+        "Write the results to this JSON file; - prints them, and the log to stderr.", "FILE"
+    )
 
 
 # -- the commands ----------------------------------------------------------------------------------

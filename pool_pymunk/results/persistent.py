@@ -87,7 +87,7 @@ def warn_of_persisted(trace: Trace, ids: Sequence[str], presses: str) -> None:
         f"{f'from {each.since:.6g} s ' if len(found) > 1 else ''}until {each.until:.6g} s"
         for each in found
     )
-    more = "For how far that may put the ends off see run.persistent_shift"
+    more = "In Python, run.persistent_shift says how far that may put the ends off"
     trace.warn(f"{presses} presses {said}. {more}", found[0].since)
 
 

@@ -296,23 +296,28 @@ class Billiards:
         assert body is not None
         if body.id in live.ball_of:
             raise setting_error("circle", "taken", "this body is a ball already")
-        place, number = argument("position", body.position, point), len(self.balls)
+        place = argument("position", body.position, point)
         near = live.discs_near(place, circle.radius)
         check_place(place, circle.radius, near, self._walls.now())
         self._walls.refuse_outside(place, (live.place_of(b) for b in self.balls if b.is_on_table))
-        if (other := next(iter(live.ball_of.values()), None)) is not None:
-            masses, table = (other.body.mass, body.mass), self.engine.table
-            assert isinstance(table, OwnPairs)
-            two = other.number, number
-            checks.check_pair(table.said(*two), masses, two)
         checks.check_id(id, live.ball_of.values())
-        ball = live.put_ball(circle, STILL)
+        ball = live.ball_of_circle(circle, STILL)
         ball.id = id
+        live.join(ball, self._check_pair)
         return ball
+
+    def _check_pair(self, ball: TableBall) -> None:
+        """Refuse what ``pair`` says of a new ball and one that is there, if it is no pair."""
+        if (other := next(iter(self.live.ball_of.values()), None)) is not None:
+            two, table = (other.number, ball.number), self.engine.table
+            assert isinstance(table, OwnPairs)
+            checks.check_pair(table.said(*two), (other.body.mass, ball.body.mass), two)
 
     def put_ball(self, circle: pymunk.Circle, roll: Vector = STILL) -> TableBall:
         """Do what :meth:`add_ball` does, with a roll (m/s), and check nothing."""
-        return self.live.put_ball(circle, roll)
+        ball = self.live.ball_of_circle(circle, roll)
+        self.live.join(ball)
+        return ball
 
     def remove_ball(self, ball: TableBall) -> None:
         """Take a ball off the table, and its body and shapes out of the space."""
@@ -521,7 +526,8 @@ class Billiards:
         """Put the balls and the clock back to a saved state.
 
         Balls that have left the table since come back, those that have come since leave it, and
-        the table goes on as it did, to rounding. Raises ValueError from within a callback, for a
+        the table goes on as it did: to rounding, and while balls stay in contact
+        to within ``contact_tolerance``. Raises ValueError from within a callback, for a
         state of another table, and if a wall or a pocket is now where a ball was.
         """
         self._steps.refuse_in_step("restore_state")

@@ -105,33 +105,38 @@ class Steps:
         engine.start_step(engine.now)
         stands = not (live.walls.moving or engine.moving())
         is_quiet = stands and engine.upcoming() > until
-        self._play(until)
-        if not engine.is_finite:  # The run of a solver ends here; others have raised an error.
-            return
-        self._let_pymunk_step(dt, is_quiet)
-        self.count += 1
-        self._made += 1
-        self._finish()
+        try:
+            self._play(until)
+            if engine.is_finite:  # Else the run of a solver ends here; others have raised an error.
+                self._let_pymunk_step(dt, is_quiet)
+        except BaseException:
+            self._stand()
+            raise
+        if engine.is_finite:
+            self.count += 1
+            self._made += 1
+            self._finish()
+
+    def _stand(self) -> None:
+        """Let the table stand where the engine is: a law or a pair has failed, or Ctrl-C came."""
+        live, engine = self.live, self.live.engine
+        engine.is_stale = True
+        engine.news.take()
+        live.walls.put_back()
+        live.phase = Phase.BETWEEN
+        live.take_out()
+        live.show()
 
     def _play(self, until: float) -> None:
         """Let the engine play up to a time (s), and call the callbacks after each instant."""
         live, engine = self.live, self.live.engine
         live.phase = Phase.PLAYING
-        try:
-            self._listen()
-            while engine.play(until):
-                self._tell_all(engine.news.take())
-            live.take_out()
-            if engine.recorder is engine.news:  # Else a solver says how its run has ended.
-                self._refuse_to_stand_still()
-        except BaseException:  # A law or a pair has failed: the table stands at this contact.
-            engine.is_stale = True
-            engine.news.take()
-            live.walls.put_back()
-            live.phase = Phase.BETWEEN
-            live.take_out()
-            live.show()
-            raise
+        self._listen()
+        while engine.play(until):
+            self._tell_all(engine.news.take())
+        live.take_out()
+        if engine.recorder is engine.news:  # Else a solver says how its run has ended.
+            self._refuse_to_stand_still()
         live.phase = Phase.BETWEEN
 
     def _refuse_to_stand_still(self) -> None:

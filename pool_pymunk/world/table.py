@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from enum import Enum, auto
 from functools import partial
 from threading import get_ident
@@ -93,21 +93,28 @@ class LiveTable:
 
     # -- balls come and go -------------------------------------------------------------------------
 
-    def put_ball(self, circle: pymunk.Circle, roll: Vector) -> TableBall:
-        """Make a circle and its body a ball with this roll (m/s), unchecked."""
+    def ball_of_circle(self, circle: pymunk.Circle, roll: Vector) -> TableBall:
+        """Return a ball made of a circle and its body, with this roll (m/s); it has yet to join."""
         body = circle.body
         assert body is not None
-        (x, y), (vx, vy) = body.position, body.velocity
-        path = self.surface.path(self.engine.now, (x, y), (vx, vy), roll)
+        path = self.surface.path(self.engine.now, body.position, body.velocity, roll)
         own = core.Ball(len(self.balls), circle.radius, body.mass, path)
-        ball = TableBall(circle, own, self.follow)
+        return TableBall(circle, own, self.follow)
+
+    def join(self, ball: TableBall, check: Callable[[TableBall], None] | None = None) -> None:
+        """Let a new ball join the others, unless the check, which finds it there, refuses it."""
         self.balls.append(ball)
+        try:
+            if check is not None:
+                check(ball)
+        except BaseException:
+            self.balls.pop()
+            raise
         self.widest = max(self.widest, ball.radius)
         self.enter(ball)
-        self.engine.add(own)
+        self.engine.add(ball.core)
         self.written.resize((len(self.balls), ROW), refcheck=False)  # It copies no rows, mostly.
-        self.written[-1] = x, y, vx, vy
-        return ball
+        self.written[-1] = *ball.body.position, *ball.body.velocity
 
     def enter(self, ball: TableBall) -> None:
         """Put a ball into the space; pymunk leaves its pairs with others of the table out."""

@@ -72,6 +72,26 @@ def test_the_log_has_the_form_of_listing_1(report_run: tuple[str, Path]) -> None
     assert any(line.startswith("    Warning: in the hit of balls C and 1") for line in lines)
 
 
+def test_the_json_can_be_printed_in_place_of_the_log(tmp_path: Path) -> None:
+    shot = ("--shot", 1, "--max-time", "0.2", "--no-pictures", "--out", tmp_path)
+    plain, printed = typed("run", "report", *shot), typed("run", "report", *shot, "--json", "-")
+    assert json.loads(printed.stdout)["shots"][0]["name"] == "Simulation 1"
+    assert printed.stderr == plain.stdout + plain.stderr
+    disc = ("--mass-a", 1, "--mass-b", 1, "--radius", 0.03, "--velocity-a", 2, 0)
+    assert json.loads(typed("collide", *disc, "--json", "-").stdout)["energy"]
+    assert one_line(typed("run", "nowhere", "--json", "-"))
+    assert not Path("-").exists()
+
+
+def test_a_file_is_not_taken_for_a_folder(tmp_path: Path) -> None:
+    for file in (tmp_path / "film.gif", tmp_path / "all.json"):
+        said = one_line(typed("render", "report", "--out", file))
+        assert said == f"error: --out = {file}: must be a folder, in which each file gets a name"
+    folder = tmp_path / "v1.csv"
+    folder.mkdir()
+    assert typed("run", "report", "--shot", 1, "--no-pictures", "--out", folder).returncode == 0
+
+
 def test_the_json_has_everything(report_run: tuple[str, Path]) -> None:
     content = json.loads((report_run[1] / "all.json").read_text())
     assert content["scenario"] == "report"

@@ -141,8 +141,8 @@ def test_one_warning_tells_which_balls_stay_in_contact() -> None:
     assert run.policies == set()
     assert pressing(run) == [
         "surface friction, a roll or an arc presses balls a, b together: they stay in contact "
-        f"until {run.persistent[0].until:.6g} s. For how far that may put the ends off see "
-        "run.persistent_shift (at 0 s)"
+        f"until {run.persistent[0].until:.6g} s. In Python, run.persistent_shift says how far "
+        "that may put the ends off (at 0 s)"
     ]
 
 

@@ -6,6 +6,7 @@ import itertools
 import math
 import pickle
 import random
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 import pymunk
 import pytest
 
-from pool_pymunk import Billiards, same_balls
+from pool_pymunk import Billiards, Pair, same_balls
 from pool_pymunk.core.walls.arc import Arc
 from pool_pymunk.world import TableBall
 from tests.shared.worlds import PAIR, STEP, A, M, Point, R, ball, heard_by, hexagon, plane, steps
@@ -390,6 +391,65 @@ def test_balls_may_have_ids() -> None:
     assert table.count == 2
     table.remove_ball(eight)
     assert table.add_ball(eight.circle, id="8").number == 2
+
+
+def test_pair_finds_a_ball_that_is_being_added() -> None:
+    """It may look at both balls; one that it refuses is no ball."""
+
+    def pair(i: int, j: int) -> Pair:
+        a, b = table.balls[i], table.balls[j]
+        asked.append((a.id, b.id))
+        return Pair(a.body.mass, b.body.mass, 1.5 if b.id == "refused" else 0.9, 0.05)
+
+    asked = list[tuple[str | None, str | None]]()
+    _, table = plane(pair=pair)
+    table.add_ball(circle_at(0.0), id="first")
+    table.add_ball(circle_at(1.0), id="second")
+    assert "restitution = 1.5" in said(lambda: table.add_ball(circle_at(2.0), id="refused"))
+    assert asked == [("first", "second"), ("first", "refused")]
+    assert [each.id for each in table.balls] == ["first", "second"]
+
+
+def test_ctrl_c_in_a_step_leaves_bodies_where_their_balls_are() -> None:
+    """It may come at any moment; the table goes on from there, and ends as if nothing had been."""
+
+    def played(raise_at: int) -> tuple[list[Point], bool]:
+        space, table = hexagon()
+        balls = [ball(table, -0.3, 0.01, (3.0, 0.0)), ball(table, 0.0), ball(table, 0.5, 0.2)]
+        mallet = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        mallet.position, mallet.velocity = (-0.6, 0.4), (0.3, 0.0)
+        table.add_wall(pymunk.Circle(mallet, 0.05), 0.9, 0.1)
+        steps(space, 0.1)
+        calls, interrupted = itertools.count(), False
+
+        def interrupt(frame: object, event: str, argument: object) -> None:
+            if event == "call" and next(calls) == raise_at:
+                sys.setprofile(None)
+                raise KeyboardInterrupt
+
+        sys.setprofile(interrupt)
+        try:
+            space.step(STEP)
+        except KeyboardInterrupt:
+            interrupted = True
+            now = table.save_state()
+            for each in balls:
+                assert each.body.position == pytest.approx(now.motions[each.number][:2], abs=1e-12)
+            assert mallet.position.x == pytest.approx(-0.6 + 0.3 * table.time, abs=1e-12)
+        finally:
+            sys.setprofile(None)
+        while table.time < 0.5 - 1e-9:
+            space.step(min(STEP, 0.5 - table.time))
+        return places(balls), interrupted
+
+    (whole, _), moments = played(-1), 0
+    for k in itertools.count(0, 5):
+        ends, was_interrupted = played(k)
+        assert apart(ends, whole) < 1e-9
+        moments += was_interrupted
+        if not was_interrupted and k > 5 * (moments + 5):
+            break
+    assert moments > 20
 
 
 def test_calls_that_make_no_sense() -> None:
