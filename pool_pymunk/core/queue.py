@@ -33,14 +33,23 @@ class Due:
     A hit of two balls has the lower number first. The engine and instants ask it.
     """
 
-    def __init__(self, t: float, kind: int, a: Ball, b: Ball | None, wall: Wall | None) -> None:
+    def __init__(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> None:
         self.t = t
-        self.kind = kind
+        self.kind: i64 = kind
         self.a, self.b = a, b
         self.wall = wall
         # The numbers of its balls' paths, which are quicker to compare than the paths themselves.
         self.path_of_a: i64 = a.paths
         self.path_of_b: i64 = a.paths if b is None else b.paths
+
+    def serve_again(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> None:
+        """Be what is due next; nobody knows this one any more."""
+        self.t = t
+        self.kind = kind
+        self.a, self.b = a, b
+        self.wall = wall
+        self.path_of_a = a.paths
+        self.path_of_b = a.paths if b is None else b.paths
 
     @property
     def is_void(self) -> bool:
@@ -98,9 +107,13 @@ def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
 
 @final
 class Queue:
-    """A queue is a list of what is due, the earliest last; the engine owns it."""
+    """A queue is a list of what is due, the earliest last; the engine owns it.
+
+    What is over or void may serve again: so memory is asked for once.
+    """
 
     def __init__(self) -> None:
+        self.over: list[Due] = []
         nobody = Ball(-1, 0.0, 0.0, standing(0.0, 0.0, 0.0))
         self.line = [Due(INF, LOOK, nobody, None, None)] * NEVER
         self.full = NEVER + SHORT
@@ -108,7 +121,19 @@ class Queue:
     def clear(self) -> None:
         """Forget all that is due."""
         while len(self.line) > NEVER:
-            self.line.pop()
+            self.over.append(self.line.pop())
+
+    def due(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
+        """Return what is due at a time (s), to be put in."""
+        if len(self.over) == 0:
+            return Due(t, kind, a, b, wall)
+        due = self.over.pop()
+        due.serve_again(t, kind, a, b, wall)
+        return due
+
+    def put(self, t: float, kind: i64, ball: Ball) -> None:
+        """Put in what is due for one ball alone."""
+        self.push(self.due(t, kind, ball, None, None))
 
     def push(self, due: Due) -> None:
         """Put in what is due, before all that comes before it or is due at the same time."""
@@ -134,12 +159,13 @@ class Queue:
         line = self.line
         due = line[-1]
         while due.is_void:
-            line.pop()
+            self.over.append(line.pop())
             due = line[-1]
         return due.t
 
     def _leave_out_void(self) -> None:
         """Leave out what is void; then the queue may double its length."""
         never, line = self.line[:NEVER], self.line[NEVER:]
+        self.over += [due for due in line if due.is_void]
         self.line = never + [due for due in line if not due.is_void]
         self.full = max(NEVER + SHORT, 2 * len(self.line) - NEVER)

@@ -267,7 +267,7 @@ def changes_in(column: Floats) -> NDArray[np.bool_]:
     """Tell of which balls (N,) some pair of numbers (S, N, 2) is not that of the first shot."""
     column = rows_of(column)
     bits = column.reshape(len(column), -1).view(np.int64)
-    changes: NDArray[np.bool_] = (bits[1:] != bits[0]).any(axis=0).reshape(-1, 2).any(axis=1)
+    changes: NDArray[np.bool_] = (bits[1:] != bits[:-1]).any(axis=0).reshape(-1, 2).any(axis=1)
     return changes
 
 
@@ -280,7 +280,9 @@ def read_ends(found: Results, ends: batch.Ends, places: Floats, is_off: NDArray[
     which, endings = array_of("q", ends.endings).reshape(-1, 2).T
     found.status[which], found.in_doubt[array_of("q", ends.doubts)] = endings, True
     found.duration[:] = array_of("d", ends.durations)
-    found.final[:] = np.where(is_off[..., np.newaxis], np.nan, places)
+    found.final[:] = places
+    if is_off.any():
+        found.final[np.broadcast_to(is_off, found.met.shape)] = np.nan
     count, balls = found.met.shape
     which = np.repeat(np.arange(count) * balls, counts[:, 4]) + array_of("q", ends.moved)
     # A place is written at once, as a complex number of 16 bytes: that is six times as fast.

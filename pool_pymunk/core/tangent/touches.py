@@ -94,10 +94,14 @@ def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bo
     """
     if path.t >= until:
         return NO_TOUCH
-    begins, ends = free
     x, y = path.place(until)
-    nx, ny = face.outward
     blur = BLUR * (abs(path.x) + abs(path.y) + abs(x) + abs(y) + r)
+    if path.slows and not (
+        abs(face.gap_beyond(path.x, path.y, r)) <= blur or abs(face.gap_beyond(x, y, r)) <= blur
+    ):
+        return NO_TOUCH  # A straight path touches where it begins or ends.
+    begins, ends = free
+    nx, ny = face.outward
     rate, pull = path.vx * nx + path.vy * ny, path.ax * nx + path.ay * ny
     along = begins and abs(rate) <= GRAZE * max(abs(path.vx), abs(path.vy))
     along = along and abs(face.gap(path.x, path.y, r)) <= blur
@@ -117,13 +121,29 @@ def bends(path: Path) -> bool:
 
 def are_far(a: Path, b: Path, until: float, apart: float) -> bool:
     """Tell by bounds whether discs stay farther apart than ``apart`` (m) until a time (s)."""
-    own, its = until - a.t, until - b.t
     far = apart + HAIR * (abs(a.x) + abs(b.x) + abs(a.y) + abs(b.y) + apart)
-    x = own * (abs(a.vx) + own * abs(a.ax)) + its * (abs(b.vx) + its * abs(b.ax))
-    if abs(a.x - b.x) > far + x:
-        return True
-    y = own * (abs(a.vy) + own * abs(a.ay)) + its * (abs(b.vy) + its * abs(b.ay))
-    return abs(a.y - b.y) > far + y
+    own_x, own_y = longest(a, until)
+    its_x, its_y = longest(b, until)
+    return abs(a.x - b.x) > far + own_x + its_x or abs(a.y - b.y) > far + own_y + its_y
+
+
+def longest(path: Path, until: float) -> Vector:
+    """Return how far (m) a path leads at most along x, and along y, until a time (s)."""
+    time = until - path.t
+    if path.slows:
+        time = min(time, path.end - path.t)
+        return time * abs(path.vx + time * path.ax / 2.0), time * abs(
+            path.vy + time * path.ay / 2.0
+        )
+    return time * (abs(path.vx) + time * abs(path.ax)), time * (abs(path.vy) + time * abs(path.ay))
+
+
+def misses(mover: Path, rester: Path, apart: float) -> bool:
+    """Tell whether the line of a straight path stays farther than ``apart`` (m) from a disc."""
+    dx, dy, vx, vy = rester.x - mover.x, rester.y - mover.y, mover.vx, mover.vy
+    far = apart + HAIR * (abs(mover.x) + abs(rester.x) + abs(mover.y) + abs(rester.y) + apart)
+    across = dx * vy - dy * vx
+    return mover.slows and across * across > far * far * (vx * vx + vy * vy)
 
 
 def touch_of_discs(
@@ -271,7 +291,7 @@ class Lookout:
         """
         if track.is_gone:
             return
-        if track.path.moves:
+        if track.moves:
             for each in self.obstacles:
                 free = track.met != each.met, met not in (each.met, ANYTHING)
                 along, turns = each.touch(track.path, t, track.radius, free)
@@ -284,13 +304,18 @@ class Lookout:
     def _look_at_balls(self, track: Track, t: float, met: int, done: int) -> None:
         """Lose what touches of other balls decide on the path of a ball up to a time (s)."""
         path, i = track.path, track.number
-        is_still = not path.moves
         for other in self.tracks:
+            if other.is_gone or not (track.moves or other.moves):
+                continue
             j, its = other.number, other.path
-            if j in (i, done) or other.is_gone or (is_still and not its.moves):
+            if j in (i, done) or max(path.t, its.t) >= t:
                 continue
             apart = track.radius + other.radius
-            if max(path.t, its.t) >= t or are_far(path, its, t, apart):
+            if not other.moves and misses(path, its, apart):
+                continue
+            if not track.moves and misses(its, path, apart):
+                continue
+            if are_far(path, its, t, apart):
                 continue
             begins = not (track.met == j and other.met == i) or path.t != its.t
             free = begins, met not in (j, ANYTHING)
