@@ -189,7 +189,7 @@ class Engine(Present):
             self._answer(due)
         elif due.kind == STOP:
             self._end_path(due.a)
-            self.queue.over.append(due)
+            self.queue.keep(due)
         elif due.kind == PIECE:
             self.persistence.go_on(self, due.a)
             self._predict(self.persistence.take_loose())

@@ -23,6 +23,8 @@ HIT: Final = 4  # Two balls meet, or a ball and a wall.
 SHORT: Final = 32
 # A queue begins with so many that are never due. So its list is never empty, and keeps its memory.
 NEVER: Final = 32
+# It keeps so many that are over. More would be as fast, and a long chain cannot be freed.
+KEPT: Final = 16
 
 
 @final
@@ -41,15 +43,17 @@ class Due:
         # The numbers of its balls' paths, which are quicker to compare than the paths themselves.
         self.path_of_a: i64 = a.paths
         self.path_of_b: i64 = a.paths if b is None else b.paths
+        self.before: Due | None = None  # The queue has kept that before this one.
 
     def serve_again(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> None:
-        """Be what is due next; nobody knows this one any more."""
+        """Be what is due some other time."""
         self.t = t
         self.kind = kind
         self.a, self.b = a, b
         self.wall = wall
         self.path_of_a = a.paths
         self.path_of_b = a.paths if b is None else b.paths
+        self.before = None
 
     @property
     def is_void(self) -> bool:
@@ -109,11 +113,12 @@ def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
 class Queue:
     """A queue is a list of what is due, the earliest last; the engine owns it.
 
-    What is over or void may serve again: so memory is asked for once.
+    Some of what is over or void is kept, and serves again.
     """
 
     def __init__(self) -> None:
-        self.over: list[Due] = []
+        self.kept: Due | None = None  # the last one, which knows the one before
+        self.count: i64 = 0  # so many are kept
         nobody = Ball(-1, 0.0, 0.0, standing(0.0, 0.0, 0.0))
         self.line = [Due(INF, LOOK, nobody, None, None)] * NEVER
         self.full = NEVER + SHORT
@@ -121,13 +126,22 @@ class Queue:
     def clear(self) -> None:
         """Forget all that is due."""
         while len(self.line) > NEVER:
-            self.over.append(self.line.pop())
+            self.keep(self.line.pop())
+
+    def keep(self, due: Due) -> None:
+        """Keep what is due no more, and what nobody else knows."""
+        if self.count < KEPT:
+            self.count += 1
+            due.before = self.kept
+            self.kept = due
 
     def due(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
         """Return what is due at a time (s), to be put in."""
-        if len(self.over) == 0:
+        due = self.kept
+        if due is None:
             return Due(t, kind, a, b, wall)
-        due = self.over.pop()
+        self.count -= 1
+        self.kept = due.before
         due.serve_again(t, kind, a, b, wall)
         return due
 
@@ -159,13 +173,12 @@ class Queue:
         line = self.line
         due = line[-1]
         while due.is_void:
-            self.over.append(line.pop())
+            self.keep(line.pop())
             due = line[-1]
         return due.t
 
     def _leave_out_void(self) -> None:
         """Leave out what is void; then the queue may double its length."""
         never, line = self.line[:NEVER], self.line[NEVER:]
-        self.over += [due for due in line if due.is_void]
         self.line = never + [due for due in line if not due.is_void]
         self.full = max(NEVER + SHORT, 2 * len(self.line) - NEVER)

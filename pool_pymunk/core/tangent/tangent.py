@@ -118,7 +118,7 @@ class Tangent:
                     return reasons.PERSISTS
                 self._lose(reasons.PERSISTS, track, track, then.t)
             if self.errors is None:
-                self.lookout.look(track, t, NOTHING, track.number)
+                self.lookout.look(track, t, NOTHING, track)
         for track in self.tracks:
             rests = self.is_cut and track.rests_just_at(t)
             self._move(track, t)

@@ -265,9 +265,9 @@ class Lookout:
     def look_before(self, step: Step, a: Track, b: Track, meets_more: bool) -> None:
         """Look for touches on the paths that a step ends."""
         self.catch_up(step.t)
-        self.look(a, step.t, ANYTHING if meets_more else step.met, a.number)
+        self.look(a, step.t, ANYTHING if meets_more else step.met, a)
         if b is not a:
-            self.look(b, step.t, ANYTHING if meets_more else a.number, a.number)
+            self.look(b, step.t, ANYTHING if meets_more else a.number, a)
 
     def catch_up(self, t: float) -> None:
         """Let balls of which nothing is known go on to their last legs before a time (s).
@@ -280,14 +280,14 @@ class Lookout:
         for track in self.tracks:
             then = track.following
             while then is not None and then.t < t and track.is_lost:
-                self._look_at_balls(track, then.t, ANYTHING, track.number)
+                self._look_at_balls(track, then.t, ANYTHING, track)
                 track.go_on(NOTHING)
                 then = track.following
 
-    def look(self, track: Track, t: float, met: int, done: int) -> None:
+    def look(self, track: Track, t: float, met: int, done: Track) -> None:
         """Lose what touches decide on the path of a ball up to a time (s), where it has ``met``.
 
-        Ball ``done`` was looked at before.
+        The ball of track ``done`` was looked at before.
         """
         if track.is_gone:
             return
@@ -301,24 +301,25 @@ class Lookout:
                     self._touch(track, track, turns, each)
         self._look_at_balls(track, t, met, done)
 
-    def _look_at_balls(self, track: Track, t: float, met: int, done: int) -> None:
+    def _look_at_balls(self, track: Track, t: float, met: int, done: Track) -> None:
         """Lose what touches of other balls decide on the path of a ball up to a time (s)."""
-        path, i = track.path, track.number
+        path = track.path
+        if path.t >= t:
+            return
         for other in self.tracks:
-            if other.is_gone or not (track.moves or other.moves):
-                continue
-            j, its = other.number, other.path
-            if j in (i, done) or max(path.t, its.t) >= t:
+            its = other.path
+            if other.is_gone or other is track or other is done or its.t >= t:
                 continue
             apart = track.radius + other.radius
-            if not other.moves and misses(path, its, apart):
-                continue
-            if not track.moves and misses(its, path, apart):
+            if not other.moves:
+                if not track.moves or misses(path, its, apart):
+                    continue
+            elif not track.moves and misses(its, path, apart):
                 continue
             if are_far(path, its, t, apart):
                 continue
-            begins = not (track.met == j and other.met == i) or path.t != its.t
-            free = begins, met not in (j, ANYTHING)
+            have_met = track.met == other.number and other.met == track.number
+            free = not have_met or path.t != its.t, met not in (other.number, ANYTHING)
             along, turns = touch_of_discs(path, its, t, (apart, 1.0), free)
             if along:
                 self._touch(track, other, max(path.t, its.t), None)
