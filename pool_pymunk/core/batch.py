@@ -60,12 +60,12 @@ class Ends:
     """This is what has become of some shots, one after the other.
 
     ``counts`` has five numbers of each shot: how many events, hits and cushions there were, the
-    first ball that the watched one hit, and how many balls have moved. These are ``moved``, and lie
-    at ``places``, x and y (m). ``durations`` are in s. Shots that did not settle have ``endings``,
-    which follow their numbers, and in those of ``doubts`` contacts had no known order. In those of
-    ``guesses`` something else had no exact answer, such as a slip of zero. ``met`` and ``pocketed``
-    name balls by numbers that go on from shot to shot: those that the watched ball has met, and
-    those that are pocketed, which their pockets follow.
+    first ball that the watched one hit (counted from 1; 0 for none), and how many balls have moved.
+    These are ``moved``, and lie at ``places``, x and y (m). ``durations`` are in s. Shots that did
+    not settle have ``endings``, which follow their numbers, and in those of ``doubts`` contacts had
+    no known order. In those of ``guesses`` something else had no exact answer, such as a slip of
+    zero. ``met`` and ``pocketed`` name balls by numbers that go on from shot to shot: those that
+    the watched ball has met, and those that are pocketed, which their pockets follow.
     """
 
     def __init__(self, shots: int) -> None:
@@ -325,7 +325,6 @@ class Shots:
     def _skip(self, ends: Ends, k: i64) -> None:
         """Leave out shot ``k``, which cannot start."""
         ends.endings += [k, CANNOT_START]
-        ends.counts[5 * k + 3] = NOBODY
         for start in self.starts:
             start.begin()
             start.is_over = True
@@ -421,7 +420,7 @@ class Shots:
         counts[at] = min(engine.events, engine.most_events)
         counts[at + 1] = tally.hits
         counts[at + 2] = tally.cushions
-        counts[at + 3] = tally.first_hit
+        counts[at + 3] = tally.first_hit + 1
         counts[at + 4] = len(ends.moved) - before
 
     def _write_ball(self, ends: Ends, first: int, start: Start, end: float) -> None:
