@@ -23,7 +23,7 @@ HIT: Final = 4  # Two balls meet, or a ball and a wall.
 SHORT: Final = 32
 # A queue begins with so many that are never due. So its list is never empty, and keeps its memory.
 NEVER: Final = 32
-# It keeps so many that are over. More would be as fast, and a long chain cannot be freed.
+# It keeps so many that are over: compiled code cannot free a long chain of what is acyclic.
 KEPT: Final = 16
 
 
