@@ -77,7 +77,7 @@ class Ball:
         self.group: Company | None = None  # in which it stays in contact
         self.stopped = -INF  # s; when the recorder has last heard of a stop
         self.seen = 0  # the number of the search for near balls that last saw it
-        self.predicted = 0  # the number of the prediction that last looked for its hits
+        self.predicted: i64 = 0  # the number of the prediction that last looked for its hits
         self.low_x = self.low_y = INF
         self.high_x = self.high_y = -INF
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 import gc
 from typing import Final, final
 
+from mypy_extensions import i64
+
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.beside import Beside
 from pool_pymunk.core.contact.contact import Contact
@@ -58,17 +60,17 @@ class Ends:
     """This is what has become of some shots, one after the other.
 
     ``counts`` has five numbers of each shot: how many events, hits and cushions there were, the
-    first ball that the watched one hit, and how many balls have moved. These are ``moved``, and lie
-    at ``places``, x and y (m). ``durations`` are in s. Shots that did not settle have ``endings``,
-    which follow their numbers, and in those of ``doubts`` contacts had no known order. In those of
-    ``guesses`` something else had no exact answer, such as a slip of zero. ``met`` and ``pocketed``
-    name balls by numbers that go on from shot to shot: those that the watched ball has met, and
-    those that are pocketed, which their pockets follow.
+    first ball that the watched one hit (counted from 1; 0 for none), and how many balls have moved.
+    These are ``moved``, and lie at ``places``, x and y (m). ``durations`` are in s. Shots that did
+    not settle have ``endings``, which follow their numbers, and in those of ``doubts`` contacts had
+    no known order. In those of ``guesses`` something else had no exact answer, such as a slip of
+    zero. ``met`` and ``pocketed`` name balls by numbers that go on from shot to shot: those that
+    the watched ball has met, and those that are pocketed, which their pockets follow.
     """
 
-    def __init__(self) -> None:
-        self.counts: list[int] = []
-        self.durations: list[float] = []
+    def __init__(self, shots: int) -> None:
+        self.counts = [0] * (5 * shots)
+        self.durations = [0.0] * shots
         self.endings: list[int] = []
         self.doubts: list[int] = []
         self.guesses: list[int] = []
@@ -280,6 +282,7 @@ class Shots:
         self.latest = INF
         self.tolerance = 1e-7
         self.is_free = False  # All lie where they may.
+        self.are_off = False  # Some are off the table.
         self.changing: list[Start] = []  # They do not begin all shots alike.
 
     def play(self, count: int, given: Given, listener: Recorder) -> Ends:
@@ -296,7 +299,7 @@ class Shots:
                 gc.enable()
 
     def _play_all(self, count: int, given: Given, tally: Tally) -> Ends:
-        engine, ends = self.engine, Ends()
+        engine, ends = self.engine, Ends(count)
         engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
         self.changing = [self.starts[number] for number in given.changing]
         for k in range(count):
@@ -319,11 +322,9 @@ class Shots:
                 self.follower.end(engine, self.latest)
         return ends
 
-    def _skip(self, ends: Ends, k: int) -> None:
+    def _skip(self, ends: Ends, k: i64) -> None:
         """Leave out shot ``k``, which cannot start."""
         ends.endings += [k, CANNOT_START]
-        ends.counts += [0, 0, 0, NOBODY, 0]
-        ends.durations.append(0.0)
         for start in self.starts:
             start.begin()
             start.is_over = True
@@ -348,13 +349,12 @@ class Shots:
 
     def _begin(self, tally: Tally) -> None:
         """Let those balls begin anew that do not lie as they began the shot before."""
-        are_many, are_off = len(self.balls) >= FEW, False
+        are_many = len(self.balls) >= FEW
         for start in self.starts:
-            are_off = are_off or start.is_off
             if start.is_over or are_many:  # Of many balls all boxes are put anew.
                 start.begin()
         self.engine.start_anew(tally)
-        if are_off:
+        if self.are_off:
             for start in self.starts:
                 if start.is_off and start.ball.is_fresh:
                     self.engine.remove(start.ball, (start.x, start.y))
@@ -375,6 +375,7 @@ class Shots:
         """Find out whether all balls lie where they may: those that lie where they lay do."""
         floor, looks_again = self.floor, not self.is_free
         self.is_free = True
+        self.are_off = any(start.is_off for start in self.starts)
         for n in range(len(self.starts)):
             one = self.starts[n]
             if one.is_off:
@@ -395,7 +396,7 @@ class Shots:
 
     # -- after it ----------------------------------------------------------------------------------
 
-    def _write(self, ends: Ends, k: int, tally: Tally) -> None:
+    def _write(self, ends: Ends, k: i64, tally: Tally) -> None:
         """Write down what has become of shot ``k``."""
         engine, end = self.engine, tally.duration
         ending = engine.end(self.latest)
@@ -407,7 +408,7 @@ class Shots:
             ends.doubts.append(k)
         if tally.is_guessed:
             ends.guesses.append(k)
-        ends.durations.append(end)
+        ends.durations[k] = end
         if self.beside is not None:
             self.beside.end(end)
         before, first = len(ends.moved), k * len(self.balls)
@@ -415,12 +416,12 @@ class Shots:
             if start.is_touched:
                 start.is_over = True
                 self._write_ball(ends, first, start, end)
-        counts = ends.counts
-        counts.append(min(engine.events, engine.most_events))
-        counts.append(tally.hits)
-        counts.append(tally.cushions)
-        counts.append(tally.first_hit)
-        counts.append(len(ends.moved) - before)
+        counts, at = ends.counts, 5 * k
+        counts[at] = min(engine.events, engine.most_events)
+        counts[at + 1] = tally.hits
+        counts[at + 2] = tally.cushions
+        counts[at + 3] = tally.first_hit + 1
+        counts[at + 4] = len(ends.moved) - before
 
     def _write_ball(self, ends: Ends, first: int, start: Start, end: float) -> None:
         """Write down what has become of a ball by the end (s) of a shot.

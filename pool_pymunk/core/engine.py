@@ -13,6 +13,8 @@ from __future__ import annotations
 import time
 from typing import Final
 
+from mypy_extensions import i64
+
 from pool_pymunk.core.ball import NEARLY_NOW, Ball
 from pool_pymunk.core.contact.instant import Instant
 from pool_pymunk.core.contact.laws import Law
@@ -76,8 +78,8 @@ class Engine(Present):
         self.movers: list[MovingWall] = []
         self.pockets: list[Pocket] = []
         self.chooses = False  # Some balls go through others, by their bits.
-        self.answered = 0  # so many things that were due
-        self.predictions = 0
+        self.answered: i64 = 0  # so many things that were due
+        self.predictions: i64 = 0
         self.heard = 0.0  # s, of the machine's clock; when the recorder has last paused the play
         self.near = near_of(balls)
         self.has_patches = len(table.patches.borders) > 0
@@ -117,17 +119,20 @@ class Engine(Present):
         """
         movers: list[Ball] = []
         for ball in self.balls:
-            begins = ball.is_fresh and not ball.is_off
-            ball.is_fresh = False
-            if begins:
-                ball.set_off(ball.path)
-                self._look_at(ball)
-                self.near.put(ball, 0.0, INF)
-                if ball.path.moves:
+            if ball.is_fresh:
+                ball.is_fresh = False
+                if not ball.is_off and self._sets_off(ball):
                     movers.append(ball)
         if self.is_finite:
             self._predict(movers)
             self._begin_pressed()
+
+    def _sets_off(self, ball: Ball) -> bool:
+        """Put a ball on its first path; tell whether it moves there."""
+        ball.set_off(ball.path)
+        self._look_at(ball)
+        self.near.put(ball, 0.0, INF)
+        return ball.path.moves
 
     # -- playing -----------------------------------------------------------------------------------
 
@@ -184,6 +189,7 @@ class Engine(Present):
             self._answer(due)
         elif due.kind == STOP:
             self._end_path(due.a)
+            self.queue.keep(due)
         elif due.kind == PIECE:
             self.persistence.go_on(self, due.a)
             self._predict(self.persistence.take_loose())
@@ -352,15 +358,15 @@ class Engine(Present):
             if self.has_patches:
                 t = self._next_crossing(ball)
                 if t < INF:
-                    self.queue.push(Due(t, BORDER, ball, None, None))
+                    self.queue.put(t, BORDER, ball)
                     end = min(end, t)
                     stops = False
             group = ball.group
             if group is not None:
                 if group.leader is ball and not group.halts:
-                    self.queue.push(Due(path.end, PIECE, ball, None, None))
+                    self.queue.put(path.end, PIECE, ball)
             elif stops and path.end < INF:
-                self.queue.push(Due(path.end, STOP, ball, None, None))
+                self.queue.put(path.end, STOP, ball)
         else:
             for mover in self.movers:
                 self._meet_wall(ball, mover)
@@ -371,13 +377,17 @@ class Engine(Present):
         path, r, now, first = ball.path, ball.radius, self.now, INF
         if not ball.is_in_crowd:
             for wall in self.cushions:
-                t = wall.time_of_contact(path, r, now)
+                face = wall.face
+                if face is None:
+                    t = wall.time_of_contact(path, r, now)
+                else:
+                    t = face.time_of_contact(path, r, now)
                 if t < INF:
                     first = min(first, self._hit_wall(ball, wall, t))
         for pocket in self.pockets:
             t = pocket.time_of_contact(path, r, now)
             if t < INF and not (self.chooses and ball.ignores(pocket.categories, pocket.mask)):
-                self.queue.push(Due(t, HIT, ball, None, pocket))
+                self.queue.push(self.queue.due(t, HIT, ball, None, pocket))
                 first = min(first, t)
         return first
 
@@ -394,7 +404,7 @@ class Engine(Present):
             return INF
         if wall.moves and self.squeezes.goes_through(ball, wall):
             return INF
-        hit = Due(t, HIT, ball, None, wall)
+        hit = self.queue.due(t, HIT, ball, None, wall)
         t = hit.t = self._allowed(hit)
         if t < INF:
             self.queue.push(hit)
@@ -406,7 +416,7 @@ class Engine(Present):
         horizon = self.near.horizon(path, now)
         if horizon < end and horizon < path.end:
             end = horizon
-            self.queue.push(Due(end, LOOK, ball, None, None))
+            self.queue.put(end, LOOK, ball)
         ball.horizon = end
         self.near.put(ball, now, end)
 
@@ -423,14 +433,17 @@ class Engine(Present):
             a, b = b, a
         t = pair_time(a.path, b.path, a.radius + b.radius, self.now, until, noise)
         if t < INF:
-            hit = Due(t, HIT, a, b, None)
+            hit = self.queue.due(t, HIT, a, b, None)
             hit.t = self._allowed(hit)
             if hit.t < INF:
                 self.queue.push(hit)
 
     def _allowed(self, hit: Due) -> float:
         """Return when (s) a predicted hit is due, or infinity if its sides are in contact."""
-        t = self.persistence.allows(self, hit)
+        persistence = self.persistence
+        if hit.t > self.now and hit.a.group is None and not persistence.is_hushed:
+            return hit.t  # as mostly
+        t = persistence.allows(self, hit)
         return INF if t <= self.now and self.rubs(hit) else t
 
     # -- walls that move ---------------------------------------------------------------------------

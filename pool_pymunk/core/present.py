@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from mypy_extensions import i64
+
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact, Disc, Pair
 from pool_pymunk.core.contact.laws import Law
@@ -42,9 +44,9 @@ class Present:
         self.now = 0.0
         self.is_finite = True
         self.is_endless = False
-        self.events = 0
-        self.most_events = 1_000_000
-        self.idle = 0
+        self.events: i64 = 0
+        self.most_events: i64 = 1_000_000
+        self.idle: i64 = 0
 
     @property
     def may_go_on(self) -> bool:

@@ -23,6 +23,8 @@ HIT: Final = 4  # Two balls meet, or a ball and a wall.
 SHORT: Final = 32
 # A queue begins with so many that are never due. So its list is never empty, and keeps its memory.
 NEVER: Final = 32
+# It keeps so many that are over: compiled code cannot free a long chain of what is acyclic.
+KEPT: Final = 16
 
 
 @final
@@ -33,14 +35,25 @@ class Due:
     A hit of two balls has the lower number first. The engine and instants ask it.
     """
 
-    def __init__(self, t: float, kind: int, a: Ball, b: Ball | None, wall: Wall | None) -> None:
+    def __init__(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> None:
         self.t = t
-        self.kind = kind
+        self.kind: i64 = kind
         self.a, self.b = a, b
         self.wall = wall
         # The numbers of its balls' paths, which are quicker to compare than the paths themselves.
         self.path_of_a: i64 = a.paths
         self.path_of_b: i64 = a.paths if b is None else b.paths
+        self.before: Due | None = None  # The queue has kept that before this one.
+
+    def serve_again(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> None:
+        """Be what is due some other time."""
+        self.t = t
+        self.kind = kind
+        self.a, self.b = a, b
+        self.wall = wall
+        self.path_of_a = a.paths
+        self.path_of_b = a.paths if b is None else b.paths
+        self.before = None
 
     @property
     def is_void(self) -> bool:
@@ -98,9 +111,14 @@ def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
 
 @final
 class Queue:
-    """A queue is a list of what is due, the earliest last; the engine owns it."""
+    """A queue is a list of what is due, the earliest last; the engine owns it.
+
+    Some of what is over or void is kept, and serves again.
+    """
 
     def __init__(self) -> None:
+        self.kept: Due | None = None  # the last one, which knows the one before
+        self.count: i64 = 0  # so many are kept
         nobody = Ball(-1, 0.0, 0.0, standing(0.0, 0.0, 0.0))
         self.line = [Due(INF, LOOK, nobody, None, None)] * NEVER
         self.full = NEVER + SHORT
@@ -108,7 +126,28 @@ class Queue:
     def clear(self) -> None:
         """Forget all that is due."""
         while len(self.line) > NEVER:
-            self.line.pop()
+            self.keep(self.line.pop())
+
+    def keep(self, due: Due) -> None:
+        """Keep what is due no more, and what nobody else knows."""
+        if self.count < KEPT:
+            self.count += 1
+            due.before = self.kept
+            self.kept = due
+
+    def due(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
+        """Return what is due at a time (s), to be put in."""
+        due = self.kept
+        if due is None:
+            return Due(t, kind, a, b, wall)
+        self.count -= 1
+        self.kept = due.before
+        due.serve_again(t, kind, a, b, wall)
+        return due
+
+    def put(self, t: float, kind: i64, ball: Ball) -> None:
+        """Put in what is due for one ball alone."""
+        self.push(self.due(t, kind, ball, None, None))
 
     def push(self, due: Due) -> None:
         """Put in what is due, before all that comes before it or is due at the same time."""
@@ -134,7 +173,7 @@ class Queue:
         line = self.line
         due = line[-1]
         while due.is_void:
-            line.pop()
+            self.keep(line.pop())
             due = line[-1]
         return due.t
 

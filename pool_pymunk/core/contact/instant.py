@@ -15,6 +15,8 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
+from mypy_extensions import i64
+
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact import rounds
 from pool_pymunk.core.contact.collapse import go_on
@@ -46,7 +48,7 @@ class Instant:
 
     def __init__(self) -> None:
         self.began = -INF
-        self.rounds = 0
+        self.rounds: i64 = 0
         self.is_special = False
         self.met: list[Due] = []
         self.collapses = 0  # of more than two contacts, so far
@@ -56,7 +58,8 @@ class Instant:
     def begin_run(self) -> None:
         """Begin another run: its first contact begins an instant, in which nothing has met yet."""
         self.began = -INF
-        self.rounds = self.collapses = 0
+        self.rounds = 0
+        self.collapses = 0
 
     def _begin(self) -> None:
         """Forget what has met, as another instant begins or all is over in this one."""

@@ -32,6 +32,8 @@ def pair_time(a: Path, b: Path, touching: float, since: float, until: float, noi
     """
     began = max(a.t, b.t)
     since = max(since, began)
+    if a.slows and b.slows and (a.end <= began or b.end <= began):
+        return _meeting_of_rester(a, b, touching, since, until)
     if stay_apart(a, b, touching, since, until):
         return INF
     t = _meeting(a, b, touching, began, until, noise)
@@ -56,6 +58,13 @@ def _meeting(a: Path, b: Path, touching: float, since: float, until: float, nois
     at_rest = standing(rester.end, x, y)
     since = max(since, rester.end)
     return _both_move(mover, at_rest, touching, since, min(until, mover.end), noise)
+
+
+def _meeting_of_rester(a: Path, b: Path, touching: float, since: float, until: float) -> float:
+    """Return the time (s) at which a ball that slows meets one that rests; infinite if never."""
+    mover, rester = (a, b) if b.end <= a.end else (b, a)
+    t = _one_moves(mover, rester, touching) if mover.end > since else INF
+    return t if since <= t <= until else INF
 
 
 def _one_moves(mover: Path, rester: Path, touching: float) -> float:

@@ -50,7 +50,6 @@ class Groups(Forming):
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
         self.quiet: dict[tuple[int, int], float] = {}  # s; until when slow hits wait
-        self.is_hushed = False  # There are some.
         self.tried = self.formed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
 
@@ -84,8 +83,6 @@ class Groups(Forming):
     def allows(self, present: Present, hit: Due) -> float:
         """Return when (s) a predicted hit is due: later, or never if its sides are in contact."""
         t, a, b, wall = hit.t, hit.a, hit.b, hit.wall
-        if a.group is None and t > present.now and not self.is_hushed:
-            return t  # as mostly
         group = gathering_of(a)
         if group is not None and (b is None or b.group is group) and group.holds(a, b, wall):
             return INF

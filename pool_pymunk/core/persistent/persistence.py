@@ -18,12 +18,14 @@ class Persistence:
 
     The engine and its instants ask this whether hits are hits, and tell it of those that were
     answered. ``loose`` are balls on new paths, which the engine is to predict, and ``seeds`` those
-    around which groups are to begin at the end of an instant.
+    around which groups are to begin at the end of an instant. It ``is_hushed`` while slow hits
+    wait.
     """
 
     def __init__(self) -> None:
         self.loose: list[Ball] = []
         self.seeds: list[Ball] = []
+        self.is_hushed = False
 
     def begin_run(self) -> None:
         """Forget all contacts that have persisted, for another run."""

@@ -118,7 +118,7 @@ class Tangent:
                     return reasons.PERSISTS
                 self._lose(reasons.PERSISTS, track, track, then.t)
             if self.errors is None:
-                self.lookout.look(track, t, NOTHING, track.number)
+                self.lookout.look(track, t, NOTHING, track)
         for track in self.tracks:
             rests = self.is_cut and track.rests_just_at(t)
             self._move(track, t)
@@ -153,17 +153,21 @@ class Tangent:
         A contact before may have stopped the ball. For errors, only contacts before count, and
         those at this very time.
         """
-        is_exact = self.errors is not None
-        for stride in [-1] if is_exact else [-1, 1]:
-            n = k + stride
-            while 0 <= n < len(self.steps):
-                other = self.steps[n]
-                if other.t != step.t and (is_exact or not are_now(other.t, step.t, a, b)):
-                    break
-                has_hit = other.kind != STOP or (n < k and not is_exact)
-                if other.kind != LASTS and has_hit and (other.has(step.a) or other.has(step.other)):
-                    return True
-                n += stride
+        if self._shares_with(k, -1, step, a, b):
+            return True
+        return self.errors is None and self._shares_with(k, 1, step, a, b)
+
+    def _shares_with(self, k: int, stride: int, step: Step, a: Track, b: Track) -> bool:
+        """Tell whether it has so with one before (-1), or after it (1)."""
+        is_exact, n = self.errors is not None, k + stride
+        while 0 <= n < len(self.steps):
+            other = self.steps[n]
+            if other.t != step.t and (is_exact or not are_now(other.t, step.t, a, b)):
+                return False
+            has_hit = other.kind != STOP or (n < k and not is_exact)
+            if other.kind != LASTS and has_hit and (other.has(step.a) or other.has(step.other)):
+                return True
+            n += stride
         return False
 
     def _take(self, step: Step, a: Track, b: Track) -> str:

@@ -94,10 +94,14 @@ def touch_of_face(path: Path, face: Face, until: float, r: float, free: tuple[bo
     """
     if path.t >= until:
         return NO_TOUCH
-    begins, ends = free
     x, y = path.place(until)
-    nx, ny = face.outward
     blur = BLUR * (abs(path.x) + abs(path.y) + abs(x) + abs(y) + r)
+    if path.slows and not (
+        abs(face.gap_beyond(path.x, path.y, r)) <= blur or abs(face.gap_beyond(x, y, r)) <= blur
+    ):
+        return NO_TOUCH  # A straight path touches where it begins or ends.
+    begins, ends = free
+    nx, ny = face.outward
     rate, pull = path.vx * nx + path.vy * ny, path.ax * nx + path.ay * ny
     along = begins and abs(rate) <= GRAZE * max(abs(path.vx), abs(path.vy))
     along = along and abs(face.gap(path.x, path.y, r)) <= blur
@@ -117,13 +121,29 @@ def bends(path: Path) -> bool:
 
 def are_far(a: Path, b: Path, until: float, apart: float) -> bool:
     """Tell by bounds whether discs stay farther apart than ``apart`` (m) until a time (s)."""
-    own, its = until - a.t, until - b.t
     far = apart + HAIR * (abs(a.x) + abs(b.x) + abs(a.y) + abs(b.y) + apart)
-    x = own * (abs(a.vx) + own * abs(a.ax)) + its * (abs(b.vx) + its * abs(b.ax))
-    if abs(a.x - b.x) > far + x:
-        return True
-    y = own * (abs(a.vy) + own * abs(a.ay)) + its * (abs(b.vy) + its * abs(b.ay))
-    return abs(a.y - b.y) > far + y
+    own_x, own_y = longest(a, until)
+    its_x, its_y = longest(b, until)
+    return abs(a.x - b.x) > far + own_x + its_x or abs(a.y - b.y) > far + own_y + its_y
+
+
+def longest(path: Path, until: float) -> Vector:
+    """Return how far (m) a path leads at most along x, and along y, until a time (s)."""
+    time = until - path.t
+    if path.slows:
+        time = min(time, path.end - path.t)
+        return time * abs(path.vx + time * path.ax / 2.0), time * abs(
+            path.vy + time * path.ay / 2.0
+        )
+    return time * (abs(path.vx) + time * abs(path.ax)), time * (abs(path.vy) + time * abs(path.ay))
+
+
+def misses(mover: Path, rester: Path, apart: float) -> bool:
+    """Tell whether the line of a straight path stays farther than ``apart`` (m) from a disc."""
+    dx, dy, vx, vy = rester.x - mover.x, rester.y - mover.y, mover.vx, mover.vy
+    far = apart + HAIR * (abs(mover.x) + abs(rester.x) + abs(mover.y) + abs(rester.y) + apart)
+    across = dx * vy - dy * vx
+    return mover.slows and across * across > far * far * (vx * vx + vy * vy)
 
 
 def touch_of_discs(
@@ -245,9 +265,9 @@ class Lookout:
     def look_before(self, step: Step, a: Track, b: Track, meets_more: bool) -> None:
         """Look for touches on the paths that a step ends."""
         self.catch_up(step.t)
-        self.look(a, step.t, ANYTHING if meets_more else step.met, a.number)
+        self.look(a, step.t, ANYTHING if meets_more else step.met, a)
         if b is not a:
-            self.look(b, step.t, ANYTHING if meets_more else a.number, a.number)
+            self.look(b, step.t, ANYTHING if meets_more else a.number, a)
 
     def catch_up(self, t: float) -> None:
         """Let balls of which nothing is known go on to their last legs before a time (s).
@@ -260,18 +280,18 @@ class Lookout:
         for track in self.tracks:
             then = track.following
             while then is not None and then.t < t and track.is_lost:
-                self._look_at_balls(track, then.t, ANYTHING, track.number)
+                self._look_at_balls(track, then.t, ANYTHING, track)
                 track.go_on(NOTHING)
                 then = track.following
 
-    def look(self, track: Track, t: float, met: int, done: int) -> None:
+    def look(self, track: Track, t: float, met: int, done: Track) -> None:
         """Lose what touches decide on the path of a ball up to a time (s), where it has ``met``.
 
-        Ball ``done`` was looked at before.
+        The ball of track ``done`` was looked at before.
         """
         if track.is_gone:
             return
-        if track.path.moves:
+        if track.moves:
             for each in self.obstacles:
                 free = track.met != each.met, met not in (each.met, ANYTHING)
                 along, turns = each.touch(track.path, t, track.radius, free)
@@ -281,19 +301,25 @@ class Lookout:
                     self._touch(track, track, turns, each)
         self._look_at_balls(track, t, met, done)
 
-    def _look_at_balls(self, track: Track, t: float, met: int, done: int) -> None:
+    def _look_at_balls(self, track: Track, t: float, met: int, done: Track) -> None:
         """Lose what touches of other balls decide on the path of a ball up to a time (s)."""
-        path, i = track.path, track.number
-        is_still = not path.moves
+        path = track.path
+        if path.t >= t:
+            return
         for other in self.tracks:
-            j, its = other.number, other.path
-            if j in (i, done) or other.is_gone or (is_still and not its.moves):
+            its = other.path
+            if other.is_gone or other is track or other is done or its.t >= t:
                 continue
             apart = track.radius + other.radius
-            if max(path.t, its.t) >= t or are_far(path, its, t, apart):
+            if not other.moves:
+                if not track.moves or misses(path, its, apart):
+                    continue
+            elif not track.moves and misses(its, path, apart):
                 continue
-            begins = not (track.met == j and other.met == i) or path.t != its.t
-            free = begins, met not in (j, ANYTHING)
+            if are_far(path, its, t, apart):
+                continue
+            have_met = track.met == other.number and other.met == track.number
+            free = not have_met or path.t != its.t, met not in (other.number, ANYTHING)
             along, turns = touch_of_discs(path, its, t, (apart, 1.0), free)
             if along:
                 self._touch(track, other, max(path.t, its.t), None)

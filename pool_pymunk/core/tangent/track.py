@@ -30,8 +30,9 @@ class Moment:
 class Track:
     """A track has the ``changes`` (P) of a ball at the beginning of its leg ``at``.
 
-    ``met`` is what the ball met there, and ``is_gone`` tells whether it has left the table. If it
-    ``keeps`` its changes, there are moments of them.
+    ``met`` is what the ball met there. ``moves`` tells whether it moves on its leg, or sets off,
+    and ``is_gone`` whether it has left the table. If it ``keeps`` its changes, there are moments of
+    them.
     """
 
     def __init__(self, ball: Ball, legs: list[Leg], changes: list[Change], is_gone: bool) -> None:
@@ -43,6 +44,7 @@ class Track:
         self.changes = changes
         self.at: i64 = 0
         self.path = legs[0].path
+        self.moves = self.path.moves
         self.met = NOTHING
         self.is_gone = is_gone
         self.keeps = False
@@ -77,6 +79,7 @@ class Track:
         """Go on to the next leg, where the ball has met something."""
         self.at += 1
         self.path = self.legs[self.at].path
+        self.moves = self.path.moves
         self.met = met
 
     def come_to(self, t: float) -> None:

@@ -9,6 +9,7 @@ from mypy_extensions import i64, mypyc_attr
 from pool_pymunk.core.ball import EVERYTHING
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.walls.face import Face
 from pool_pymunk.core.walls.round import Rim
 from pool_pymunk.core.walls.side import Side, nearest_of
 
@@ -21,7 +22,8 @@ Sweep = tuple[float, float, float, float]
 class Wall:
     """A wall bounces balls off its sides, with its own coefficients.
 
-    ``number`` is how it is reported, and ``only`` its side if it has just one. A wall that kicks
+    ``number`` is how it is reported, and ``only`` its side if it has just one. If that is a
+    ``face``, as mostly, the engine may ask the face alone when a ball meets it. A wall that kicks
     adds its ``kick`` (m/s) to the velocity of a ball along the normal. The bits of ``categories``
     and ``mask`` say whom it may meet. The engine asks it when a ball meets it, and which side is
     nearest.
@@ -32,6 +34,7 @@ class Wall:
     ) -> None:
         self.sides = sides
         self.only: Side | None = sides[0] if len(sides) == 1 else None
+        self.face: Face | None = None
         self.restitution = restitution
         self.friction = friction
         self.number = number
@@ -41,12 +44,15 @@ class Wall:
         self.mask: i64 = EVERYTHING
         self.is_pocket = False
         self.moves = False
+        if type(self) is Wall and isinstance(self.only, Face):
+            self.face = self.only
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s), not before now, a ball meets one of the sides, or infinity."""
-        first, only = INF, self.only
+        only = self.only
         if only is not None:
-            return min(first, only.time_of_contact(path, r, now))
+            return only.time_of_contact(path, r, now)
+        first = INF
         for side in self.sides:
             first = min(first, side.time_of_contact(path, r, now))
         return first
