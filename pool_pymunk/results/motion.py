@@ -21,6 +21,14 @@ def free_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
     return position, velocity + time * acceleration
 
 
+def bent_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
+    """Do so where accelerations change: ``breakpoints`` (..., 9) have their rates (m/s^3), too."""
+    position, velocity = free_motions(breakpoints, times)
+    time = (times - breakpoints[..., 0])[..., np.newaxis]
+    rate = breakpoints[..., 7:9]
+    return position + time**3 * rate / 6.0, velocity + time**2 * rate / 2.0
+
+
 def roll_rates(breakpoints: Array) -> Array:
     """Return how fast (..., 2) in m/s^2 rolls change after breakpoints (..., 9).
 

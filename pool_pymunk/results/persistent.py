@@ -8,11 +8,12 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pool_pymunk.model import Point
 from pool_pymunk.model.arrays import Array
 from pool_pymunk.results.events import parts_of
-from pool_pymunk.results.motion import roll_rates
+from pool_pymunk.results.motion import free_motions, roll_rates
 
 if TYPE_CHECKING:
     from pool_pymunk.results.run import Run
@@ -155,10 +156,37 @@ def turning(breakpoints: Array, persists: Iterable[Spell]) -> Array:
     In the spells in which a contact of the ball ``persists``, it goes evenly from each breakpoint
     to the next one.
     """
-    rates, t, rolls = roll_rates(breakpoints), breakpoints[:, 0], breakpoints[:, 7:9]
-    time = np.diff(t)
-    for since, until in persists:
-        inside = (since <= t[:-1]) & (t[:-1] < until) & (time > 0.0)
-        k = np.flatnonzero(inside)
-        rates[k] = (rolls[k + 1] - rolls[k]) / time[k, np.newaxis]
+    rates, k = roll_rates(breakpoints), pieces(breakpoints[:, 0], persists)
+    time, rolls = np.diff(breakpoints[:, 0])[k], breakpoints[:, 7:9]
+    rates[k] = (rolls[k + 1] - rolls[k]) / time[:, np.newaxis]
     return rates
+
+
+def bending(breakpoints: Array, persists: Iterable[Spell], tolerance: float) -> Array:
+    """Return a ball's breakpoints (K, 9) with the rates (m/s^3) at which accelerations change.
+
+    A piece of a persistent contact is played more exactly than its parabola is. The next breakpoint
+    tells how it ends, and the cubic that does so, too, is its path (Hermite). Where the ends differ
+    by more than the ``tolerance`` (m), or velocities by more than the acceleration could explain,
+    something else has happened there.
+    """
+    rows = np.column_stack((breakpoints[:, :7], np.zeros((len(breakpoints), 2))))
+    k = pieces(rows[:, 0], persists)
+    time = np.diff(rows[:, 0])[k, np.newaxis]
+    place, velocity = free_motions(rows[k], rows[k + 1, 0])
+    far, fast = rows[k + 1, 1:3] - place, (rows[k + 1, 3:5] - velocity) * time
+    size = np.linalg.norm(fast, axis=-1)
+    bends = size <= np.minimum(np.linalg.norm(rows[k, 5:7] * time**2, axis=-1), tolerance)
+    bends &= np.linalg.norm(far, axis=-1) <= tolerance
+    k, time, far, fast = k[bends], time[bends], far[bends], fast[bends]
+    rows[k, 5:7] += (6.0 * far - 2.0 * fast) / time**2
+    rows[k, 7:9] = (6.0 * fast - 12.0 * far) / time**3
+    return rows
+
+
+def pieces(t: Array, persists: Iterable[Spell]) -> NDArray[np.intp]:
+    """Return the places of those breakpoints at times ``t`` (s) that begin pieces of some spells."""
+    found = np.zeros(max(len(t) - 1, 0), bool)
+    for since, until in persists:
+        found |= (since <= t[:-1]) & (t[:-1] < until)
+    return np.flatnonzero(found & (np.diff(t) > 0.0))

@@ -23,8 +23,8 @@ from pool_pymunk.model.plain import argument, choice, made
 from pool_pymunk.model.problems import no_such_ball, setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.events import Event
-from pool_pymunk.results.motion import free_motions
-from pool_pymunk.results.persistent import PersistentContact, spells, turning
+from pool_pymunk.results.motion import bent_motions, free_motions
+from pool_pymunk.results.persistent import PersistentContact, bending, spells, turning
 from pool_pymunk.results.variants import FINER, Variant
 from pool_pymunk.results.words import counted, step_text
 
@@ -194,7 +194,9 @@ class Run:
         A time after the end counts as the end. For a sequence of times (T,) both are of shape
         (T, N, 2), for a single time (N, 2).
         """
-        return free_motions(*self._last_of(self.knots, times))
+        if not self.persistent:
+            return free_motions(*self._last_of(self.knots, times))
+        return bent_motions(*self._last_of(self._bent, times))
 
     def roll_at(self, times: Times) -> Array:
         """Return the velocities (m/s) at which the balls would roll, at any ``times`` (s).
@@ -215,6 +217,15 @@ class Run:
             for rows, table in zip(self.knots, tables, strict=True)
         ]
         return np.stack(last, axis=-2), t[..., np.newaxis]
+
+    @cached_property
+    def _bent(self) -> tuple[Array, ...]:
+        """For each ball its breakpoints, and how fast its acceleration changes after them."""
+        tolerance = self.contact_tolerance or 0.0
+        return tuple(
+            bending(rows, spells(self, ball.id), tolerance)
+            for ball, rows in zip(self.scene.balls, self.knots, strict=True)
+        )
 
     @cached_property
     def _rolls(self) -> tuple[Array, ...]:

@@ -90,6 +90,7 @@ class Forming(Crowds):
             if all(keep):
                 for one in touches:
                     one.spare_friction(now)
+                group.close()
                 if any(one.free > now for one in touches):
                     group.decide(now, False)
                 return Cluster(members, touches, parts_of(group, now))
