@@ -167,17 +167,17 @@ def bending(breakpoints: Array, persists: Iterable[Spell], tolerance: float) -> 
 
     A piece of a persistent contact is played more exactly than its parabola is. The next breakpoint
     tells how it ends, and the cubic that does so, too, is its path (Hermite). Where the ends differ
-    by more than the ``tolerance`` (m), or velocities by more than the acceleration could explain,
-    something else has happened there.
+    by more than the ``tolerance`` (m), or than accelerations could explain, something else has
+    happened there.
     """
     rows = np.column_stack((breakpoints[:, :7], np.zeros((len(breakpoints), 2))))
     k = pieces(rows[:, 0], persists)
     time = np.diff(rows[:, 0])[k, np.newaxis]
     place, velocity = free_motions(rows[k], rows[k + 1, 0])
     far, fast = rows[k + 1, 1:3] - place, (rows[k + 1, 3:5] - velocity) * time
-    size = np.linalg.norm(fast, axis=-1)
-    bends = size <= np.minimum(np.linalg.norm(rows[k, 5:7] * time**2, axis=-1), tolerance)
-    bends &= np.linalg.norm(far, axis=-1) <= tolerance
+    pull = np.hypot(*rows[:, 5:7].T)
+    most = np.minimum(time[:, 0] ** 2 * (pull[k] + pull[k + 1]), tolerance)
+    bends = np.maximum(np.hypot(*far.T), np.hypot(*fast.T)) <= most
     k, time, far, fast = k[bends], time[bends], far[bends], fast[bends]
     rows[k, 5:7] += (6.0 * far - 2.0 * fast) / time**2
     rows[k, 7:9] = (6.0 * fast - 12.0 * far) / time**3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import final
+from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
@@ -20,6 +20,8 @@ from pool_pymunk.core.persistent.unseen import FEW, SHARED, STRONGEST, TINY
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.walls.wall import Wall
+
+CLOSING: Final = 100  # rounds at most, in which gaps close where contacts begin to persist
 
 
 @final
@@ -90,7 +92,7 @@ class Forming(Crowds):
             if all(keep):
                 for one in touches:
                     one.spare_friction(now)
-                group.close()
+                group.close(CLOSING)
                 if any(one.free > now for one in touches):
                     group.decide(now, False)
                 return Cluster(members, touches, parts_of(group, now))

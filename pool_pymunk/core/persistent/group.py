@@ -434,9 +434,9 @@ class Group(Gathering):
             each.wx, each.wy = each.wx + each.bx - bx, each.wy + each.by - by
         self._free()
 
-    def close(self) -> None:
-        """Close the gaps that a step has left open by its error."""
-        for _ in range(3):
+    def close(self, rounds: int = 3) -> None:
+        """Close the gaps that a step has left open by its error, in at most so many rounds."""
+        for _ in range(rounds):
             are_closed = True
             for one in self.touches:
                 if one.on:
@@ -466,7 +466,6 @@ class Group(Gathering):
         for each in self.members:
             each.mode = each.phase
             each.begin()
-            each.first = each.rates
             fades = each.fades_in()
             if 0.0 < fades < INF:
                 h = min(h, 1.01 * fades)
@@ -476,6 +475,10 @@ class Group(Gathering):
             if one.bounces > now:
                 h = min(h, one.bounces - now)
         h = min(max(h, self.least), self.until - now)
+        if any([each.coast(h) for each in self.members]):
+            self.solve(0.0)
+        for each in self.members:
+            each.first = each.rates
         for one in self.touches:
             one.at_start, one.kept, one.first = one.push, one.struck, (one.n, one.t, one.i)
         self.before = self._measure(now)
@@ -491,6 +494,8 @@ class Group(Gathering):
             h = self._locate(h, now)
         self.time = h
         self.halts = h >= self.until - now
+        for each in self.members:
+            each.spend(h)
 
     def states_at(self, t: float) -> list[State]:
         """Play up to a time (s) of the piece, look, and play to its end again."""
