@@ -12,7 +12,7 @@ from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SHORTEST, SOON, is_worn, put, wear_out
 from pool_pymunk.core.persistent.member import Member
 from pool_pymunk.core.persistent.persistence import sides_of
-from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.scale import Scale, scale_of_speed
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.persistent.unseen import CROWD, MOST, Unseen
 from pool_pymunk.core.present import Present
@@ -41,6 +41,14 @@ class Crowds(Unseen):
         # where a ball of a crowd has been for how long: a place (m), since a time (s)
         self.places: dict[int, tuple[float, float, float]] = {}
 
+    def _look_at_speeds(self, present: Present) -> None:
+        """Let the fastest ball tell what is usual, where no friction slows balls."""
+        if present.pull > 0.0:
+            return
+        fastest = max([ball.path.speed for ball in present.balls])
+        self.scale = scale_of_speed(self.scale.tolerance, self.scale.radius, fastest)
+        self.shortest = math.sqrt(self.room / self.scale.pull)
+
     def _crowds(self, present: Present, dues: list[Due]) -> bool:
         """Let a crowd begin in place of hits, if one of their balls has been hit too often."""
         seeds = balls_of(dues)
@@ -61,6 +69,7 @@ class Crowds(Unseen):
         are_crowd = is_crowd(balls, present.now, present.table.slows)
         if not (len(balls) > self._largest(present) or (is_one_worn and are_crowd)):
             return False
+        self._look_at_speeds(present)
         self._begin_crowd(present, self._taken_out(present, balls), self.shortest)
         return True
 

@@ -54,6 +54,7 @@ class Forming(Crowds):
     def _form(self, present: Present, seeds: list[Ball]) -> Cluster:
         """Return the cluster around some balls; its groups have not begun."""
         members = list[Member]()
+        self._look_at_speeds(present)
         touches = self._touches(present, seeds, members)
         cluster = Cluster([], [], [])
         parts = joined(members, touches)

@@ -21,7 +21,7 @@ from pool_pymunk.core.persistent.gatherings import SHORTEST, put
 from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
-from pool_pymunk.core.persistent.scale import Scale
+from pool_pymunk.core.persistent.scale import Scale, scale_of_speed
 from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
@@ -37,7 +37,10 @@ def persistence_of(table: Table, balls: list[Ball], tolerance: float) -> Persist
     if not may_press(table):
         return Persistence()
     least = min([ball.radius for ball in balls])
-    return Groups(Scale(min(tolerance, WIDEST * least), least, table.pull))
+    tolerance = min(tolerance, WIDEST * least)
+    if table.pull == 0.0:
+        return Groups(scale_of_speed(tolerance, least, 0.0))
+    return Groups(Scale(tolerance, least, table.pull))
 
 
 @final

@@ -21,8 +21,9 @@ HUSHED: Final = 1.2  # tolerances in that time
 class Scale:
     """A scale has the tolerance (m) of contacts that persist, and what is small beside it.
 
-    ``pull`` (m/s^2) is the surface's, or 1 if it has none, and ``speed`` (m/s) is usual there. A
-    slip (m/s) that is not larger than ``none`` is none, and it has fallen to 0 by ``faded``. A ball
+    ``pull`` (m/s^2) is the surface's, and ``speed`` (m/s) is usual there. Where the surface has
+    none, a usual speed says what ``pull`` is: one by which a ball of this ``radius`` (m) goes round
+    a place at the distance of its radius (:func:`scale_of_speed`). A slip (m/s) that is not larger than ``none`` is none, and it has fallen to 0 by ``faded``. A ball
     slower than ``creep`` rests, if it was hit often of late. So much of the velocities of a group
     is ``noise``. Slower hits around groups than ``hushed`` (m/s) wait for a moment. The first piece
     that is tried has ``first`` (s), and none is shorter than ``least`` (s). Groups and their
@@ -30,9 +31,9 @@ class Scale:
     """
 
     def __init__(self, tolerance: float, radius: float, pull: float) -> None:
-        pull = pull if pull > 0.0 else 1.0
         speed, time = math.sqrt(pull * radius), math.sqrt(radius / pull)
         self.tolerance = tolerance
+        self.radius = radius
         self.speed = speed
         self.pull = pull
         self.none = NONE * speed
@@ -42,3 +43,16 @@ class Scale:
         self.hushed = HUSHED * tolerance / time
         self.first = FIRST * time
         self.least = LEAST * time
+
+
+def scale_of_speed(tolerance: float, radius: float, speed: float) -> Scale:
+    """Return the scale of a surface without friction; only powers of two are speeds (m/s) there.
+
+    So speeds that differ by rounding have one scale. Where nothing moves, 1 m/s is usual.
+
+    >>> scale_of_speed(1e-7, 0.03, 3.0).speed, scale_of_speed(1e-7, 0.03, 4.1).speed
+    (4.0, 8.0)
+    """
+    _share, exponent = math.frexp(speed if 0.0 < speed < math.inf else 0.5)
+    usual = math.ldexp(1.0, exponent)
+    return Scale(tolerance, radius, usual * usual / radius)
