@@ -30,6 +30,9 @@ FAST_SWEEPS: Final = 120  # while a ball is faster than it gets in a step
 SLOW_SWEEPS: Final = 360
 LEAST: Final = 1e-9  # of the speed that a ball gets in a step; slower ones are none
 SHIFTS: Final = 30  # rounds at most, after each step
+# radii; where balls have sunk in deeper, as a light one that heavy ones squeeze, they get all the
+# rounds that they need
+DEEP: Final = 0.01
 
 
 @final
@@ -133,7 +136,8 @@ class Crowd(Gathering):
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
         if self.slows:
-            self.make_room(1, 1.0)
+            if self.make_room(1, 1.0) > DEEP:
+                self.make_room(LAST_SHIFTS, APART, DEEP)
         else:
             self.make_room(SHIFTS, APART)
         return 0.0

@@ -94,17 +94,20 @@ class Gathering(Company):
         for one in self.touches:
             one.at_start = one.halfway = one.push
 
-    def make_room(self, most: int, times: float) -> None:
+    def make_room(self, most: int, times: float, enough: float = SUNK) -> float:
         """Move balls apart that overlap, one pair after another, in at most so many rounds.
 
-        Each pair is moved by so many times its overlap.
+        Each pair is moved by so many times its overlap. It is ``enough`` if none was deeper (radii)
+        in a round; how deep the deepest was in the last one is returned.
         """
+        deepest = 0.0
         for k in range(most):
             deepest = 0.0
             for one in self.touches:
                 deepest = max(deepest, one.part(times, k >= FIRST_SHIFTS))
-            if deepest <= SUNK:
+            if deepest <= enough:
                 break
+        return deepest
 
     def states_at(self, t: float) -> list[State]:
         """Return the states of the members at a time (s) of the piece."""
