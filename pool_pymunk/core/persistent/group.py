@@ -475,7 +475,9 @@ class Group(Gathering):
             if one.bounces > now:
                 h = min(h, one.bounces - now)
         h = min(max(h, self.least), self.until - now)
-        if any([each.coast(h) for each in self.members]):
+        spares = [each.coast(h) for each in self.members]
+        spares += [one.slacken(h) for one in self.touches if one.mu > 0.0]
+        if any(spares):
             self.solve(0.0)
         for each in self.members:
             each.first = each.rates
@@ -496,6 +498,8 @@ class Group(Gathering):
         self.halts = h >= self.until - now
         for each in self.members:
             each.spend(h)
+        for one in self.touches:
+            one.spend(h)
 
     def states_at(self, t: float) -> list[State]:
         """Play up to a time (s) of the piece, look, and play to its end again."""

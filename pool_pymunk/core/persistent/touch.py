@@ -30,7 +30,8 @@ class Touch:
     roll into a cushion. ``slides`` and ``turns`` have the signs of the slip and of that roll; where
     they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
     without bounces have given to the last ball is ``struck`` (N s). Friction does not act before
-    ``free`` (s), so long that N would have given the ``spared`` impulse (N s). Bounces that go
+    ``free`` (s), so long that N would have given the ``spared`` impulse (N s), or less than it
+    would otherwise, if that is too short for a piece. Bounces that go
     unseen end at ``bounces`` (s). Sides that hit over and over are joined though nothing presses
     them: then the touch ``is_dull``.
 
@@ -263,10 +264,33 @@ class Touch:
         """Let there be no friction until N has given the spared impulse, if that takes a piece."""
         if self.n > 0.0 and self.mu > 0.0 and self.spared > self.n * self.a.scale.least:
             self.free, self.mu = now + self.spared / self.n, 0.0
+            self.spared = 0.0
+
+    def slacken(self, time: float) -> bool:
+        """Let friction in a time (s) be less by what is spared; tell whether that is new.
+
+        What would take less than a piece is spared so, where the sides slip.
+        """
+        was = self.mu
+        if self.free == -INF:
+            self.mu = self.pair.friction
+            if self.spared > 0.0 and self.n > 0.0 and self.slides != 0.0:
+                self.mu *= max(1.0 - self.spared / (self.n * time), LEAST)
+        if self.mu != was:
+            most = self.mu * self.n
+            i = self.i if self.turns == 0.0 else -self.turns * most / GYRATION
+            self.press(self.n, self.t if self.slides == 0.0 else -self.slides * most, i)
+        return self.mu != was
+
+    def spend(self, time: float) -> None:
+        """Count what friction has been spared in a time (s)."""
+        if self.spared > 0.0 and self.pair.friction > 0.0:
+            share = 1.0 - self.mu / self.pair.friction
+            self.spared = max(self.spared - share * self.n * time, 0.0)
 
     def regain_friction(self, now: float) -> None:
         """Let friction act again, if it is time (s)."""
-        if self.free <= now:
+        if -INF < self.free <= now:
             self.free, self.mu = -INF, self.pair.friction
 
     @property
