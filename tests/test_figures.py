@@ -252,10 +252,10 @@ def test_numbers_of_persistent_contacts() -> None:
     assert (unseen.FEW, gatherings.SOON, unseen.GROWTH) == (15, 0.05, 1.3)
     assert "After fifteen hits of a ball, each within 0.05 s of the one before" in page
     assert "by a factor of 1.3 with each hit, a thousandfold at most" in page
-    assert [variant.coarser for variant in FINER] == [1 / 3, 0.1]
-    assert {variant.sure for variant in FINER} == {4.0}
-    assert "at a third and at a tenth of its contact tolerance" in page
-    assert "the figure is four times that" in " ".join(page.split())
+    assert [variant.coarser for variant in FINER] == [0.1, 1e-3]
+    assert {variant.sure for variant in FINER} == {10.0}
+    assert "at a tenth and at a thousandth of its contact tolerance" in page
+    assert "The figure is ten times the largest change of an end" in " ".join(page.split())
 
 
 def test_the_force_that_is_drawn_gives_the_impulse_and_the_ends() -> None:

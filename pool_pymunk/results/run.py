@@ -369,8 +369,8 @@ class Run:
         """Return how far (m) contacts that persist may put the ends off.
 
         It is 0 where no contact persisted, and nan where it is not known: for a run loaded from a
-        file. Otherwise the run is played again at a third and at a tenth of its
-        ``contact_tolerance``. The figure is four times the largest change of an end, at least the
+        file. Otherwise the run is played again at a tenth and at a thousandth of its
+        ``contact_tolerance``. The figure is ten times the largest change of an end, at least the
         tolerance itself, and at most the table's diagonal.
 
         >>> from pool_pymunk import load, simulate
