@@ -185,7 +185,7 @@ def bending(breakpoints: Array, persists: Iterable[Spell], tolerance: float) -> 
 
 
 def pieces(t: Array, persists: Iterable[Spell]) -> NDArray[np.intp]:
-    """Return the places of those breakpoints at times ``t`` (s) that begin pieces of some spells."""
+    """Return which breakpoints, at times ``t`` (s), begin pieces of some spells."""
     found = np.zeros(max(len(t) - 1, 0), bool)
     for since, until in persists:
         found |= (since <= t[:-1]) & (t[:-1] < until)

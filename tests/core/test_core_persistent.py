@@ -11,12 +11,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pool_pymunk import (
     SOLVERS,
     Ball,
     Friction,
+    Physics,
     Restitution,
     Run,
     Scene,
@@ -109,6 +111,68 @@ def test_so_do_bounces_of_a_ball_that_rolls_along_a_rough_arc(e: float, mu: floa
     scene = Scene((ball,), Table.circle(0.5), Restitution(1.0, None, e), rough)
     ends = [ends_of(play(scene, tolerance)) for tolerance in (1e-5, 1e-7, 1e-10)]
     assert farthest(ends[0], ends[2]) < 1e-6 and farthest(ends[1], ends[2]) < 1e-8
+
+
+def grown(run: Run) -> float:
+    """Return by what share of the start energy grows, at, before and between all breakpoints."""
+    moments = np.unique(np.concatenate([rows[:, 0] for rows in run.knots]))
+    spans = np.diff(moments)[:, np.newaxis] * np.array([0.0, 0.3, 0.6])
+    before = np.maximum(np.nextafter(moments, 0.0), 0.0)
+    times = np.unique(np.concatenate([(moments[:-1, np.newaxis] + spans).ravel(), before]))
+    energy = run.energy_at(times)
+    return float((energy - np.minimum.accumulate(energy)).max() / energy[0])
+
+
+def round_table(friction: Friction, e: float, speed: float, tilt: float = 0.0) -> Scene:
+    """Return a ball that meets a round cushion at a small angle, and stays there."""
+    table, start = Table.circle(0.5), (0.15 * speed, 0.9 * speed)
+    table = dataclasses.replace(table, tilt=(0.0, -tilt))
+    ball = Ball("a", (0.9587, 0.5), 0.0213, 0.2, velocity=start)
+    physics = Physics(max_time=1.0 / speed)
+    return Scene((ball,), table, Restitution(0.9, cushion=e), friction, physics)
+
+
+@pytest.mark.parametrize(("tilt", "most"), [(0.0, 1e-10), (0.3, 1e-8)])
+def test_energy_does_not_grow_within_pieces(tilt: float, most: float) -> None:
+    """A piece is no parabola where a wall bends it: by that it would grow by 1e-5."""
+    run = simulate(round_table(Friction(0.0), 0.1, 1.0, tilt), solver="event-driven")
+    assert len(run.knots[0]) > 50
+    assert grown(run) < most
+
+
+def test_energy_does_not_grow_where_bounces_are_left_out() -> None:
+    """They spare rolling resistance, in the time to come and not at once: that would be 2e-6."""
+    run = simulate(follower(0.9), solver="event-driven")
+    assert run.persistent and grown(run) < 1e-12
+
+
+def test_balls_that_stay_in_contact_do_not_overlap_between_breakpoints() -> None:
+    balls = (
+        Ball("A", (0.0, 0.0), R, M, velocity=(1.0, 0.0), roll=1.0),
+        Ball("B", (2.0 * R + 1e-4, 0.01), R, M),
+    )
+    scene = Scene(balls, None, Restitution(0.0), Friction(0.1, 0.1, 0.1, rolling=0.01))
+    run = simulate(scene, solver="event-driven", contact_tolerance=1e-6)
+    [contact] = run.persistent
+    a, b = run.at(np.linspace(contact.since, contact.until, 1001))[0].transpose(1, 0, 2)
+    assert abs(np.hypot(*(b - a).T) - 2.0 * R).max() < 1e-9
+
+
+def test_friction_that_bounces_spare_is_spared_however_short_they_are() -> None:
+    """Otherwise bounces that take less than a piece would move the end by 8e-8 m."""
+    ball = Ball("a", (0.3, 0.3), R, M, velocity=(0.5, -0.4))
+    rough = Friction(0.3, 0.1, 0.0, rolling=0.02)
+    scene = Scene((ball,), Table.rectangle(2.0, 1.0), Restitution(1.0, cushion=0.1), rough)
+    tolerances = 10.0 ** np.arange(-11.0, -5.0)
+    ends = [ends_of(play(scene, tolerance)) for tolerance in tolerances.tolist()]
+    assert max(farthest(each, ends[0]) for each in ends) < 1e-9
+
+
+@pytest.mark.parametrize("speed", [1.0, 100.0, 10_000.0])
+def test_a_fast_ball_on_a_table_without_friction_is_as_exact_as_a_slow_one(speed: float) -> None:
+    scene = round_table(Friction(0.0, 0.1), 0.1, speed)
+    runs = [simulate(scene, solver="event-driven", contact_tolerance=t) for t in (1e-7, 1e-11)]
+    assert largest_distance(*runs) < 1e-9
 
 
 def test_a_lone_hit_comes_again_at_a_share_of_its_speed() -> None:

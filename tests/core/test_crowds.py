@@ -165,6 +165,30 @@ def test_no_ball_that_heavy_ones_squeeze_into_a_corner_leaves_the_table() -> Non
         assert scene.table.contains(x, y)
 
 
+def test_heavy_balls_press_a_light_one_into_nothing() -> None:
+    """In a wedge of seven degrees, between balls of 430 times its mass: it was 13 mm before."""
+    table = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 0.30788245514781865), (0.0, 0.05)))
+    balls = (
+        SceneBall("0", (0.4197815205888584, 0.05314116738651242), 0.047210245573260014,
+                  2.3515492457292173, velocity=(-2.867246920458569, -1.5829879110065144)),
+        SceneBall("1", (1.6751779942136462, 0.14584544222709417), 0.03370542202406761,
+                  0.6485177890496693, velocity=(-1.9639666374414322, -0.4554935327266003)),
+        SceneBall("2", (1.3130721961418952, 0.1608128717606837), 0.04404647336925191,
+                  0.026863445909864708, velocity=(-1.7069803558658183, 1.8661654179019385)),
+        SceneBall("3", (1.1746857149088048, 0.04479015243171658), 0.033181038917149394,
+                  11.625696467950677, velocity=(-3.2389520465812307, -1.6381345125402405)),
+        SceneBall("4", (1.942214210471146, 0.20099642868676482), 0.050533697106955384,
+                  36.34844331006314, velocity=(-1.566155401825632, -1.1182682160742141)),
+    )  # fmt: skip
+    coefficients = Restitution(0.95, cushion=0.3), Friction(0.2, 0.1, 0.05, rolling=0.01)
+    run = simulate(Scene(balls, table, *coefficients, Physics(max_time=1.5)), solver="event-driven")
+    assert [one for one in run.warnings if OVER_AND_OVER in one]
+    places = run.at(np.linspace(0.0, 1.5, 3001))[0]
+    for i, j in itertools.combinations(range(5), 2):
+        apart = np.hypot(*(places[:, i] - places[:, j]).T) - balls[i].radius - balls[j].radius
+        assert apart.min() > -0.02 * min(balls[i].radius, balls[j].radius)
+
+
 def test_a_hard_break_is_no_crowd() -> None:
     run = simulate(load("eight-ball"), solver="event-driven")
     assert not [w for w in run.warnings if OVER_AND_OVER in w]

@@ -462,23 +462,12 @@ class Group(Gathering):
         if self.is_stale:
             self.is_stale, self.system = False, None
             self.solve(0.0)
-        self.began, h = now, self.longest
+        self.began = now
         for each in self.members:
             each.mode = each.phase
             each.begin()
-            fades = each.fades_in()
-            if 0.0 < fades < INF:
-                h = min(h, 1.01 * fades)
-        for one in self.touches:
-            if one.free > now:
-                h = min(h, one.free - now)
-            if one.bounces > now:
-                h = min(h, one.bounces - now)
-        h = min(max(h, self.least), self.until - now)
-        spares = [each.coast(h) for each in self.members]
-        spares += [one.slacken(h) for one in self.touches if one.mu > 0.0]
-        if any(spares):
-            self.solve(0.0)
+        h = self._first_length(now)
+        self._spare(h)
         for each in self.members:
             each.first = each.rates
         for one in self.touches:
@@ -500,6 +489,27 @@ class Group(Gathering):
             each.spend(h)
         for one in self.touches:
             one.spend(h)
+
+    def _first_length(self, now: float) -> float:
+        """Return how long (s) a piece is at first; what fades, or is awaited, ends it."""
+        h = self.longest
+        for each in self.members:
+            fades = each.fades_in()
+            if 0.0 < fades < INF:
+                h = min(h, 1.01 * fades)
+        for one in self.touches:
+            if one.free > now:
+                h = min(h, one.free - now)
+            if one.bounces > now:
+                h = min(h, one.bounces - now)
+        return min(max(h, self.least), self.until - now)
+
+    def _spare(self, h: float) -> None:
+        """Let friction in a piece be less by what bounces that are left out spare of it."""
+        spares = [each.coast(h) for each in self.members]
+        spares += [one.slacken(h) for one in self.touches if one.mu > 0.0]
+        if any(spares):
+            self.solve(0.0)
 
     def states_at(self, t: float) -> list[State]:
         """Play up to a time (s) of the piece, look, and play to its end again."""

@@ -46,10 +46,11 @@ class Member:
     otherwise. A group owns it, and touches push it.
     """
 
-    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "full", "fx", "fy", "gx",
-                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
-                 "place", "pull", "px", "py", "rolls", "scale", "second", "share", "since",
-                 "slows", "spared", "start", "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "full", "fx", "fy",
+                 "gx", "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part",
+                 "phase", "place", "pull", "px", "py", "rolls", "scale", "second", "share",
+                 "since", "slows", "spared", "start", "third", "time", "vx", "vy", "wx", "wy",
+                 "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float

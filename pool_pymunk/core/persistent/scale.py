@@ -23,11 +23,11 @@ class Scale:
 
     ``pull`` (m/s^2) is the surface's, and ``speed`` (m/s) is usual there. Where the surface has
     none, a usual speed says what ``pull`` is: one by which a ball of this ``radius`` (m) goes round
-    a place at the distance of its radius (:func:`scale_of_speed`). A slip (m/s) that is not larger than ``none`` is none, and it has fallen to 0 by ``faded``. A ball
-    slower than ``creep`` rests, if it was hit often of late. So much of the velocities of a group
-    is ``noise``. Slower hits around groups than ``hushed`` (m/s) wait for a moment. The first piece
-    that is tried has ``first`` (s), and none is shorter than ``least`` (s). Groups and their
-    members ask it.
+    a place at the distance of its radius (:func:`scale_of_speed`). A slip (m/s) that is not larger
+    than ``none`` is none, and it has fallen to 0 by ``faded``. A ball slower than ``creep`` rests,
+    if it was hit often of late. So much of the velocities of a group is ``noise``. Slower hits
+    around groups than ``hushed`` (m/s) wait for a moment. The first piece that is tried has
+    ``first`` (s), and none is shorter than ``least`` (s). Groups and their members ask it.
     """
 
     def __init__(self, tolerance: float, radius: float, pull: float) -> None:

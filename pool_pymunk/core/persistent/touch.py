@@ -31,9 +31,9 @@ class Touch:
     they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
     without bounces have given to the last ball is ``struck`` (N s). Friction does not act before
     ``free`` (s), so long that N would have given the ``spared`` impulse (N s), or less than it
-    would otherwise, if that is too short for a piece. Bounces that go
-    unseen end at ``bounces`` (s). Sides that hit over and over are joined though nothing presses
-    them: then the touch ``is_dull``.
+    would otherwise, if that is too short for a piece. Bounces that go unseen end at ``bounces``
+    (s). Sides that hit over and over are joined though nothing presses them: then the touch
+    ``is_dull``.
 
     In a step of a crowd, if no ball had an acceleration, the gap would open by the ``excess``
     (m/s^2) faster than it should, and the slip would be too large by the ``skew``.
