@@ -140,12 +140,6 @@ def test_energy_does_not_grow_within_pieces(tilt: float, most: float) -> None:
     assert grown(run) < most
 
 
-def test_energy_does_not_grow_where_bounces_are_left_out() -> None:
-    """They spare rolling resistance, in the time to come and not at once: that would be 2e-6."""
-    run = simulate(follower(0.9), solver="event-driven")
-    assert run.persistent and grown(run) < 1e-12
-
-
 def test_balls_that_stay_in_contact_do_not_overlap_between_breakpoints() -> None:
     balls = (
         Ball("A", (0.0, 0.0), R, M, velocity=(1.0, 0.0), roll=1.0),

@@ -32,7 +32,7 @@ LEAST: Final = 1e-9  # of the speed that a ball gets in a step; slower ones are 
 SHIFTS: Final = 30  # rounds at most, after each step
 # radii; where balls have sunk in deeper, as a light one that heavy ones squeeze, they get all the
 # rounds that they need
-DEEP: Final = 0.01
+DEEP: Final = 0.03
 
 
 @final

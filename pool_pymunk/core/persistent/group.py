@@ -485,8 +485,6 @@ class Group(Gathering):
             h = self._locate(h, now)
         self.time = h
         self.halts = h >= self.until - now
-        for each in self.members:
-            each.spend(h)
         for one in self.touches:
             one.spend(h)
 
@@ -506,9 +504,7 @@ class Group(Gathering):
 
     def _spare(self, h: float) -> None:
         """Let friction in a piece be less by what bounces that are left out spare of it."""
-        spares = [each.coast(h) for each in self.members]
-        spares += [one.slacken(h) for one in self.touches if one.mu > 0.0]
-        if any(spares):
+        if any([one.slacken(h) for one in self.touches if one.mu > 0.0]):
             self.solve(0.0)
 
     def states_at(self, t: float) -> list[State]:

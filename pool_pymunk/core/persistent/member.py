@@ -41,16 +41,14 @@ class Member:
     Surface friction points against (``hx``, ``hy``), which was (``gx``, ``gy``) at the beginning of
     a piece. The ``phase`` is that of its state, the ``mode`` what friction makes of it: the next
     phase, if the pushes are too strong to hold. Until ``held`` (s) nothing lets it go. A surface of
-    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not. For a
-    time that is ``spared`` (s) rolling resistance is not to act any more, which is ``full`` (m/s^2)
-    otherwise. A group owns it, and touches push it.
+    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not. A
+    group owns it, and touches push it.
     """
 
-    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "full", "fx", "fy",
-                 "gx", "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part",
-                 "phase", "place", "pull", "px", "py", "rolls", "scale", "second", "share",
-                 "since", "slows", "spared", "start", "third", "time", "vx", "vy", "wx", "wy",
-                 "x", "y")  # fmt: skip
+    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
+                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
+                 "place", "pull", "px", "py", "rolls", "scale", "second", "share", "since",
+                 "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -60,8 +58,7 @@ class Member:
         self.place = self.part = 0  # among the members, and among the parts of its group
         self.mass = ball.mass
         self.pull = surface.pull
-        self.drag = self.full = surface.drag
-        self.spared = 0.0
+        self.drag = surface.drag
         self.rolls = surface.rolls
         self.x, self.y, self.vx, self.vy = motion
         self.wx, self.wy = roll
@@ -175,9 +172,8 @@ class Member:
             self.spare_drag(spared)
             if self.vx * self.vx + self.vy * self.vy > self.scale.creep * self.scale.creep:
                 return
-        self.vx = self.vy = self.wx = self.wy = self.spared = 0.0
+        self.vx = self.vy = self.wx = self.wy = 0.0
         self.phase = self.mode = REST
-        self.drag = self.full
 
     def _spared(self) -> float:
         """Return how long (s) a slip u takes to fade, negative once it has turned back.
@@ -190,32 +186,12 @@ class Member:
         return (loss * self.left() + a * x + b * y) / spare if spare > 0.0 else 0.0
 
     def spare_drag(self, time: float) -> None:
-        """Let rolling resistance not act for a time (s) from now on; a negative one is made up for.
-
-        To give its work back at once would let the energy grow for a moment.
-        """
+        """Give a ball that rolls the speed again that rolling resistance takes in a time (s)."""
         speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
-        if self.phase != ROLL:
-            return
-        self.spared += time
-        if self.spared < 0.0 and speed > self.scale.faded:
-            part = max(1.0 + self.full * self.spared / speed, 0.0)
+        if self.phase == ROLL and speed > self.scale.faded:
+            part = 1.0 + self.drag * time / speed
             self.vx, self.vy = part * self.vx, part * self.vy
             self.wx, self.wy = self.vx, self.vy
-        self.spared = max(self.spared, 0.0)
-
-    def coast(self, time: float) -> bool:
-        """Let rolling resistance act in a time (s) for what is not spared; tell if that is new."""
-        was = self.drag
-        spared = self.spared if self.phase == ROLL else 0.0
-        self.drag = self.full * max(1.0 - spared / time, 0.0) if spared > 0.0 else self.full
-        return self.drag != was
-
-    def spend(self, time: float) -> None:
-        """Count how long (s) rolling resistance has been spared in a time (s)."""
-        if self.spared > 0.0:
-            share = 1.0 - self.drag / self.full if self.full > 0.0 else 1.0
-            self.spared = max(self.spared - share * time, 0.0)
 
     # -- rates -------------------------------------------------------------------------------------
 
