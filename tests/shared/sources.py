@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -18,3 +19,22 @@ def trees() -> dict[str, ast.Module]:
         path.relative_to(HOME).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
         for path in sorted(HOME.rglob("*.py"))
     }
+
+
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield a node and all statements in it, which are far fewer than nodes."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.expr):
+            yield from statements(child)
+
+
+@cache
+def definitions() -> tuple[tuple[str, ast.Module | ast.ClassDef | ast.FunctionDef], ...]:
+    """Return every module, class and function of the package, each with the path of its module."""
+    return tuple(
+        (path, node)
+        for path, tree in trees().items()
+        for node in statements(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+    )
