@@ -254,7 +254,7 @@ def test_last_frame_stays_for_a_second(filmed: Path) -> None:
     [
         (replace(SMALL, slow=4.0, start=0.1, end=0.3), 48 + 1, 0.1),
         (replace(SMALL, fps=30.0, end=0.51, pause=0.0), 16 + 1, 0.0),
-        (replace(SMALL, slow=0.5, fps=25.0, start=0.2, end=1.0), 10 + 1, 0.2),
+        (replace(SMALL, slow=0.5, fps=25.0, start=0.2, end=1.0, pause=0.2), 10 + 1, 0.2),
     ],
     ids=["slow", "30 fps", "fast"],
 )
