@@ -248,6 +248,7 @@ def test_a_run_says_which_law_answered() -> None:
 def test_scenes_and_runs_compare_and_can_be_keys() -> None:
     assert {load("report"): 1}[load("report")] == 1
     assert load("report") != REPORT
+
     def played(shot: int = 1, **how: Any) -> Run:
         return simulate(REPORT, shot, **{"max_time": 0.2} | how)
 
@@ -255,7 +256,8 @@ def test_scenes_and_runs_compare_and_can_be_keys() -> None:
     assert run.wall_time != again.wall_time
     assert run == again and hash(run) == hash(again)
     others = (
-        played(2), played(max_time=0.1), played(times=[0.0]), played(dt=1e-3), replace(run, law="x"), replace(run, off=frozenset("1")),
+        played(2), played(max_time=0.1), played(times=[0.0]), played(dt=1e-3),
+        replace(run, law="x"), replace(run, off=frozenset("1")),
         replace(run, knots=(run.knots[0] + 1e-16, *run.knots[1:])), "a run",
     )  # fmt: skip
     assert all(run != other for other in others)
