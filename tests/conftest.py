@@ -155,7 +155,7 @@ def left_out(cases: list[pytest.Function]) -> list[pytest.Function]:
 def pytest_collection_finish() -> None:
     """Leave what was collected alone from now on, and look rarely for what nobody needs."""
     gc.freeze()
-    gc.set_threshold(20_000, 20, 20)
+    gc.set_threshold(100_000, 20, 20)
     gc.enable()
 
 

@@ -392,7 +392,7 @@ def test_tables_say_the_same_in_all_their_forms(what: Any, tmp_path: Path) -> No
             assert value == said or (said is None and (value in ("", -1) or math.isnan(value)))
 
 
-@pytest.mark.parametrize("what", ["start", "end", "energy"])
+@pytest.mark.parametrize("what", ["end", "energy"])
 def test_a_notebook_shows_a_figure_without_a_backend(what: Any) -> None:
     """IPython asks for this picture where no line has chosen a backend of matplotlib."""
     png = simulate(load("two-balls"), max_time=1.0).plot(what)._repr_png_()

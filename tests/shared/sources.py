@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -14,11 +15,18 @@ HOME = Path(pool_pymunk.__file__).parent
 
 @cache
 def trees() -> dict[str, ast.Module]:
-    """Return the syntax tree of every module of the package, by its path there."""
-    return {
+    """Return the syntax tree of every module of the package, by its path there.
+
+    The collector of garbage does not look at all the nodes, which stay.
+    """
+    gc.disable()
+    found = {
         path.relative_to(HOME).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
         for path in sorted(HOME.rglob("*.py"))
     }
+    gc.freeze()
+    gc.enable()
+    return found
 
 
 def statements(node: ast.AST) -> Iterator[ast.AST]:
