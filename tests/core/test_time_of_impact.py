@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
 from typing import Any
 
 import pytest
@@ -167,18 +166,6 @@ def closing_acceleration(offset: Vector, velocity: Vector, acceleration: Vector)
     distance = math.hypot(dx, dy)
     slip = (dx * vy - dy * vx) / distance
     return -(dx * ax + dy * ay + slip * slip) / distance
-
-
-def test_pressing_is_minus_the_second_derivative_of_the_distance() -> None:
-    rnd = random.Random(5)
-    for _ in range(50):
-        p, v, a = ((rnd.uniform(-1, 1), rnd.uniform(-1, 1)) for _ in range(3))
-        with mp.workdps(DIGITS):
-            distance = lambda t, p=p, v=v, a=a: mp.hypot(  # noqa: E731
-                *(mpf(x) + mpf(s) * t + mpf(c) * t * t / 2 for x, s, c in zip(p, v, a, strict=True))
-            )
-            expected = -float(mp.diff(distance, 0, 2))
-        assert closing_acceleration(p, v, a) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
 # -- paths: balls that stop before they meet -------------------------------------------------------
