@@ -432,7 +432,7 @@ def test_a_saved_run_is_the_same_to_the_last_bit(solver: str, tmp_path: Path) ->
 
 def test_runs_of_all_kinds_can_be_saved(tmp_path: Path) -> None:
     runs = (
-        *simulate_all(load("hexagon")),
+        *simulate_all(load("hexagon"), solver="event-driven"),
         simulate(plane(disc("a", 0, 0, 1.0), disc("b", 1, 0))),
         simulate(REPORT, solver="event-driven", max_events=2),
         simulate(load("report"), "Simulation 4"),
