@@ -1,8 +1,8 @@
 """`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
-What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``. So
-have cases of a test that crosses lists of parameters (several ``parametrize``), except as many as
-have each row of each list.
+What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``. Where
+all cases of a test that crosses lists of parameters take long together, it stands there with
+``[...]``, and so many of them are quick as have each row of each list.
 
 Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
 "fixed" three times as many; "random" (`pytest --hypothesis-profile random`) draws twenty times as
@@ -112,7 +112,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     together, for they share fixtures and what they have worked out.
     """
     long = Counter[Path]()
-    crossed = defaultdict[str, list[pytest.Function]](list)
+    crossed = defaultdict[str, list[pytest.Item]](list)
     for item in items:
         is_example = isinstance(item, pytest.DoctestItem)
         name = item.name if is_example else f"{item.path.name}::{item.name}"
@@ -120,8 +120,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.long)
         is_long = any(map(item.get_closest_marker, ("long", "slow")))
         long[item.path] += is_long
-        if isinstance(item, pytest.Function) and not is_long and len(rows_of(item)) > 1:
-            crossed[item.nodeid.partition("[")[0]].append(item)
+        if f"{name.partition('[')[0]}[...]" in LONG and not is_long:
+            crossed[name.partition("[")[0]].append(item)
         for module, library in NEEDED.items() if is_example else ():
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
@@ -131,8 +131,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: -long[item.path])
 
 
-def rows_of(item: pytest.Function) -> set[tuple[int, ...]]:
+def rows_of(item: pytest.Item) -> set[tuple[int, ...]]:
     """Return which row of each of its lists of parameters a case has."""
+    assert isinstance(item, pytest.Function)
     rows = set[tuple[int, ...]]()
     for k, mark in enumerate(item.iter_markers("parametrize")):
         names = mark.args[0].split(",") if isinstance(mark.args[0], str) else mark.args[0]
@@ -140,7 +141,7 @@ def rows_of(item: pytest.Function) -> set[tuple[int, ...]]:
     return rows
 
 
-def left_out(cases: list[pytest.Function]) -> list[pytest.Function]:
+def left_out(cases: list[pytest.Item]) -> list[pytest.Item]:
     """Return the cases without which each row is still in a case, each time with another one."""
     rows = {case: rows_of(case) for case in cases}
     played = Counter[tuple[int, ...]]()

@@ -345,8 +345,7 @@ def test_angles_and_times_have_units() -> None:
     said = [quantity("--angle", text, "angle", Units()) for text in angles]
     assert said == pytest.approx([5, 5, 5, 57.29577951, 0.05729577951])
     times = ("1/240", "1 / 240 s", "0.001", "1ms", "1e-3 s")
-    said = [read.seconds("--dt", text) for text in times]
-    assert said == [1 / 240, 1 / 240, 0.001, 0.001, 0.001]
+    assert [read.seconds("--dt", text) for text in times] == [1 / 240, 1 / 240, 0.001, 0.001, 0.001]
 
 
 def test_help_imports_no_solver_and_nothing_that_draws() -> None:
