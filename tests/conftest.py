@@ -1,6 +1,8 @@
 """`make test` is quick; `make test-all` plays what it leaves out, and random scenes anew.
 
-What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``.
+What takes longer than half a second stands in data/takes_long.txt, and has the mark ``long``. Where
+all cases of a test that crosses lists of parameters take long together, it stands there with
+``[...]``, and so many of them are quick as have each row of each list.
 
 Hypothesis draws its examples by a profile. The default, "quick", draws the same every time, and
 "fixed" three times as many; "random" (`pytest --hypothesis-profile random`) draws twenty times as
@@ -16,7 +18,7 @@ import gc
 import os
 import sys
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Generator
 from importlib.util import find_spec
 from pathlib import Path
@@ -110,23 +112,60 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     together, for they share fixtures and what they have worked out.
     """
     long = Counter[Path]()
+    crossed = defaultdict[str, list[pytest.Item]](list)
     for item in items:
         is_example = isinstance(item, pytest.DoctestItem)
         name = item.name if is_example else f"{item.path.name}::{item.name}"
         if not LONG.isdisjoint((name, name.partition("[")[0])):
             item.add_marker(pytest.mark.long)
-        long[item.path] += any(map(item.get_closest_marker, ("long", "slow")))
+        is_long = any(map(item.get_closest_marker, ("long", "slow")))
+        long[item.path] += is_long
+        if f"{name.partition('[')[0]}[...]" in LONG and not is_long:
+            crossed[name.partition("[")[0]].append(item)
         for module, library in NEEDED.items() if is_example else ():
             if item.name.startswith(module) and find_spec(library) is None:
                 item.add_marker(pytest.mark.skip(reason=f"{library} is not installed"))
+    for cases in crossed.values():
+        for item in left_out(cases):
+            item.add_marker(pytest.mark.long)
     items.sort(key=lambda item: -long[item.path])
+
+
+def rows_of(item: pytest.Item) -> set[tuple[int, ...]]:
+    """Return which row of each of its lists of parameters a case has."""
+    assert isinstance(item, pytest.Function)
+    rows = set[tuple[int, ...]]()
+    for k, mark in enumerate(item.iter_markers("parametrize")):
+        names = mark.args[0].split(",") if isinstance(mark.args[0], str) else mark.args[0]
+        rows.add((k, *(id(item.callspec.params[name.strip()]) for name in names)))
+    return rows
+
+
+def left_out(cases: list[pytest.Item]) -> list[pytest.Item]:
+    """Return the cases without which each row is still in a case, each time with another one."""
+    rows = {case: rows_of(case) for case in cases}
+    played = Counter[tuple[int, ...]]()
+    rest = list(cases)
+    while any(not played[row] for case in rest for row in rows[case]):
+        chosen = min(rest, key=lambda case: sorted(played[row] for row in rows[case]))
+        rest.remove(chosen)
+        played.update(rows[chosen])
+    return rest
 
 
 def pytest_collection_finish() -> None:
     """Leave what was collected alone from now on, and look rarely for what nobody needs."""
     gc.freeze()
-    gc.set_threshold(20_000, 20, 20)
+    gc.set_threshold(100_000, 20, 20)
     gc.enable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Look no more at what a file has worked out for others, such as the trees of all sources."""
+    if nextitem is None or nextitem.path != item.path:
+        gc.collect()
+        gc.freeze()
 
 
 def pytest_runtest_setup() -> None:

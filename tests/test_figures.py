@@ -429,7 +429,7 @@ def test_shots_of_ones_own_are_handed_in_with_exact_ends(tmp_path: Path) -> None
         FilmSettings(size=(320, 180), fps=5.0),
         HOME / "docs" / "figures" / "mine.toml",
     )
-    page = made["hand_in"](tmp_path, small, dt=1e-4, scenario=str(scenario))
+    page = made["hand_in"](tmp_path, small, dt=3e-4, scenario=str(scenario))
     exact = simulate(load(scenario), solver="event-driven")
     for row in ends(tmp_path):
         end = exact.final[row["ball"]]

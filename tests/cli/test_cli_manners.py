@@ -340,16 +340,12 @@ def test_the_example_of_a_command_can_be_read(command: str) -> None:
     commands().commands[command].make_context(command, shlex.split(COMMANDS[command]))
 
 
-def test_angles_have_units() -> None:
-    typed = ("5", "5 deg", "5°", "1rad", "1 mrad")
-    said = [quantity("--angle", text, "angle", Units()) for text in typed]
+def test_angles_and_times_have_units() -> None:
+    angles = ("5", "5 deg", "5°", "1rad", "1 mrad")
+    said = [quantity("--angle", text, "angle", Units()) for text in angles]
     assert said == pytest.approx([5, 5, 5, 57.29577951, 0.05729577951])
-
-
-def test_times_have_units() -> None:
-    typed = ("1/240", "1 / 240 s", "0.001", "1ms", "1e-3 s")
-    said = [read.seconds("--dt", text) for text in typed]
-    assert said == [1 / 240, 1 / 240, 0.001, 0.001, 0.001]
+    times = ("1/240", "1 / 240 s", "0.001", "1ms", "1e-3 s")
+    assert [read.seconds("--dt", text) for text in times] == [1 / 240, 1 / 240, 0.001, 0.001, 0.001]
 
 
 def test_help_imports_no_solver_and_nothing_that_draws() -> None:

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -142,20 +143,19 @@ class Counted(HitByHit):
         return super().cushion(v, restitution, friction)
 
 
-SQUEEZES = [
-    (ratio, e, e_cushion, mu, beside)
-    for ratio in (10.0, 1e2, 5e2)
-    for e, e_cushion in ((0.0, 0.5), (0.5, 0.5), (0.8, 0.8), (0.8, 1.0), (0.9, 0.0))
-    for mu, beside in ((0.0, 0.0), (0.0, 1e-3), (0.1, 0.0), (0.1, 1e-3), (0.02, 1e-2))
-]
+RATIOS = 10.0, 1e2, 5e2  # of masses
+LOSSES = (0.0, 0.5), (0.5, 0.5), (0.8, 0.8), (0.8, 1.0), (0.9, 0.0)  # e of balls, of the cushion
+SLIPS = (0.0, 0.0), (0.0, 1e-3), (0.1, 0.0), (0.1, 1e-3), (0.02, 1e-2)  # mu, how far beside
 
 
-@pytest.mark.parametrize("squeeze", SQUEEZES, ids=str)
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("losses", LOSSES)
+@pytest.mark.parametrize("slips", SLIPS)
 def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
-    squeeze: tuple[float, float, float, float, float],
+    ratio: float, losses: tuple[float, float], slips: tuple[float, float]
 ) -> None:
     """Hit by hit, until nothing but rounding closes; and by leaps over cycles of hits."""
-    scene = squeezed(*squeeze)
+    scene = squeezed(ratio, *losses, *slips)
     limit, played = exact(scene), exact(scene, law=HitByHit())
     assert COLLAPSE not in played.policies  # All hits have been played.
     assert limit.status == played.status == "settled"
@@ -165,9 +165,9 @@ def test_the_limit_of_hits_without_end_is_what_playing_them_comes_to(
 def test_some_squeezes_have_no_end_and_some_have() -> None:
     """Else the test above shows nothing. A warning tells of all hits, and the law answers some."""
     leapt = []
-    for squeeze in SQUEEZES:
+    for ratio, losses, slips in product(RATIOS, LOSSES, SLIPS):
         law = Counted()
-        run = exact(squeezed(*squeeze), law=law)
+        run = exact(squeezed(ratio, *losses, *slips), law=law)
         said = re.findall(r"at one instant ([0-9,]+) more", " ".join(map(str, run.warnings)))
         leapt.append(sum(int(hits.replace(",", "")) for hits in said) - law.answered)
     assert sum(count > 1000 for count in leapt) >= 15

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -14,22 +13,17 @@ import numpy as np
 import pytest
 
 from pool_pymunk import (
-    Ball,
-    Friction,
     Physics,
-    Restitution,
     Run,
     Scene,
     SceneError,
-    Table,
     simulate,
 )
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
-from tests import DATA
 from tests.oracle.press_reference import PressRun, press_run
 from tests.oracle.reference import Refused
 from tests.shared.hard_scenes import unmeasured
-from tests.shared.press_scenes import amplification, farthest, press_scene
+from tests.shared.press_scenes import ON_FILE, amplification, farthest, press_scene
 from tests.shared.scenes import seeds
 
 FAR = 1e-7  # m, times the amplification
@@ -96,20 +90,10 @@ def test_random_scenes_end_where_the_reference_has_them() -> None:
     assert not far and not beyond, (far, beyond)
 
 
-def scenes_on_file() -> list[Any]:
-    return [pytest.param(r, id=r["name"]) for r in json.loads((DATA / "press.json").read_text())]
-
-
-@pytest.mark.parametrize("record", scenes_on_file())
-def test_ends_by_tiny_time_steps(record: dict[str, Any]) -> None:
-    scene = Scene(
-        tuple(Ball(**ball) for ball in record["balls"]),
-        record["table"] and Table(**record["table"]),
-        Restitution(**record["restitution"]),
-        Friction(**record["friction"]),
-    )
+@pytest.mark.parametrize(("scene", "ends"), ON_FILE.values(), ids=ON_FILE)
+def test_ends_by_tiny_time_steps(scene: Scene, ends: list[complex]) -> None:
     run = unmeasured(scene)
-    assert farthest(ends_of(run), [complex(*place) for place in record["final"]]) < 1e-6
+    assert farthest(ends_of(run), ends) < 1e-6
     assert len(run.events) <= 400
 
 

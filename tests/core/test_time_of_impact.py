@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
 from typing import Any
 
 import pytest
@@ -169,18 +168,6 @@ def closing_acceleration(offset: Vector, velocity: Vector, acceleration: Vector)
     return -(dx * ax + dy * ay + slip * slip) / distance
 
 
-def test_pressing_is_minus_the_second_derivative_of_the_distance() -> None:
-    rnd = random.Random(5)
-    for _ in range(50):
-        p, v, a = ((rnd.uniform(-1, 1), rnd.uniform(-1, 1)) for _ in range(3))
-        with mp.workdps(DIGITS):
-            distance = lambda t, p=p, v=v, a=a: mp.hypot(  # noqa: E731
-                *(mpf(x) + mpf(s) * t + mpf(c) * t * t / 2 for x, s, c in zip(p, v, a, strict=True))
-            )
-            expected = -float(mp.diff(distance, 0, 2))
-        assert closing_acceleration(p, v, a) == pytest.approx(expected, rel=1e-9, abs=1e-12)
-
-
 # -- paths: balls that stop before they meet -------------------------------------------------------
 
 
@@ -240,17 +227,14 @@ def test_a_ball_that_touches_a_cushion_and_slides_along_it_does_not_hit_it() -> 
     assert FLOOR.time_of_contact(flying(0.5, R, 1.0, 1.0), R, 0.0) == math.inf
 
 
-@pytest.mark.parametrize("above", [-1e-17, 0.0, 1e-17, 7e-18])
+@pytest.mark.parametrize("above", [-1e-12, -1e-17, 0.0, 7e-18, 1e-17, 1e-12])
 def test_a_ball_that_slides_along_a_cushion_goes_past_its_end(above: float) -> None:
-    """The path is tangent to rounding: a hit at the corner would turn the ball by 1e-8."""
-    assert CORNER.time_of_contact(flying(0.3, R + above, 1.0, 0.0), R, 0.0) == math.inf
+    """The path is tangent to rounding: a hit at the corner would turn the ball by 1e-8.
 
-
-@pytest.mark.parametrize(("above", "hits"), [(-1e-12, True), (1e-12, False)])
-def test_a_corner_is_grazed_or_missed_to_a_millionth_of_a_micrometre(
-    above: float, hits: bool
-) -> None:
-    assert (CORNER.time_of_contact(flying(0.3, R + above, 1.0, 0.0), R, 0.0) < math.inf) == hits
+    A corner is grazed, or missed, to a millionth of a micrometre.
+    """
+    met = CORNER.time_of_contact(flying(0.3, R + above, 1.0, 0.0), R, 0.0) < math.inf
+    assert met == (above == -1e-12)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.5, 1.5))

@@ -220,21 +220,28 @@ def test_it_leaves_balls_alone_that_part(law: Law, a: NT, b: NT, pair: Pair) -> 
     assert law.ball_ball(a, b, pair) == (a, b)
 
 
-def test_coulomb_by_hand() -> None:
-    """For m_a = 3, m_b = 1, e = 0.5, closing 4 m/s: J_n = 1.5 * 0.75 * 4 = 4.5 N s.
+# For m_a = 3, m_b = 1, e = 0.5, closing 4 m/s: J_n = 1.5 * 0.75 * 4 = 4.5 N s, and A goes on with
+# 2.5, B with 4.5 m/s. These are the law, mu, what A and B have along the contact, before and after.
+BY_HAND = [
+    # 1.5 N s would end the slip of 2 m/s; mu J_n = 0.9 N s is less, so it slips on.
+    ("coulomb", 0.2, (2.0, 0.0), (1.7, 0.9)),
+    ("coulomb", 10.0, (2.0, 0.0), (1.5, 1.5)),
+    # A has 2 - 0.2 * 1.5 = 1.7 m/s. B is pushed with the slip and has 1 + 0.2 * (-4.5) = 0.1 m/s.
+    ("published", 0.2, (2.0, 1.0), (1.7, 0.1)),
+    # A would lose 0.3 m/s: it changes sign, so it gets 0. B was at rest, so it is not clamped.
+    ("published", 0.2, (0.1, 0.0), (0.0, -0.9)),
+    # B is pushed by 0.9 m/s, past zero: it gets 0.
+    ("published", 0.2, (2.0, 0.5), (1.7, 0.0)),
+]
 
-    A slip of 2 m/s needs 0.75 * 2 = 1.5 N s to end; mu J_n = 0.9 N s is less, so it slips on.
-    """
-    after = coulomb(NT(4.0, 2.0), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15, abs=0.0)
-    assert after[1] == pytest.approx((4.5, 0.9), rel=1e-15, abs=0.0)
 
-
-def test_coulomb_by_hand_where_the_slip_ends() -> None:
-    """As above, but with mu = 10: 1.5 N s end the slip, and both balls go on with 1.5 m/s."""
-    after = coulomb(NT(4.0, 2.0), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 10.0))
-    assert after[0] == pytest.approx((2.5, 1.5), rel=1e-15, abs=0.0)
-    assert after[1] == pytest.approx((4.5, 1.5), rel=1e-15, abs=0.0)
+@pytest.mark.parametrize(("law", "mu", "before", "after"), BY_HAND)
+def test_by_hand(
+    law: str, mu: float, before: tuple[float, float], after: tuple[float, float]
+) -> None:
+    a, b = LAWS[law].ball_ball(NT(4.0, before[0]), NT(0.0, before[1]), Pair(3.0, 1.0, 0.5, mu))
+    assert a == pytest.approx((2.5, after[0]), rel=1e-15, abs=0.0)
+    assert b == pytest.approx((4.5, after[1]), rel=1e-14, abs=0.0)  # 1 - 0.9 loses a digit.
 
 
 # -- weakening -------------------------------------------------------------------------------------
@@ -296,31 +303,6 @@ def test_weakening_takes_less_than_coulomb(
 
 
 # -- published, and its defects -------------------------------------------------------------------
-
-
-def test_published_by_hand() -> None:
-    """For m_a = 3, m_b = 1, e = 0.5, closing 4 m/s: A goes on with 2.5, B with 4.5 m/s.
-
-    A has 2 - 0.2 * 1.5 = 1.7 m/s. B is pushed with the slip and has 1 + 0.2 * (-4.5) = 0.1 m/s.
-    """
-    after = published(NT(4.0, 2.0), NT(0.0, 1.0), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15, abs=0.0)
-    assert after[1] == pytest.approx((4.5, 0.1), rel=1e-14, abs=0.0)  # 1 - 0.9 loses a digit.
-
-
-def test_published_by_hand_where_the_clamp_acts() -> None:
-    """A at 0.1 m/s would lose 0.2 * 1.5 = 0.3 m/s: it changes sign, so it gets 0."""
-    after = published(NT(4.0, 0.1), NT(0.0, 0.0), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 0.0), rel=1e-15, abs=0.0)
-    # It was at rest, so it is not clamped.
-    assert after[1] == pytest.approx((4.5, -0.9), rel=1e-15, abs=0.0)
-
-
-def test_published_by_hand_where_the_clamp_acts_on_b() -> None:
-    """B at 0.5 m/s is pushed by 0.2 * 4.5 = 0.9 m/s, past zero: it gets 0."""
-    after = published(NT(4.0, 2.0), NT(0.0, 0.5), Pair(3.0, 1.0, 0.5, 0.2))
-    assert after[0] == pytest.approx((2.5, 1.7), rel=1e-15, abs=0.0)
-    assert after[1] == pytest.approx((4.5, 0.0), rel=1e-15, abs=0.0)
 
 
 @given(hit=hits())

@@ -14,7 +14,7 @@ from tests.large.batches import shots_of, wrong
 from tests.shared.core_scenes import BUNDLED, SHORT, bundled_shot, case_of, names
 from tests.shared.scenes import BASE_SEED, seeds, share_of
 
-HANDFUL, QUICK, MANY = 25, 4, 2_000
+HANDFUL, QUICK, MANY = 25, 2, 2_000
 # Many runs tell their figures, and take seconds.
 MANY_RUNS = ("lattice", "rack", "patches", "goes on", "star that rolls")
 

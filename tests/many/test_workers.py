@@ -131,13 +131,13 @@ def test_a_law_that_workers_cannot_read_is_played_here() -> None:
 
 def test_studies_have_the_same_numbers(two: Workers) -> None:
     scene, errors = load("report"), Uncertainty(1e-4)
-    one, other = (sensitivity(scene, 1, errors, 150, 1, each) for each in (None, two))
+    one, other = (sensitivity(scene, 1, errors, 90, 1, each) for each in (None, two))
     for name in ("ends", "left", "same_contacts"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    maps = [atlas(scene, 1, size=(20, 15), workers=each) for each in (None, two)]
+    maps = [atlas(scene, 1, size=(10, 9), workers=each) for each in (None, two)]
     assert maps[0].end.tobytes() == maps[1].end.tobytes()
     found = [
-        find(scene, 1, lambda b: b.hits > 3, tries=600, samples=100, best=1, workers=each)
+        find(scene, 1, lambda b: b.hits > 3, tries=600, samples=50, best=1, workers=each)
         for each in (None, two)
     ]
     assert found[0][0].share == found[1][0].share

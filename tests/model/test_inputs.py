@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -203,14 +203,17 @@ STUDIES: dict[str, tuple[Callable[[Scene, str, Path], None], dict[str, str]]] = 
 }  # fmt: skip
 
 
-SOME_SLOW = [pytest.param(each, marks=[pytest.mark.slow] * (each == "find")) for each in STUDIES]
+def some_slow() -> Iterator[Any]:
+    """Yield each study with each input; a fit and a sweep of a few inputs are quick."""
+    for study in STUDIES:
+        for k, (name, on) in enumerate(CASES):
+            is_slow = study == "find" or (study in ("fit", "sweep") and k % 4 > 0)
+            marks, how = [pytest.mark.slow] * is_slow, "-rolls" * (on is ROLLS)
+            yield pytest.param(study, name, on, marks=marks, id=f"{study}-{name}{how}")
 
 
 @needs
-@pytest.mark.parametrize(
-    ("name", "table"), CASES, ids=[f"{name}{'-rolls' * (on is ROLLS)}" for name, on in CASES]
-)
-@pytest.mark.parametrize("study", SOME_SLOW)
+@pytest.mark.parametrize(("study", "name", "table"), [*some_slow()])
 def test_every_study_takes_every_input_or_says_why_not(
     study: str, name: str, table: Scene, tmp_path: Path
 ) -> None:

@@ -18,7 +18,7 @@ from pool_pymunk import load, loads
 from pool_pymunk.model import Scene, SceneError
 from pool_pymunk.model.problems import LARGEST, SMALLEST
 from pool_pymunk.model.scenario import bundled
-from tests.shared.scenes import lines_run
+from tests.shared.scenes import lines_run, some_slow
 from tests.shared.texts import text_of as scenario_text
 
 FILE = "fuzz.toml"
@@ -168,16 +168,17 @@ def test_scenarios_of_junk(raw: dict[str, Any]) -> None:
     answer(text_of(raw))
 
 
-@pytest.mark.parametrize("value", EXTREMES, ids=[str(v)[:12] for v in EXTREMES])
-def test_every_number_at_every_extreme(value: float) -> None:
-    """Each key of the format takes each extreme, or says why not, one by one."""
-    for *path, last in PLACES:
-        raw = copy.deepcopy(SCENARIO)
-        inner: Any = raw
-        for part in path:
-            inner = inner[part]
-        inner[last] = value
-        answer(text_of(raw))
+@pytest.mark.parametrize("first", some_slow(5, quick=1))
+def test_every_number_at_every_extreme(first: int) -> None:
+    """Each key of the format takes each extreme, or says why not, one by one: a fifth at a time."""
+    for k, (*path, last) in enumerate(PLACES):
+        for value in EXTREMES[(first + k) % 5 :: 5]:
+            raw = copy.deepcopy(SCENARIO)
+            inner: Any = raw
+            for part in path:
+                inner = inner[part]
+            inner[last] = value
+            answer(text_of(raw))
 
 
 @settings(max_examples=2 * settings().max_examples)

@@ -27,6 +27,7 @@ from tests import DATA
 from tests.oracle import press_reference
 from tests.oracle.press_reference import PressRun, press_run
 from tests.oracle.reference import Refused, scene_from_dict
+from tests.shared.press_scenes import ON_FILE, farthest
 from tests.shared.scenes import seeds, takes_long
 
 pytestmark = pytest.mark.slow  # No change of the engine reaches the reference.
@@ -258,61 +259,27 @@ def test_a_ball_leaves_a_post_at_once() -> None:
 
 # -- scenes whose ends were found by tiny time steps and by closed forms ---------------------------
 
-ALONG_A_CUSHION = Scene(
-    (ball(0, (0.5, 0.3), (0.9571, -0.6168), 1.0), ball(1, (1.04, R))),
-    Table.rectangle(6, 2),
-    Restitution(0.1, cushion=0.0),
-    Friction(0.2, 0.1, rolling=0.03),
-)
-STADIUM = Scene(
-    (ball(0, (1.2, 0.2), (0.9701, -0.0302), 1.0),),
-    Table.stadium(2, 1),
-    DEAD,
-    Friction(0.2, 0.2, rolling=0.01),
-)
-OFF_CENTRE = Scene(
-    (
-        ball(0, (0.0, 0.0), (0.808, 0.0), 1.0),
-        ball(1, (0.0672, 0.002)),
-        ball(2, (0.1254, 0.001)),
-    ),
-    None,
-    DEAD,
-    Friction(0.2, rolling=0.08),
-)
-FROM_STEPS = [
-    (ALONG_A_CUSHION, (1.2808359987348807 + 0.0286j, 1.3380359987348807 + 0.0286j)),
-    (STADIUM, (1.7234635828264415 + 0.9150686535413005j,)),
-    (
-        OFF_CENTRE,
-        (
-            0.07427550656703723 - 0.006741678154546018j,
-            0.12923277639277964 + 0.009118286955773266j,
-            0.18561891120055501 - 0.0004964830071213603j,
-        ),
-    ),
-]
+SOME_ON_FILE = [
+    pytest.param(*ON_FILE[name], id=name)
+    for name in (
+        "along a cushion into a ball that touches it", "ball in a stadium, e 0 mu 0.2",
+        "a ball into two, off centre, e 0",
+    )
+]  # fmt: skip
 
 
 @takes_long
-@pytest.mark.parametrize(("scene", "ends"), FROM_STEPS, ids=["cushion", "stadium", "off centre"])
-def test_ends_of_tiny_time_steps(scene: Scene, ends: tuple[complex, ...]) -> None:
-    run = press_run(scene)
-    assert max(abs(a - b) for a, b in zip(run.final, ends, strict=True)) < 1e-6
-    assert not grows(run)
-    assert run.strongest
-
-
-@takes_long
-@pytest.mark.parametrize("scene", [scene for scene, _ in FROM_STEPS])
-def test_shorter_steps_leave_ends_where_they_are(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("scene", "ends"), SOME_ON_FILE)
+def test_ends_are_those_of_tiny_time_steps_and_shorter_ones_leave_them(
+    scene: Scene, ends: list[complex], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = press_run(scene)
+    assert farthest(run.final, ends) < 1e-6
+    assert not grows(run)
+    assert run.strongest
     monkeypatch.setattr(press_reference, "STEP", 0.005)
     monkeypatch.setattr(press_reference, "ERROR", 3e-15)
-    finer = press_run(scene)
-    assert max(abs(a - b) for a, b in zip(run.final, finer.final, strict=True)) < 1e-11
+    assert farthest(run.final, press_run(scene).final) < 1e-11
 
 
 @takes_long
@@ -360,7 +327,7 @@ def test_discs_that_press_on_each_other(record: dict[str, Any]) -> None:
     """These answers come from the reference in ninety digits."""
     run = press_run(scene_from_dict(record["scene"]))
     ends = [complex(float(x), float(y)) for x, y in record["final"]]
-    assert max(abs(a - b) for a, b in zip(run.final, ends, strict=True)) < 1e-10
+    assert farthest(run.final, ends) < 1e-10
 
 
 @pytest.mark.parametrize("record", records("rolling", "coulomb plane", "coulomb hexagon"))
@@ -373,7 +340,7 @@ def test_balls_that_roll_and_never_press(record: dict[str, Any]) -> None:
         return
     run = press_run(scene)
     ends = [complex(float(x), float(y)) for x, y in record["run"]["final"]]
-    assert max(abs(a - b) for a, b in zip(run.final, ends, strict=True)) < 1e-9
+    assert farthest(run.final, ends) < 1e-9
 
 
 # -- what is refused -------------------------------------------------------------------------------

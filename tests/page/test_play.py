@@ -108,10 +108,11 @@ def test_the_next_shot_goes_on_from_the_end_of_the_one_before() -> None:
     first = simulate(scene, 1, solver="event-driven")
     assert first.off
     end = first.end
-    asked = question(scene, position=end.position, velocity=end.velocity, off=sorted(end.off))
+    state = {"position": end.position, "velocity": end.velocity, "off": sorted(end.off)}
+    asked = question(scene, solver="event-driven", **state)
     asked["ball"] = next(ball.id for ball in scene.balls if ball.id not in end.off)
     shown = answered(scene, "shot", asked)[1]["shots"][0]["runs"][0]
-    assert_same(shown, simulated(scene, asked))
+    assert_same(shown, simulated(scene, asked, solver="event-driven"))
     assert [scene.balls[i].id for i in shown["off"]] == [
         ball.id for ball in scene.balls if ball.id in end.off
     ]

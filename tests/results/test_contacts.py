@@ -219,7 +219,7 @@ def test_sums_on_bundled_scenes(name: str) -> None:
 def test_sums_of_solvers_with_steps(solver: str, within: float) -> None:
     """A step of pymunk-discrete answers contacts, and then it has its friction."""
     for name in ("report", "carrom", "stadium"):
-        run = simulate(load(name), 1, solver=solver, dt=1e-4, max_time=2.0)
+        run = simulate(load(name), 1, solver=solver, dt=1e-4, max_time=1.0)
         assert_momentum_adds_up(run, within)
         assert_energy_adds_up(run, within)
 

@@ -7,6 +7,8 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
+from typing import Any
 
 import pymunk
 import pytest
@@ -80,27 +82,18 @@ def test_the_end_of_the_block_is_the_last_place_to_hear_of_it() -> None:
         wait()
 
 
-def test_a_block_that_must_not_be_split_comes_to_its_end() -> None:
+@pytest.mark.parametrize("within", [nullcontext, uninterrupted])
+def test_a_block_that_must_not_be_split_comes_to_its_end(within: Any) -> None:
+    """A block within such a block does not end it."""
     done = []
     with pytest.raises(KeyboardInterrupt), patient_interrupts():
         with uninterrupted():
-            ctrl_c()
-            simulate(load("report"), "Simulation 3", solver="time-slice", dt=1e-5)
-            done.append("all of it")
-        raise_pending()
-        done.append("more")
-    assert done == ["all of it"]
-
-
-def test_a_block_within_such_a_block_does_not_end_it() -> None:
-    done = []
-    with pytest.raises(KeyboardInterrupt), patient_interrupts():
-        with uninterrupted():
-            with uninterrupted():
+            with within():
                 ctrl_c()
             simulate(load("report"), "Simulation 3", solver="time-slice", dt=1e-5)
             done.append("all of it")
         raise_pending()
+        done.append("more")
     assert done == ["all of it"]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import json
 import math
 import random
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from itertools import pairwise
 
 from pool_pymunk import Ball, Friction, Restitution, Scene, State, Table
 from pool_pymunk.model import Point
+from tests import DATA
 from tests.oracle.press_reference import press_run
 from tests.oracle.reference import Refused
 
@@ -22,6 +24,19 @@ TABLES = {
     "arc": (Table.stadium(1.6, 0.8), Table.circle(0.5)),
 }
 NUDGE = 1e-6  # m and m/s
+# Scenes whose ends were found by tiny time steps and by closed forms.
+ON_FILE = {
+    record["name"]: (
+        Scene(
+            tuple(Ball(**ball) for ball in record["balls"]),
+            record["table"] and Table(**record["table"]),
+            Restitution(**record["restitution"]),
+            Friction(**record["friction"]),
+        ),
+        [complex(*place) for place in record["final"]],
+    )
+    for record in json.loads((DATA / "press.json").read_text())
+}
 
 
 def press_scene(seed: int, kind: str | None = None) -> Scene:

@@ -287,7 +287,7 @@ def test_a_ball_held_along_a_cushion_crosses_a_border() -> None:
 # -- an independent reference ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", some_slow(60, quick=8))
+@pytest.mark.parametrize("seed", some_slow(60, quick=5))
 def test_random_scenes_end_where_the_reference_ends(seed: int) -> None:
     scene = random_scene(seed)
     run = played(scene)
@@ -375,7 +375,7 @@ def coarse_scene(seed: int) -> Scene:
 # -- derivatives -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", seeds(30))
+@pytest.mark.parametrize("seed", some_slow(30, quick=12))
 def test_derivatives_go_through_borders(seed: int) -> None:
     scene, h = random_scene(seed), 1e-6
     names = ["x.0", "y.0", "vx.0", "vy.0", "friction.surface", "restitution.cushion"]

@@ -346,7 +346,7 @@ def test_a_step_that_is_longer_than_a_radius_is_warned_of_once(solver: str) -> N
 @pytest.mark.parametrize("solver", ["event-driven", "pymunk", "time-slice", "pymunk-discrete"])
 def test_a_run_that_is_cut_is_the_beginning_of_the_whole_one(solver: str) -> None:
     how: dict[str, Any] = {"solver": solver}
-    how |= {} if solver == "event-driven" else {"dt": 1e-3}
+    how |= {} if solver == "event-driven" else {"dt": 1 / 240}
     whole = simulate(load("report"), 2, **how)
     count = len(whole.events)
     assert whole.status == "settled" and count > 6

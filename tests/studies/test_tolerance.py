@@ -216,7 +216,7 @@ TABLES = ("rectangle", "hexagon", "L", "open plane")
 
 
 @pytest.mark.seeded
-@pytest.mark.parametrize("seed", some_slow(20, quick=8))
+@pytest.mark.parametrize("seed", some_slow(20, quick=5))
 def test_swept_contacts_are_within_a_micrometre(seed: int) -> None:
     scene = random_scene(seed, TABLES[seed % 4], speed=(0.5, 3.0))
     [(run, choice)] = simulate_within(scene, [None], 1e-6)

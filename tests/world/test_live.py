@@ -33,7 +33,7 @@ from tests.shared.worlds import STEP, A, ball, fence, plane
 
 LENGTHS = 1 / 60, 1 / 37  # s; the steps
 LATEST, MOST = 5.0, 400  # s, and events of a run
-QUICK, LONG = 20, 500  # random scenes
+QUICK, LONG = 10, 500  # random scenes
 
 
 def said(run: Run) -> dict[str, Any]:

@@ -41,7 +41,7 @@ LENGTHS = 1 / 60, 1 / 240, SECONDS  # s; the steps
 ROUNDING = 1e-12  # m and s
 BLURRED = 1e-3  # m and s; where rounding moves ends by more, they tell nothing
 OFTEN = 9  # hits of the same two are usual; more of them collapse, or jam a ball
-QUICK, LONG = 4, 500  # random scenes
+QUICK, LONG = 2, 500  # random scenes
 
 
 class Frame(NamedTuple):
