@@ -29,7 +29,7 @@ run: $(VENV)/program-installed
 
 # Compiled files stand beside their sources, and the one that they share at the top.
 build: $(VENV)/packages
-	@echo "The core is compiled, which takes one to three minutes."
+	@echo "The core is compiled, which takes one or two minutes."
 	@env -u POOL_PYMUNK_PURE $(BIN)/python hatch_build.py
 
 # Nothing but the optional parts may need the optional libraries: these tests, and the examples of all
@@ -152,7 +152,7 @@ $(VENV)/packages: pyproject.toml hatch_build.py
 
 # Without a compiler the core is plain Python.
 $(VENV)/installed: $(VENV)/packages
-	@echo "The core is compiled if it is not yet, which takes one to three minutes."
+	@echo "The core is compiled if it is not yet, which takes one or two minutes."
 	-test "$$POOL_PYMUNK_PURE" = 1 || $(BIN)/python hatch_build.py
 	touch $(VENV)/program-installed $@
 

@@ -102,7 +102,7 @@ def amplification(scene: Scene, ends: Sequence[complex], nudges: int = 3) -> flo
     for _ in range(nudges):
         try:
             other = press_run(scene, nudged(start, rng)).final
-        except Refused:
+        except (Refused, ArithmeticError):  # It takes steps that are too long for this one.
             continue
         found = max(found, farthest(other, ends) / NUDGE)
     return found

@@ -88,6 +88,8 @@ class Gatherings(Persistence):
             self._rest(present, member)
             return
         x, y, vx, vy, wx, wy = member.state
+        if member.stays:  # It is where it came to rest, whatever gaps were closed since.
+            x, y = ball.path.place(present.now)
         present.begin(ball, (x, y), (vx, vy), (wx, wy), self.scale.noise)
         put(self.loose, ball)
 
