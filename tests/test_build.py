@@ -240,6 +240,12 @@ def test_a_small_core_is_compiled_and_runs(root: Path) -> None:
         assert ran.stdout == f"{pure == '1'} 4.0\n"
 
 
+def test_what_is_compiled_apart_is_there() -> None:
+    """A room or file of another name would become a part of the one file, in silence."""
+    known = {part for path in (ROOT / CORE).rglob("*.py") for part in (path.stem, path.parent.name)}
+    assert known >= hatch_build.APART
+
+
 @compiles
 @pytest.mark.long
 @pytest.mark.parametrize("broken", ["type", "compiler"])
