@@ -442,7 +442,7 @@ class Engine(Present):
         """Return when (s) a predicted hit is due, or infinity if its sides are in contact."""
         persistence = self.persistence
         if hit.t > self.now and hit.a.group is None and not persistence.is_hushed:
-            return hit.t  # as mostly
+            return hit.t  # Mostly nothing is in contact.
         t = persistence.allows(self, hit)
         return INF if t <= self.now and self.rubs(hit) else t
 

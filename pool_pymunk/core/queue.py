@@ -43,7 +43,7 @@ class Due:
         # The numbers of its balls' paths, which are quicker to compare than the paths themselves.
         self.path_of_a: i64 = a.paths
         self.path_of_b: i64 = a.paths if b is None else b.paths
-        self.before: Due | None = None  # The queue has kept that before this one.
+        self.before: Due | None = None  # what the queue has kept before this one
 
     def serve_again(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> None:
         """Be what is due some other time."""

@@ -22,7 +22,7 @@ def free_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
 
 
 def bent_motions(breakpoints: Array, times: Array) -> tuple[Array, Array]:
-    """Do so where accelerations change: ``breakpoints`` (..., 9) have their rates (m/s^3), too."""
+    """Return the same where ``breakpoints`` (..., 9) have rates of accelerations (m/s^3), too."""
     position, velocity = free_motions(breakpoints, times)
     time = (times - breakpoints[..., 0])[..., np.newaxis]
     rate = breakpoints[..., 7:9]

@@ -52,8 +52,7 @@ def _meeting(a: Path, b: Path, touching: float, since: float, until: float, nois
     if rester.end > until or rester.end == INF or mover.end <= since or not rester.slows:
         return INF
     if mover.slows:
-        t = _one_moves(mover, rester, touching)
-        return t if since <= t <= until else INF
+        return _meeting_of_rester(a, b, touching, since, until)
     x, y = rester.place(rester.end)
     at_rest = standing(rester.end, x, y)
     since = max(since, rester.end)

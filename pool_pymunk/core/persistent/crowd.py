@@ -30,8 +30,8 @@ FAST_SWEEPS: Final = 120  # while a ball is faster than it gets in a step
 SLOW_SWEEPS: Final = 360
 LEAST: Final = 1e-9  # of the speed that a ball gets in a step; slower ones are none
 SHIFTS: Final = 30  # rounds at most, after each step
-# radii; where balls have sunk in deeper, as a light one that heavy ones squeeze, they get all the
-# rounds that they need
+# radii, a free choice; where balls overlap by more, as a light one that heavy ones press, they are
+# moved apart in as many rounds as that takes
 DEEP: Final = 0.03
 
 

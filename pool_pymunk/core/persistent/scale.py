@@ -46,9 +46,10 @@ class Scale:
 
 
 def scale_of_speed(tolerance: float, radius: float, speed: float) -> Scale:
-    """Return the scale of a surface without friction; only powers of two are speeds (m/s) there.
+    """Return the scale of a surface without friction, where balls are as fast as this (m/s).
 
-    So speeds that differ by rounding have one scale. Where nothing moves, 1 m/s is usual.
+    The speed is rounded up to a power of two, so that rounding does not change the scale. Where
+    nothing moves, 1 m/s is usual.
 
     >>> scale_of_speed(1e-7, 0.03, 3.0).speed, scale_of_speed(1e-7, 0.03, 4.1).speed
     (4.0, 8.0)

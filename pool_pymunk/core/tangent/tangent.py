@@ -158,7 +158,7 @@ class Tangent:
         return self.errors is None and self._shares_with(k, 1, step, a, b)
 
     def _shares_with(self, k: int, stride: int, step: Step, a: Track, b: Track) -> bool:
-        """Tell whether it has so with one before (-1), or after it (1)."""
+        """Tell whether it shares a ball with one of its time, before it (-1) or after it (1)."""
         is_exact, n = self.errors is not None, k + stride
         while 0 <= n < len(self.steps):
             other = self.steps[n]
