@@ -89,7 +89,7 @@ class Start:
     """
 
     def __init__(self, ball: Ball) -> None:
-        self.ball = ball
+        self.ball: Final = ball
         self.path: Path = ball.path
         self.x = self.y = INF
         self.velocity: Vector = NO_ROLL
@@ -152,10 +152,10 @@ class Tally(Recorder):
     def __init__(
         self, starts: list[Start], watched: int, listener: Recorder, beside: Beside | None
     ) -> None:
-        self.beside = beside
-        self.starts = starts
-        self.watched = watched
-        self.listener = listener
+        self.beside: Final = beside
+        self.starts: Final = starts
+        self.watched: Final = watched
+        self.listener: Final = listener
         self.begin()
 
     def begin(self) -> None:
@@ -269,11 +269,12 @@ class Shots:
     """
 
     def __init__(self, table: Table, balls: list[Ball], law: Law, floor: Floor) -> None:
-        self.table = table
-        self.balls = balls
-        self.floor = floor
-        self.starts = [Start(ball) for ball in balls]
-        self.engine = Engine(table, balls, law, Recorder(), persistence_of(table, balls, 1e-7))
+        self.table: Final = table
+        self.balls: Final = balls
+        self.floor: Final = floor
+        self.starts: Final = [Start(ball) for ball in balls]
+        persistence = persistence_of(table, balls, 1e-7)
+        self.engine: Final = Engine(table, balls, law, Recorder(), persistence)
         self.coefficients: Coefficients | None = None
         self.beside: Beside | None = None
         self.follower: Follower | None = None

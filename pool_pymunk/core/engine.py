@@ -28,6 +28,7 @@ from pool_pymunk.core.present import Present, is_among, is_new
 from pool_pymunk.core.queue import BORDER, HIT, LOOK, PIECE, STOP, Due, Queue, hit_at, key_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
+from pool_pymunk.core.walls.middle import Middle
 from pool_pymunk.core.walls.moving import MovingWall
 from pool_pymunk.core.walls.side import OVERLAP
 from pool_pymunk.core.walls.wall import Pocket, Wall
@@ -71,12 +72,13 @@ class Engine(Present):
         persistence: Persistence,
     ) -> None:  # fmt: skip
         super().__init__(table, balls, law, recorder)
-        self.queue = Queue()
-        self.instant = Instant()
+        self.queue: Final = Queue()
+        self.instant: Final = Instant(self.queue)
         self.persistence = persistence
         self.cushions: list[Wall] = []  # all walls but pockets; some of them are movers
         self.movers: list[MovingWall] = []
         self.pockets: list[Pocket] = []
+        self.middle = Middle([])
         self.chooses = False  # Some balls go through others, by their bits.
         self.answered: i64 = 0  # so many things that were due
         self.predictions: i64 = 0
@@ -97,6 +99,7 @@ class Engine(Present):
                 self.cushions.append(wall)
             if isinstance(wall, MovingWall):
                 self.movers.append(wall)
+        self.middle = Middle(self.table.walls)
 
     def start_anew(self, recorder: Recorder) -> None:
         """Forget the run before; the balls are on the first paths of another one, which begins."""
@@ -375,6 +378,8 @@ class Engine(Present):
     def _meet_walls(self, ball: Ball) -> float:
         """Predict which walls and pockets a ball meets; return when (s) it meets the first one."""
         path, r, now, first = ball.path, ball.radius, self.now, INF
+        if self.middle.holds(path, r):
+            return first
         if not ball.is_in_crowd:
             for wall in self.cushions:
                 face = wall.face

@@ -19,7 +19,7 @@ class Near:
     """Near finds the balls whose boxes overlap that of a ball; this one looks through all."""
 
     def __init__(self, balls: list[Ball]) -> None:
-        self.balls = balls
+        self.balls: Final = balls
         self.ahead = INF  # m; the length of a path that is looked at
         if len(balls) >= FEW:
             xs, ys = [ball.path.x for ball in balls], [ball.path.y for ball in balls]

@@ -34,12 +34,12 @@ class Present:
 
     def __init__(self, table: Table, balls: list[Ball], law: Law, recorder: Recorder) -> None:
         self.table = table
-        self.balls = balls
-        self.law = law
+        self.balls: Final = balls
+        self.law: Final = law
         self.recorder = recorder
         self.errors = Errors()
         self.near = Near(balls)
-        self.squeezes = Squeezes()
+        self.squeezes: Final = Squeezes()
         self.pull = table.pull
         self.now = 0.0
         self.is_finite = True

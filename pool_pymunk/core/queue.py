@@ -19,12 +19,16 @@ STOP: Final = 2  # A path ends.
 LOOK: Final = 3  # The path of a ball was looked at until here.
 HIT: Final = 4  # Two balls meet, or a ball and a wall.
 
-# A shorter queue is not searched for what is void.
+# A shorter rest is not searched for what is void.
 SHORT: Final = 32
-# A queue begins with so many that are never due. So its list is never empty, and keeps its memory.
+# A line begins with so many that are never due. So it is never empty, and keeps its memory.
 NEVER: Final = 32
+# This share of the mean time that is left is soon. With half or twice of it breaks take 3 % longer.
+SOON: Final = 0.5
+# A longer line is cut, and what is due later becomes part of the rest.
+LONG: Final = NEVER + 24
 # It keeps so many that are over: compiled code cannot free a long chain of what is acyclic.
-KEPT: Final = 16
+KEPT: Final = 500
 
 
 @final
@@ -111,22 +115,31 @@ def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
 
 @final
 class Queue:
-    """A queue is a list of what is due, the earliest last; the engine owns it.
+    """A queue has a line of what is due soon, the earliest last, and the rest as it came.
 
-    Some of what is over or void is kept, and serves again.
+    Mostly a new path makes what is due later void before it is due, so that it is never sorted. The
+    engine owns the queue. What is over or void is kept, and serves again.
     """
 
     def __init__(self) -> None:
         self.kept: Due | None = None  # the last one, which knows the one before
         self.count: i64 = 0  # so many are kept
         nobody = Ball(-1, 0.0, 0.0, standing(0.0, 0.0, 0.0))
-        self.line = [Due(INF, LOOK, nobody, None, None)] * NEVER
-        self.full = NEVER + SHORT
+        self.line: Final = [Due(INF, LOOK, nobody, None, None)] * NEVER
+        self.rest: Final = list[Due]()  # Only the first ones count, so that it keeps its memory.
+        self.others: i64 = 0  # so many count
+        self.soon = INF  # s; what is due by then is in the line
+        self.full = SHORT  # The rest is searched for what is void once it is longer.
 
     def clear(self) -> None:
         """Forget all that is due."""
         while len(self.line) > NEVER:
             self.keep(self.line.pop())
+        for k in range(self.others):
+            self.keep(self.rest[k])
+        self.others = 0
+        self.soon = INF
+        self.full = SHORT
 
     def keep(self, due: Due) -> None:
         """Keep what is due no more, and what nobody else knows."""
@@ -150,7 +163,19 @@ class Queue:
         self.push(self.due(t, kind, ball, None, None))
 
     def push(self, due: Due) -> None:
-        """Put in what is due, before all that comes before it or is due at the same time."""
+        """Put in what is due."""
+        if due.t <= self.soon:
+            self._line_up(due)
+            if len(self.line) > LONG:
+                self._cut()
+            return
+        self._put_off(due)
+        if self.others > self.full:
+            self._leave_out_void()
+            self.full = max(SHORT, 2 * self.others)
+
+    def _line_up(self, due: Due) -> None:
+        """Put in what is due soon, before all that comes before it or is due at the same time."""
         line = self.line
         low: i64 = NEVER
         high: i64 = len(line)
@@ -161,11 +186,27 @@ class Queue:
             else:
                 high = middle
         line.insert(low, due)
-        if len(line) > self.full:
-            self._leave_out_void()
+
+    def _put_off(self, due: Due) -> None:
+        """Let something be the last one of the rest."""
+        if self.others < len(self.rest):
+            self.rest[self.others] = due
+        else:
+            self.rest.append(due)
+        self.others += 1
+
+    def _cut(self) -> None:
+        """Put off the later half of the line, in the order in which it came."""
+        line, middle = self.line, (NEVER + LONG) // 2
+        self.soon = line[middle].t
+        while middle > NEVER and line[middle - 1].t == self.soon:
+            middle -= 1
+        for k in range(middle - 1, NEVER - 1, -1):
+            self._put_off(line[k])
+        del line[NEVER:middle]
 
     def pop(self) -> Due:
-        """Take out what is due first."""
+        """Take out what is due first; its time was asked for."""
         return self.line.pop()
 
     def upcoming(self) -> float:
@@ -175,10 +216,34 @@ class Queue:
         while due.is_void:
             self.keep(line.pop())
             due = line[-1]
+        if due.t == INF and self.others > 0:
+            self._look_further()
+            return line[-1].t
         return due.t
 
-    def _leave_out_void(self) -> None:
-        """Leave out what is void; then the queue may double its length."""
-        never, line = self.line[:NEVER], self.line[NEVER:]
-        self.line = never + [due for due in line if not due.is_void]
-        self.full = max(NEVER + SHORT, 2 * len(self.line) - NEVER)
+    def _look_further(self) -> None:
+        """Let the line have the first of the rest, which are not void."""
+        first, mean = INF, self._leave_out_void()
+        for k in range(self.others):
+            first = min(first, self.rest[k].t)
+        are_few = self.others <= LONG - NEVER
+        self.soon = INF if are_few else max(first, first + SOON * (mean - first))
+        count, self.others = self.others, 0
+        for k in range(count):
+            due = self.rest[k]
+            if due.t <= self.soon:
+                self._line_up(due)
+            else:
+                self._put_off(due)
+
+    def _leave_out_void(self) -> float:
+        """Leave out what is void of the rest, and return the mean time (s) of what is left."""
+        count, self.others, total = self.others, 0, 0.0
+        for k in range(count):
+            due = self.rest[k]
+            if due.is_void:
+                self.keep(due)
+            else:
+                total += due.t
+                self._put_off(due)
+        return total / float(self.others) if self.others > 0 else INF

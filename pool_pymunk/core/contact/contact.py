@@ -54,7 +54,7 @@ class Disc:
     """
 
     def __init__(self, ball: Ball, x: float, y: float, vx: float, vy: float) -> None:
-        self.ball = ball
+        self.ball: Final = ball
         self.x, self.y = x, y
         self.vx, self.vy = vx, vy
         self.before_x, self.before_y = vx, vy
@@ -100,9 +100,9 @@ class Contact:
     def __init__(
         self, a: Disc, b: Disc | None, wall: Wall | None, nx: float, ny: float, pair: Pair
     ) -> None:
-        self.a = a
-        self.b = b
-        self.wall = wall
+        self.a: Final = a
+        self.b: Final = b
+        self.wall: Final = wall
         self.nx, self.ny = nx, ny
         self.pair = pair
         self.px, self.py = a.x, a.y

@@ -25,7 +25,7 @@ from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.times import EPSILON, INF
 from pool_pymunk.core.persistent.persistence import Persistence
 from pool_pymunk.core.present import Present, is_new
-from pool_pymunk.core.queue import Due
+from pool_pymunk.core.queue import Due, Queue
 from pool_pymunk.core.walls.wall import Pocket
 
 # After this many rounds of contacts at one instant, what touches is looked at once. With 1 or 6,
@@ -46,7 +46,8 @@ class Instant:
     and which pairs have ``missed`` each other: it predicts anew what they meet.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, queue: Queue) -> None:
+        self.queue: Final = queue
         self.began = -INF
         self.rounds: i64 = 0
         self.is_special = False
@@ -71,6 +72,7 @@ class Instant:
         """Begin another instant now (s) with a lone hit; mostly the one before was one, too."""
         self.began, self.rounds = now, 1
         if len(self.met) == 1:
+            self.queue.keep(self.met[0])
             self.met[0] = due
         else:
             self.met = [due]

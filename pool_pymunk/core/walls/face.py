@@ -7,7 +7,7 @@ from typing import final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, time_to_return, unit
-from pool_pymunk.core.walls.side import BEFORE, GRAZING, OVERLAP, Side
+from pool_pymunk.core.walls.side import BEFORE, GRAZING, OVERLAP, Box, Side
 
 
 @final
@@ -32,6 +32,14 @@ class Face(Side):
         self.tangent = tangent
         self.outward = outward
         self.length = length
+
+    @property
+    def extent(self) -> Box:
+        (x, y), (tx, ty), core = self.start, self.tangent, self.core
+        end_x, end_y = x + self.length * tx, y + self.length * ty
+        return (
+            min(x, end_x) - core, min(y, end_y) - core, max(x, end_x) + core, max(y, end_y) + core
+        )  # fmt: skip
 
     def gap(self, x: float, y: float, r: float) -> float:
         x0, y0 = self.start

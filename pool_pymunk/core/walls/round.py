@@ -7,7 +7,7 @@ from typing import final
 
 from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import EPSILON, INF, Vector, unit
-from pool_pymunk.core.walls.side import Side, is_tangent, room_in_sector
+from pool_pymunk.core.walls.side import Box, Side, is_tangent, room_in_sector
 
 AROUND: Vector = (0.0, 0.0)  # stands for the first and the last direction of a whole circle
 
@@ -28,6 +28,12 @@ class Curved(Side):
         self.first = first
         self.last = last
         self.facing = facing
+
+    @property
+    def extent(self) -> Box:
+        """A box (m) around the whole circle."""
+        (x, y), r = self.center, self.radius
+        return x - r, y - r, x + r, y + r
 
     def reach(self, r: float) -> float:
         """Return how far (m) from the centre a ball of radius ``r`` touches the side."""

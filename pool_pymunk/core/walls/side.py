@@ -19,6 +19,8 @@ GRAZING: Final = 1e-12
 # A ball sets off along a circle if a smaller share of its acceleration points across. This is far
 # above the rounding of directions, 1e-15, and so are half and twice of it.
 ALONG: Final = 1e-9
+Box = tuple[float, float, float, float]  # the least x and y (m), and the largest ones
+EVERYWHERE: Box = (-INF, -INF, INF, INF)
 BEFORE: Final = 2e-8  # radii; a ball that runs along a side passes to the next one so much before
 
 
@@ -34,6 +36,11 @@ class Side:
 
     def __init__(self, core: float = 0.0) -> None:
         self.core = core
+
+    @property
+    def extent(self) -> Box:
+        """A box (m) around the surface of the side: a side of a user's own may be anywhere."""
+        return EVERYWHERE
 
     def time_of_contact(self, path: Path, r: float, now: float) -> float:
         """Return when (s), not before now, a ball of radius ``r`` meets the side, or infinity."""

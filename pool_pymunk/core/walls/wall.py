@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 from mypy_extensions import i64, mypyc_attr
 
@@ -33,7 +33,7 @@ class Wall:
         self, sides: list[Side], restitution: float, friction: float, number: int, kick: float = 0.0
     ) -> None:
         self.sides = sides
-        self.only: Side | None = sides[0] if len(sides) == 1 else None
+        self.only: Final[Side | None] = sides[0] if len(sides) == 1 else None
         self.face: Face | None = None
         self.restitution = restitution
         self.friction = friction
