@@ -20,6 +20,7 @@ from pool_pymunk.core.motion.path import Motion, Path
 from pool_pymunk.core.motion.surface import NO_ROLL, Rolling, Sliding, Surface
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.near import FEW
+from pool_pymunk.core.numbers import BytesWriter, read_f64_le, write_f64_le, write_i64_le
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table
@@ -30,54 +31,55 @@ from pool_pymunk.core.walls.wall import Pocket, Wall
 CANNOT_START: Final = 4  # The other endings are those of the engine.
 SUNK: Final = 1e-2  # of a radius; balls that overlap by less may start
 NOBODY: Final = -1  # stands for no ball, and for no pocket
+EIGHT: Final = 8  # bytes of a number
 
 
 @final
 class Given:
     """Some shots are given by what differs from shot to shot.
 
-    Those of the balls are ``changing`` that do not begin all shots alike. ``starts`` are lists of
-    places (m), velocities and, if balls roll, rolls (m/s). Each has x and y of all balls in the
-    first shot, and of the changing ones in all others, unless they are those of the first shot. NaN
-    as a velocity: the ball is off the table. ``coefficients`` and ``masses`` (kg) are those of all
-    shots, or none if these do not differ.
+    Those of the balls are ``changing`` that do not begin all shots alike. The rest are the bytes of
+    arrays. ``starts`` are places (m), velocities and, if balls roll, rolls (m/s). Each has x and y
+    of all balls in the first shot, and of the changing ones in all others, unless they are those of
+    the first shot. NaN as a velocity: the ball is off the table. ``coefficients`` and ``masses``
+    (kg) are those of all shots, or none if these do not differ.
     """
 
     def __init__(
-        self, changing: list[int], starts: list[list[float]], coefficients: list[float],
-        masses: list[float],
-    ) -> None:  # fmt: skip
-        self.changing = changing
-        self.places, self.velocities = starts[0], starts[1]
-        self.rolls = starts[2] if len(starts) > 2 else list[float]()
-        self.coefficients = coefficients
-        self.masses = masses
-        self.next = 0  # the next of the places, velocities and rolls
+        self, changing: list[int], starts: list[bytes], coefficients: bytes, masses: bytes
+    ) -> None:
+        self.changing: Final = changing
+        self.places: Final = starts[0]
+        self.velocities: Final = starts[1]
+        self.rolls: Final = starts[2] if len(starts) > 2 else b""
+        self.coefficients: Final = coefficients
+        self.masses: Final = masses
+        self.next: i64 = 0  # where the next of the places, velocities and rolls begin
 
 
 @final
 class Ends:
     """This is what has become of some shots, one after the other.
 
-    ``counts`` has five numbers of each shot: how many events, hits and cushions there were, the
-    first ball that the watched one hit (counted from 1; 0 for none), and how many balls have moved.
-    These are ``moved``, and lie at ``places``, x and y (m). ``durations`` are in s. Shots that did
-    not settle have ``endings``, which follow their numbers, and in those of ``doubts`` contacts had
-    no known order. In those of ``guesses`` something else had no exact answer, such as a slip of
-    zero. ``met`` and ``pocketed`` name balls by numbers that go on from shot to shot: those that
-    the watched ball has met, and those that are pocketed, which their pockets follow.
+    ``counts`` has four numbers of each shot: how many events, hits and cushions there were, and the
+    first ball that the watched one hit, or -1. ``durations`` are in s. Shots that did not settle
+    have ``endings``, which follow their numbers, and in those of ``doubts`` contacts had no known
+    order. In those of ``guesses`` something else had no exact answer, such as a slip of zero. Balls
+    have numbers that go on from shot to shot: those that have ``moved``, which lie at ``places``, x
+    and y (m), those that the watched ball has ``met``, and those that are ``pocketed``, which their
+    pockets follow.
     """
 
-    def __init__(self, shots: int) -> None:
-        self.counts = [0] * (5 * shots)
-        self.durations = [0.0] * shots
-        self.endings: list[int] = []
-        self.doubts: list[int] = []
-        self.guesses: list[int] = []
-        self.moved: list[int] = []
-        self.places: list[float] = []
-        self.met: list[int] = []
-        self.pocketed: list[int] = []
+    def __init__(self) -> None:
+        self.counts: Final = BytesWriter()
+        self.durations: Final = BytesWriter()
+        self.endings: Final = BytesWriter()
+        self.doubts: Final = BytesWriter()
+        self.guesses: Final = BytesWriter()
+        self.moved: Final = BytesWriter()
+        self.places: Final = BytesWriter()
+        self.met: Final = BytesWriter()
+        self.pocketed: Final = BytesWriter()
 
 
 @final
@@ -99,24 +101,24 @@ class Start:
         self.is_new = True
         self.is_over = True
         self.is_met = False
-        self.pocket = NOBODY
+        self.pocket: i64 = NOBODY
 
     def read(self, given: Given) -> None:
         """Read place, velocity and roll, as far as they differ from those before."""
         places, velocities, rolls, k = given.places, given.velocities, given.rolls, given.next
-        given.next = k + 2
+        given.next = k + 2 * EIGHT
         if k < len(places):
-            x, y = places[k], places[k + 1]
+            x, y = read_f64_le(places, k), read_f64_le(places, k + EIGHT)
             self.is_new = self.is_new or x != self.x or y != self.y
             self.x, self.y = x, y
         if k < len(velocities):
-            vx, vy = velocities[k], velocities[k + 1]
+            vx, vy = read_f64_le(velocities, k), read_f64_le(velocities, k + EIGHT)
             is_off = vx != vx
             self.is_new = self.is_new or is_off != self.is_off
             self.is_off = is_off
             self.velocity = NO_ROLL if is_off else (vx, vy)
         if k < len(rolls):
-            self.roll = (rolls[k], rolls[k + 1])
+            self.roll = read_f64_le(rolls, k), read_f64_le(rolls, k + EIGHT)
 
     def lay(self, table: Table) -> None:
         """Find the first path of the ball on a table."""
@@ -160,8 +162,9 @@ class Tally(Recorder):
 
     def begin(self) -> None:
         """Forget the shot before."""
-        self.hits = self.cushions = 0
-        self.first_hit = NOBODY
+        self.hits: i64 = 0
+        self.cushions: i64 = 0
+        self.first_hit: i64 = NOBODY
         self.duration = 0.0
         self.is_in_doubt = self.is_guessed = False
 
@@ -228,15 +231,18 @@ class Coefficients:
         self.rub = rub
         self.own = own
 
-    def put(self, rows: list[float], k: int) -> bool:
+    def put(self, rows: bytes, k: i64) -> bool:
         """Put the coefficients of shot ``k`` on the table; tell whether its surface is another one.
 
         The seven are the restitutions of two balls, with the cue ball, and of cushions, the
         deceleration (m/s^2) of sliding, the frictions of cushions and of two balls, and that of
         rolling.
         """
-        e, cue, cushion, pull, rubbing, mu, drag = rows[7 * k : 7 * k + 7]
-        table = self.table
+        at, table = 7 * EIGHT * k, self.table
+        e, cue = read_f64_le(rows, at), read_f64_le(rows, at + EIGHT)
+        cushion, pull = read_f64_le(rows, at + 2 * EIGHT), read_f64_le(rows, at + 3 * EIGHT)
+        rubbing, mu = read_f64_le(rows, at + 4 * EIGHT), read_f64_le(rows, at + 5 * EIGHT)
+        drag = read_f64_le(rows, at + 6 * EIGHT)
         table.restitution, table.cue_restitution, table.friction = e, cue, mu
         for wall in self.bounce:
             wall.restitution = cushion
@@ -300,7 +306,7 @@ class Shots:
                 gc.enable()
 
     def _play_all(self, count: int, given: Given, tally: Tally) -> Ends:
-        engine, ends = self.engine, Ends(count)
+        engine, ends = self.engine, Ends()
         engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
         self.changing = [self.starts[number] for number in given.changing]
         for k in range(count):
@@ -325,7 +331,11 @@ class Shots:
 
     def _skip(self, ends: Ends, k: i64) -> None:
         """Leave out shot ``k``, which cannot start."""
-        ends.endings += [k, CANNOT_START]
+        write_i64_le(ends.endings, k)
+        write_i64_le(ends.endings, CANNOT_START)
+        for number in (0, 0, 0, NOBODY):
+            write_i64_le(ends.counts, number)
+        write_f64_le(ends.durations, 0.0)
         for start in self.starts:
             start.begin()
             start.is_over = True
@@ -337,7 +347,7 @@ class Shots:
 
     # -- before a shot -----------------------------------------------------------------------------
 
-    def _read(self, given: Given, k: int) -> None:
+    def _read(self, given: Given, k: i64) -> None:
         """Read how shot ``k`` begins, and find out whether its balls may lie where they are."""
         is_other, is_moved = self._put_numbers(given, k), False
         for start in self.starts if k == 0 else self.changing:
@@ -360,13 +370,13 @@ class Shots:
                 if start.is_off and start.ball.is_fresh:
                     self.engine.remove(start.ball, (start.x, start.y))
 
-    def _put_numbers(self, given: Given, k: int) -> bool:
+    def _put_numbers(self, given: Given, k: i64) -> bool:
         """Put the coefficients and masses of shot ``k``; tell whether all paths are others."""
         if len(given.masses) > 0:
-            at = k * len(self.balls)
+            at = EIGHT * k * len(self.balls)
             for ball in self.balls:
-                ball.mass = given.masses[at]
-                at += 1
+                ball.mass = read_f64_le(given.masses, at)
+                at += EIGHT
         if self.coefficients is None or not self.coefficients.put(given.coefficients, k):
             return False
         self.engine.persistence = persistence_of(self.table, self.balls, self.tolerance)
@@ -404,41 +414,39 @@ class Shots:
         if ending != SETTLED:
             end = engine.now
             engine.persistence.persisted(engine)
-            ends.endings += [k, ending]
+            write_i64_le(ends.endings, k)
+            write_i64_le(ends.endings, ending)
         if tally.is_in_doubt:
-            ends.doubts.append(k)
+            write_i64_le(ends.doubts, k)
         if tally.is_guessed:
-            ends.guesses.append(k)
-        ends.durations[k] = end
+            write_i64_le(ends.guesses, k)
+        write_f64_le(ends.durations, end)
         if self.beside is not None:
             self.beside.end(end)
-        before, first = len(ends.moved), k * len(self.balls)
+        number = k * len(self.starts)
         for start in self.starts:
             if start.is_touched:
                 start.is_over = True
-                self._write_ball(ends, first, start, end)
-        counts, at = ends.counts, 5 * k
-        counts[at] = min(engine.events, engine.most_events)
-        counts[at + 1] = tally.hits
-        counts[at + 2] = tally.cushions
-        counts[at + 3] = tally.first_hit + 1
-        counts[at + 4] = len(ends.moved) - before
+                self._write_ball(ends, number, start, end)
+            number += 1
+        write_i64_le(ends.counts, min(engine.events, engine.most_events))
+        write_i64_le(ends.counts, tally.hits)
+        write_i64_le(ends.counts, tally.cushions)
+        write_i64_le(ends.counts, tally.first_hit)
 
-    def _write_ball(self, ends: Ends, first: int, start: Start, end: float) -> None:
-        """Write down what has become of a ball by the end (s) of a shot.
-
-        The first ball of the shot has the number ``first`` among the balls of all shots.
-        """
+    def _write_ball(self, ends: Ends, number: i64, start: Start, end: float) -> None:
+        """Write down what has become of a ball, of this number, by the end (s) of a shot."""
         ball = start.ball
         if start.is_met:
-            ends.met.append(first + ball.number)
+            write_i64_le(ends.met, number)
         if start.is_off:
             return
         if start.pocket != NOBODY:
-            ends.pocketed += [first + ball.number, start.pocket]
+            write_i64_le(ends.pocketed, number)
+            write_i64_le(ends.pocketed, start.pocket)
         x, y = ball.path.place(end)
         if ball.path.end > end and ball.group is not None:
             (x, y, _vx, _vy), _roll = self.engine.motion_of(ball)
-        ends.moved.append(ball.number)
-        ends.places.append(x)
-        ends.places.append(y)
+        write_i64_le(ends.moved, number)
+        write_f64_le(ends.places, x)
+        write_f64_le(ends.places, y)

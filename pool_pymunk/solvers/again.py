@@ -100,6 +100,7 @@ class Again(NamedTuple):
         # The names of solvers import no engine.
         from pool_pymunk.core.batch import Given
         from pool_pymunk.solvers.by_core import ENDINGS, errors_of, shots_of
+        from pool_pymunk.solvers.from_core import floats_in, ints_in
 
         scene, count = self.scene, len(self.scene.balls)
         shots = shots_of(scene, self.settings._replace(variant=variants[0]))
@@ -109,10 +110,12 @@ class Again(NamedTuple):
         columns += [] if self.start.roll is None else [[each.roll or () for each in starts]]
         places, velocities, *rolls = (np.array(each, float) for each in columns)
         velocities[:, [scene.index[id_] for id_ in self.start.off]] = np.nan
-        listed = [each.ravel().tolist() for each in (places, velocities, *rolls)]
-        ends = shots.play(len(variants), Given([*range(count)], listed, [], []), Waking())
-        many = np.repeat(np.arange(len(variants)) * count, ends.counts[4::5])
-        places.reshape(-1, 2)[many + np.array(ends.moved, int)] = np.reshape(ends.places, (-1, 2))
-        statuses = dict(zip(ends.endings[::2], ends.endings[1::2], strict=True))
-        for k, (duration, its) in enumerate(zip(ends.durations, places.tolist(), strict=True)):
+        listed = [each.tobytes() for each in (places, velocities, *rolls)]
+        given = Given([*range(count)], listed, b"", b"")
+        ends = shots.play(len(variants), given, Waking())
+        places.reshape(-1, 2)[ints_in(ends.moved)] = floats_in(ends.places).reshape(-1, 2)
+        which, endings = ints_in(ends.endings).reshape(-1, 2).T
+        statuses = dict(zip(which.tolist(), endings.tolist(), strict=True))
+        durations = floats_in(ends.durations).tolist()
+        for k, (duration, its) in enumerate(zip(durations, places.tolist(), strict=True)):
             yield End(ENDINGS[statuses.get(k, 0)], duration, its)

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from typing import final
 
+from mypy_extensions import i64
+
 from pool_pymunk.core.engine import Engine
+from pool_pymunk.core.numbers import BytesWriter, write_f64_le, write_i64_le
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import Course, End
 from pool_pymunk.core.tangent.inputs import Inputs
@@ -22,7 +25,8 @@ class Follower:
     The balls that have ``changed`` have numbers that go on from shot to shot. Each has new ``rows``
     (2, P): how its x, and its y, changes by the inputs; nan stands for what is not there. Shots
     that cannot start are ``missing``. If it has columns of ``errors``, ``roundings`` tell how far
-    (m) rounding may have moved the ends of each shot; nan is what they do not tell.
+    (m) rounding may have moved the ends of each shot; nan is what they do not tell. These four are
+    the bytes of arrays.
     """
 
     def __init__(self, corners: list[Corner], inputs: Inputs) -> None:
@@ -40,10 +44,10 @@ class Follower:
         """
         self.counts, self.places, self.values = counts, places, values
         self.shot = self.entry = 0  # the next ones
-        self.changed: list[int] = []
-        self.rows: list[float] = []
-        self.missing: list[int] = []
-        self.roundings: list[float] = []
+        self.changed = BytesWriter()
+        self.rows = BytesWriter()
+        self.missing = BytesWriter()
+        self.roundings = BytesWriter()
 
     def begin(self, engine: Engine) -> None:
         """Begin a shot, whose balls are on their first paths, and let its course be noted."""
@@ -66,20 +70,20 @@ class Follower:
         if self.inputs.count > 0:
             self._differentiate(engine, end)
         if self.errors is not None:
-            self.roundings.append(self._rounding(engine, end, self.errors))
+            write_f64_le(self.roundings, self._rounding(engine, end, self.errors))
 
     def _differentiate(self, engine: Engine, end: End) -> None:
         tangent = Tangent(engine, self.course, self.corners, self.inputs)
         tangent.times = False
         tangent.follow(*end)
-        first = (self.shot - 1) * len(tangent.tracks)
+        number: i64 = (self.shot - 1) * len(tangent.tracks)
         for track in tangent.tracks:
             if track.is_changed:
-                self.changed.append(first + track.number)
+                write_i64_le(self.changed, number + track.number)
                 for change in track.changes:
-                    self.rows.append(change.x)
+                    write_f64_le(self.rows, change.x)
                 for change in track.changes:
-                    self.rows.append(change.y)
+                    write_f64_le(self.rows, change.y)
 
     def _rounding(self, engine: Engine, end: End, errors: Inputs) -> float:
         if len(engine.persistence.persisted(engine)) > 0:
@@ -92,6 +96,6 @@ class Follower:
 
     def skip(self) -> None:
         """Leave out a shot that cannot start."""
-        self.missing.append(self.shot)
-        self.roundings.append(math.nan)
+        write_i64_le(self.missing, self.shot)
+        write_f64_le(self.roundings, math.nan)
         self._read()
