@@ -63,6 +63,8 @@ class CompiledCore(BuildHookInterface[Any]):
             home = None
         elif not is_up_to_date(root):
             home = self.compile(root)
+        if home:  # Plain Python does without what compiled modules read and write numbers by.
+            build_data["dependencies"].append(f"librt>={version_of('librt')}")
         if is_editable and home != root:
             put_in_place(home, root)
         elif not is_editable and home:

@@ -75,7 +75,8 @@ class Said:
 
 def built(root: Path, kind: str, said: Said | None = None) -> tuple[dict[str, Any], list[str]]:
     """Call the hook as hatchling does; return what it wants, and the files that wheels get."""
-    wants: dict[str, Any] = {"pure_python": True, "infer_tag": False, "force_include": {}}
+    wants: dict[str, Any] = {"pure_python": True, "infer_tag": False}
+    wants |= {"force_include": {}, "dependencies": []}
     hook = CompiledCore(str(root), {}, None, None, "", "wheel", said or Said())
     try:
         hook.initialize(kind, wants)
@@ -128,6 +129,16 @@ def test_a_wheel_takes_compiled_files_and_leaves_none(root: Path, pretended: lis
     assert packed == MADE and in_place(root) == []
     assert (wants["pure_python"], wants["infer_tag"]) == (False, True)
     assert len(pretended) == 1
+
+
+@pytest.mark.parametrize("kind", ["standard", "editable"])
+def test_only_what_is_compiled_needs_librt(
+    kind: str, root: Path, pretended: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (needed,) = built(root, kind)[0]["dependencies"]
+    assert needed.startswith("librt>=")
+    monkeypatch.setenv("POOL_PYMUNK_PURE", "1")
+    assert built(root, kind)[0]["dependencies"] == []
 
 
 def test_an_editable_install_compiles_once(root: Path, pretended: list[Path]) -> None:

@@ -1,8 +1,9 @@
 """The core plays balls on a table exactly, one event after another: motion, walls, contacts.
 
 mypyc compiles all modules of this folder when the package is built, but no ``__init__``. The same
-modules also run as plain Python, with the same bits: where they are not compiled, and where
-POOL_PYMUNK_PURE=1 is set, which a debugger, doctests and a measure of coverage need.
+modules also run as plain Python, with the same bits: where they are not compiled, where librt is
+missing, by which compiled modules read and write numbers, and where POOL_PYMUNK_PURE=1 is set,
+which a debugger, doctests and a measure of coverage need.
 
 ``compiled`` tells which of both this program has.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from importlib.machinery import SOURCE_SUFFIXES, FileFinder, ModuleSpec, SourceFileLoader
 from importlib.util import find_spec
 from types import ModuleType
@@ -31,8 +33,11 @@ class Sources:
         return next(filter(None, (place.find_spec(name) for place in places)), None)
 
 
-if os.environ.get("POOL_PYMUNK_PURE") == "1":
+has_librt = find_spec("librt") is not None
+if os.environ.get("POOL_PYMUNK_PURE") == "1" or not has_librt:
     sys.meta_path.insert(0, Sources)
+if not has_librt:
+    sys.modules["librt.strings"] = import_module(f"{__name__}.plain")
 
 _engine = find_spec(f"{__name__}.engine")
 compiled = _engine is not None and not (_engine.origin or "").endswith(tuple(SOURCE_SUFFIXES))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 from typing import Final, final
 
+from librt.strings import BytesWriter, read_f64_le, write_f64_le, write_i64_le
 from mypy_extensions import i64
 
 from pool_pymunk.core.ball import Ball
@@ -20,7 +21,6 @@ from pool_pymunk.core.motion.path import Motion, Path
 from pool_pymunk.core.motion.surface import NO_ROLL, Rolling, Sliding, Surface
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.near import FEW
-from pool_pymunk.core.numbers import BytesWriter, read_f64_le, write_f64_le, write_i64_le
 from pool_pymunk.core.persistent.groups import persistence_of
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.table import Table

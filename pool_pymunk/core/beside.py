@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from struct import Struct
-from typing import Final, final
+from typing import final
+
+from librt.strings import BytesWriter, write_f64_le
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact
@@ -12,8 +13,6 @@ from pool_pymunk.core.motion.path import Motion, Path, standing
 from pool_pymunk.core.motion.times import INF, Vector
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.walls.wall import Pocket
-
-NUMBER: Final = Struct("d")
 
 
 @final
@@ -50,7 +49,7 @@ class Beside(Recorder):
         self.agree = agree
         self.companions = companions
         self.is_same = True
-        self.rows = bytearray()
+        self.rows = BytesWriter()
 
     def begin(self, balls: list[Ball]) -> None:
         """Begin a shot, whose balls are on their first paths."""
@@ -63,14 +62,14 @@ class Beside(Recorder):
         for one in self.companions:
             self._compare(one, INF, duration)
             self.is_same = self.is_same and one.met == len(one.others)
-        self.rows += NUMBER.pack(1.0 if self.is_same else 0.0)
+        write_f64_le(self.rows, 1.0 if self.is_same else 0.0)
         for one in self.companions:
-            self.rows += NUMBER.pack(one.left)
+            write_f64_le(self.rows, one.left)
 
     def take(self) -> bytes:
         """Return the rows of the shots since they were taken last."""
-        rows, self.rows = bytes(self.rows), bytearray()
-        return rows
+        rows, self.rows = self.rows, BytesWriter()
+        return rows.getvalue()
 
     # -- what is heard -----------------------------------------------------------------------------
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from struct import pack
 from typing import Final, final
 
+from librt.strings import BytesWriter, write_f64_le
 from mypy_extensions import i64
 
 from pool_pymunk.core.ball import EVERYTHING, Ball
@@ -331,10 +331,12 @@ class LiveEngine(Engine):
 
     def motions(self) -> bytes:
         """Return places (m) and velocities (m/s) of all balls now, as rows of four numbers."""
-        found = list[float]()
+        found = BytesWriter()
         for ball in self.balls:
-            found += self.state_of(ball)[0]
-        return pack(f"{len(found)}d", *found)
+            (x, y, vx, vy), _roll = self.state_of(ball)
+            for number in (x, y, vx, vy):
+                write_f64_le(found, number)
+        return found.getvalue()
 
     def moving(self) -> list[Ball]:
         """Return the balls that move now, or have a roll; some may just ride on walls that move."""

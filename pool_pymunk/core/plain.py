@@ -1,4 +1,4 @@
-"""Numbers as bytes where librt is not installed: in a browser, and where nothing is compiled."""
+"""This stands for librt.strings where librt is not installed, as in a browser: numbers as bytes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ INT: Final = Struct("<q")
 
 @final
 class BytesWriter:
-    """A writer collects bytes; :mod:`pool_pymunk.core.numbers` says who asks it."""
+    """A writer collects the bytes of numbers that the core writes."""
 
     def __init__(self) -> None:
         self.found = bytearray()

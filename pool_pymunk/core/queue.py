@@ -23,12 +23,10 @@ HIT: Final = 4  # Two balls meet, or a ball and a wall.
 SHORT: Final = 32
 # A line begins with so many that are never due. So it is never empty, and keeps its memory.
 NEVER: Final = 32
-# This share of the mean time that is left is soon. With half or twice of it breaks take 3 % longer.
+# This share of the mean time from the next one on is soon.
 SOON: Final = 0.5
 # A longer line is cut, and what is due later becomes part of the rest.
 LONG: Final = NEVER + 24
-# It keeps so many that are over: compiled code cannot free a long chain of what is acyclic.
-KEPT: Final = 500
 
 
 @final
@@ -47,7 +45,6 @@ class Due:
         # The numbers of its balls' paths, which are quicker to compare than the paths themselves.
         self.path_of_a: i64 = a.paths
         self.path_of_b: i64 = a.paths if b is None else b.paths
-        self.before: Due | None = None  # what the queue has kept before this one
 
     def serve_again(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> None:
         """Be what is due some other time."""
@@ -57,7 +54,6 @@ class Due:
         self.wall = wall
         self.path_of_a = a.paths
         self.path_of_b = a.paths if b is None else b.paths
-        self.before = None
 
     @property
     def is_void(self) -> bool:
@@ -114,6 +110,26 @@ def hit_at(t: float, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
 
 
 @final
+class Dues:
+    """These are the first ``count`` of ``all``, a list that keeps its memory as they become fewer.
+
+    The others are over, and not yet forgotten.
+    """
+
+    def __init__(self) -> None:
+        self.all: Final = list[Due]()
+        self.count: i64 = 0
+
+    def add(self, due: Due) -> None:
+        """Let something be the last one."""
+        if self.count < len(self.all):
+            self.all[self.count] = due
+        else:
+            self.all.append(due)
+        self.count += 1
+
+
+@final
 class Queue:
     """A queue has a line of what is due soon, the earliest last, and the rest as it came.
 
@@ -122,12 +138,10 @@ class Queue:
     """
 
     def __init__(self) -> None:
-        self.kept: Due | None = None  # the last one, which knows the one before
-        self.count: i64 = 0  # so many are kept
         nobody = Ball(-1, 0.0, 0.0, standing(0.0, 0.0, 0.0))
         self.line: Final = [Due(INF, LOOK, nobody, None, None)] * NEVER
-        self.rest: Final = list[Due]()  # Only the first ones count, so that it keeps its memory.
-        self.others: i64 = 0  # so many count
+        self.rest: Final = Dues()
+        self.kept: Final = Dues()
         self.soon = INF  # s; what is due by then is in the line
         self.full = SHORT  # The rest is searched for what is void once it is longer.
 
@@ -135,26 +149,23 @@ class Queue:
         """Forget all that is due."""
         while len(self.line) > NEVER:
             self.keep(self.line.pop())
-        for k in range(self.others):
-            self.keep(self.rest[k])
-        self.others = 0
+        for k in range(self.rest.count):
+            self.keep(self.rest.all[k])
+        self.rest.count = 0
         self.soon = INF
         self.full = SHORT
 
     def keep(self, due: Due) -> None:
         """Keep what is due no more, and what nobody else knows."""
-        if self.count < KEPT:
-            self.count += 1
-            due.before = self.kept
-            self.kept = due
+        self.kept.add(due)
 
     def due(self, t: float, kind: i64, a: Ball, b: Ball | None, wall: Wall | None) -> Due:
         """Return what is due at a time (s), to be put in."""
-        due = self.kept
-        if due is None:
+        kept = self.kept
+        if kept.count == 0:
             return Due(t, kind, a, b, wall)
-        self.count -= 1
-        self.kept = due.before
+        kept.count -= 1
+        due = kept.all[kept.count]
         due.serve_again(t, kind, a, b, wall)
         return due
 
@@ -169,10 +180,10 @@ class Queue:
             if len(self.line) > LONG:
                 self._cut()
             return
-        self._put_off(due)
-        if self.others > self.full:
+        self.rest.add(due)
+        if self.rest.count > self.full:
             self._leave_out_void()
-            self.full = max(SHORT, 2 * self.others)
+            self.full = max(SHORT, 2 * self.rest.count)
 
     def _line_up(self, due: Due) -> None:
         """Put in what is due soon, before all that comes before it or is due at the same time."""
@@ -187,14 +198,6 @@ class Queue:
                 high = middle
         line.insert(low, due)
 
-    def _put_off(self, due: Due) -> None:
-        """Let something be the last one of the rest."""
-        if self.others < len(self.rest):
-            self.rest[self.others] = due
-        else:
-            self.rest.append(due)
-        self.others += 1
-
     def _cut(self) -> None:
         """Put off the later half of the line, in the order in which it came."""
         line, middle = self.line, (NEVER + LONG) // 2
@@ -202,7 +205,7 @@ class Queue:
         while middle > NEVER and line[middle - 1].t == self.soon:
             middle -= 1
         for k in range(middle - 1, NEVER - 1, -1):
-            self._put_off(line[k])
+            self.rest.add(line[k])
         del line[NEVER:middle]
 
     def pop(self) -> Due:
@@ -216,34 +219,35 @@ class Queue:
         while due.is_void:
             self.keep(line.pop())
             due = line[-1]
-        if due.t == INF and self.others > 0:
+        if due.t == INF and self.rest.count > 0:
             self._look_further()
             return line[-1].t
         return due.t
 
     def _look_further(self) -> None:
         """Let the line have the first of the rest, which are not void."""
-        first, mean = INF, self._leave_out_void()
-        for k in range(self.others):
-            first = min(first, self.rest[k].t)
-        are_few = self.others <= LONG - NEVER
+        rest, first, mean = self.rest, INF, self._leave_out_void()
+        for k in range(rest.count):
+            first = min(first, rest.all[k].t)
+        are_few = rest.count <= LONG - NEVER
         self.soon = INF if are_few else max(first, first + SOON * (mean - first))
-        count, self.others = self.others, 0
+        count, rest.count = rest.count, 0
         for k in range(count):
-            due = self.rest[k]
+            due = rest.all[k]
             if due.t <= self.soon:
                 self._line_up(due)
             else:
-                self._put_off(due)
+                rest.add(due)
 
     def _leave_out_void(self) -> float:
-        """Leave out what is void of the rest, and return the mean time (s) of what is left."""
-        count, self.others, total = self.others, 0, 0.0
+        """Leave out what is void of the rest, and return the mean time (s) of the others."""
+        rest, count, total = self.rest, self.rest.count, 0.0
+        rest.count = 0
         for k in range(count):
-            due = self.rest[k]
+            due = rest.all[k]
             if due.is_void:
                 self.keep(due)
             else:
                 total += due.t
-                self._put_off(due)
-        return total / float(self.others) if self.others > 0 else INF
+                rest.add(due)
+        return total / float(rest.count) if rest.count > 0 else INF

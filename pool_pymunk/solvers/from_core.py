@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from librt.strings import BytesWriter
 from numpy.typing import NDArray
-
-from pool_pymunk.core.numbers import BytesWriter
 
 
 def floats_in(writer: BytesWriter) -> NDArray[np.float64]:

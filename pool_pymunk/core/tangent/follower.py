@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import final
 
+from librt.strings import BytesWriter, write_f64_le, write_i64_le
 from mypy_extensions import i64
 
 from pool_pymunk.core.engine import Engine
-from pool_pymunk.core.numbers import BytesWriter, write_f64_le, write_i64_le
 from pool_pymunk.core.record import Recorder
 from pool_pymunk.core.tangent.course import Course, End
 from pool_pymunk.core.tangent.inputs import Inputs
