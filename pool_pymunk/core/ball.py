@@ -52,7 +52,7 @@ class Ball:
     def __init__(
         self, number: int, radius: float, mass: float, path: Path, is_cue: bool = False
     ) -> None:
-        self.number = number
+        self.number: i64 = number
         self.radius = radius
         self.mass = mass
         self.path = path

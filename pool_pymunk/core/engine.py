@@ -418,10 +418,11 @@ class Engine(Present):
     def _look_ahead(self, ball: Ball) -> None:
         """Look at the path of a ball up to its horizon."""
         path, end, now = ball.path, ball.end, self.now
-        horizon = self.near.horizon(path, now)
-        if horizon < end and horizon < path.end:
-            end = horizon
-            self.queue.put(end, LOOK, ball)
+        if self.near.ahead < INF:
+            horizon = self.near.horizon(path, now)
+            if horizon < end and horizon < path.end:
+                end = horizon
+                self.queue.put(end, LOOK, ball)
         ball.horizon = end
         self.near.put(ball, now, end)
 

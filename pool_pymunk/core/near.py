@@ -29,8 +29,6 @@ class Near:
 
     def horizon(self, path: Path, now: float) -> float:
         """Return up to when (s) a path is looked at: the ball has gone ``ahead`` (m) by then."""
-        if self.ahead == INF:
-            return INF
         speed = path.speed
         return now + self.ahead / speed if speed > 0.0 else INF
 

@@ -100,7 +100,7 @@ class Unseen(Gatherings):
         if one.b is not None:
             return 1.0 / (one.a.ball.radius + one.b.ball.radius) * one.slip * one.slip
         if one.wall is None or not one.wall.moves:
-            return one.curvature * one.slip * one.slip
+            return one.curvature * one.slip * one.slip if one.curvature != 0.0 else 0.0
         ux, uy, spins, lifts = one.wall.sweep(one.a.x, one.a.y, present.now)
         along = (one.a.vy - uy) * one.nx - (one.a.vx - ux) * one.ny
         return (one.curvature * along + 2.0 * spins) * along + lifts

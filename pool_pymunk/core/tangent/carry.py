@@ -29,7 +29,7 @@ class Ground:
 
     def __init__(self, leg: Leg, table: Table, inputs: Inputs) -> None:
         path, patch, surface = leg.path, leg.patch, table.surface_of(leg.patch)
-        self.rolls = surface.rolls
+        self.rolls: Final = surface.rolls
         self.slips = surface.rolls and (path.vx != path.wx or path.vy != path.wy)
         if self.slips or not surface.rolls:
             self.rate, row = surface.pull, PULL
@@ -39,7 +39,7 @@ class Ground:
             is_own = patch >= 0 and inputs.own_drag[patch]
         if isinstance(surface, Falling):  # Its acceleration is no input, and the same everywhere.
             self.rate, is_own = 0.0, True
-        self.by = inputs.numbers[UNCHANGED if is_own else row]
+        self.by: Final = inputs.numbers[UNCHANGED if is_own else row]
 
     def carry(self, path: Path, changes: list[Change], t: float) -> None:
         """Take changes along a path from its beginning to a time (s)."""

@@ -158,7 +158,7 @@ class Column:
     """
 
     def __init__(self) -> None:
-        self.by = Nudge()
+        self.by: Final = Nudge()
         self.late = self.turn = 0.0
         self.gap = self.turned = 0.0
         self.is_bent = False

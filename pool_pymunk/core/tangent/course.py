@@ -36,7 +36,7 @@ class Leg:
     """A leg is a path of a ball, in a patch of the table or outside of all (-1)."""
 
     def __init__(self, path: Path, patch: int) -> None:
-        self.path = path
+        self.path: Final = path
         self.patch = patch
 
 
@@ -86,10 +86,10 @@ class Course(Recorder):
     """
 
     def __init__(self, balls: list[Ball], inner: Recorder) -> None:
-        self.inner = inner
-        self.steps: list[Step] = []
-        self.legs: list[list[Leg]] = [[Leg(ball.path, ball.patch)] for ball in balls]
-        self.is_off = [ball.is_off for ball in balls]
+        self.inner: Final = inner
+        self.steps: Final[list[Step]] = []
+        self.legs: Final[list[list[Leg]]] = [[Leg(ball.path, ball.patch)] for ball in balls]
+        self.is_off: Final = [ball.is_off for ball in balls]
         self.duration = 0.0  # s; when the last ball came to rest, or into a pocket
 
     def contact(self, one: Contact, t: float) -> None:

@@ -39,8 +39,8 @@ class OwnHit(Hit):
         an, at = a
         bn, bt = b
         self.minds_kinks = minds_kinks
-        self.speed = max(max(abs(an - bn), abs(at - bt)), largest(an, at, bn, bt))
-        self.slopes: list[Four | None] = [None] * COUNT
+        self.speed: Final = max(max(abs(an - bn), abs(at - bt)), largest(an, at, bn, bt))
+        self.slopes: Final[list[Four | None]] = [None] * COUNT
 
     def slope(self, by: Nudge) -> Four:
         n = t = m = r = 0.0

@@ -45,16 +45,16 @@ class Encounter:
     """
 
     def __init__(self, step: Step, a: Track, b: Track | None, rolls: bool) -> None:
-        self.step = step
-        self.a = a
-        self.b = b
+        self.step: Final = step
+        self.a: Final = a
+        self.b: Final = b
         self.rolls = rolls
         nx, ny, t = step.nx, step.ny, step.t
         self.nx, self.ny = nx, ny
         self.x, self.y, vx, vy = a.path.at(t)
         self.fastest = max(abs(vx), abs(vy))
         self.extent = abs(self.x) + abs(self.y) + a.radius
-        self.before = Rates(a.path, vx, vy, rolls)
+        self.before: Final = Rates(a.path, vx, vy, rolls)
         self.its_before = self.before
         self.curvature = step.curvature
         ux, uy, ax, ay = vx, vy, a.path.ax, a.path.ay
@@ -68,10 +68,10 @@ class Encounter:
             ux, uy, ax, ay = its_vx - vx, its_vy - vy, b.path.ax - ax, b.path.ay - ay
         self.closing, self.slip = -(ux * nx + uy * ny), uy * nx - ux * ny
         out = ax * nx + ay * ny + self.curvature * self.slip * self.slip
-        self.depth = self.closing * self.closing / (2.0 * out) if out > 0.0 else INF
-        self.mu = 0.0 if step.pair is None else step.pair.friction
-        self.after = rates_after(a, rolls)
-        self.its_after = self.after if b is None else rates_after(b, rolls)
+        self.depth: Final = self.closing * self.closing / (2.0 * out) if out > 0.0 else INF
+        self.mu: Final = 0.0 if step.pair is None else step.pair.friction
+        self.after: Final = rates_after(a, rolls)
+        self.its_after: Final = self.after if b is None else rates_after(b, rolls)
 
     @property
     def is_graze(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import final
+from typing import Final, final
 
 from librt.strings import BytesWriter, write_f64_le, write_i64_le
 from mypy_extensions import i64
@@ -30,8 +30,8 @@ class Follower:
     """
 
     def __init__(self, corners: list[Corner], inputs: Inputs) -> None:
-        self.corners = corners
-        self.inputs = inputs
+        self.corners: Final = corners
+        self.inputs: Final = inputs
         self.errors: Inputs | None = None
         self.course = Course([], Recorder())
         self.give([], [], [])

@@ -37,11 +37,11 @@ class Inputs:
         self, starts: list[Entry], numbers: Rows, mass: Rows, radius: Rows,
         walls: tuple[list[bool], list[bool]], patches: tuple[list[bool], list[bool]],
     ) -> None:  # fmt: skip
-        self.count = len(numbers[0])
+        self.count: Final = len(numbers[0])
         self.starts = starts
-        self.numbers = [*numbers, [0.0] * self.count]
-        self.mass = mass
-        self.radius = radius
+        self.numbers: Final = [*numbers, [0.0] * self.count]
+        self.mass: Final = mass
+        self.radius: Final = radius
         self.own_restitution, self.own_friction = walls
         self.own_pull, self.own_drag = patches
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 from pool_pymunk.core.motion.path import NOISE
 from pool_pymunk.core.motion.times import INF
@@ -26,12 +26,12 @@ class Stretch:
     def __init__(self, tangent: Tangent, track: Track, moment: Moment, until: float) -> None:
         leg = track.legs[moment.at]
         ground = Ground(leg, tangent.table, tangent.inputs)
-        self.since = moment.t
-        self.start = leg.path.t
+        self.since: Final = moment.t
+        self.start: Final = leg.path.t
         has_next = moment.at + 1 < len(track.legs)
-        self.end = track.legs[moment.at + 1].path.t if has_next else INF
+        self.end: Final = track.legs[moment.at + 1].path.t if has_next else INF
         span = min(self.end, until) - self.start
-        self.span = span if span > 0.0 else 1.0
+        self.span: Final = span if span > 0.0 else 1.0
         self.numbers: list[float] = []
         for share in (0.0, 0.5, 1.0):
             changes = [each.copy() for each in moment.changes]

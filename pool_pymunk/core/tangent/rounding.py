@@ -55,14 +55,14 @@ class RoundingErrors:
     """
 
     def __init__(self, table: Table) -> None:
-        self.rolls = table.surface.rolls
-        self.pull = UNIT if table.pull > 0.0 else 0.0
+        self.rolls: Final = table.surface.rolls
+        self.pull: Final = UNIT if table.pull > 0.0 else 0.0
         self.state: i64 = 1
         self.kind = 0
         self.size = 0.0
         self.signs: i64 = 0
         self.shared: i64 = 0
-        self.alike = [self._row() for _ in range(SOURCES * KINDS * MOST_ROWS)]
+        self.alike: Final = [self._row() for _ in range(SOURCES * KINDS * MOST_ROWS)]
 
     def _row(self) -> i64:
         """Return DRAWS random bits."""

@@ -7,7 +7,7 @@ Those of the package's laws are written down. Another law is asked a little besi
 from __future__ import annotations
 
 import math
-from typing import final
+from typing import Final, final
 
 from mypy_extensions import mypyc_attr
 
@@ -73,12 +73,12 @@ class Hit:
     """
 
     def __init__(self, law: Law, a: NT, b: NT, pair: Pair, is_wall: bool) -> None:
-        self.law = law
-        self.a = a
-        self.b = b
+        self.law: Final = law
+        self.a: Final = a
+        self.b: Final = b
         self.pair = pair
         self.is_wall = is_wall
-        self.after = answer_of(law, a, b, pair, is_wall)
+        self.after: Final = answer_of(law, a, b, pair, is_wall)
 
     def slope(self, by: Nudge) -> Four:
         """Return how the answer changes (m/s); nan if the law has a kink here."""

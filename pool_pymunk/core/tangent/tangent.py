@@ -8,7 +8,7 @@ is no derivative, there is a reason, and what depends on it is nan.
 from __future__ import annotations
 
 import math
-from typing import final
+from typing import Final, final
 
 from pool_pymunk.core.engine import Engine
 from pool_pymunk.core.tangent import reasons
@@ -45,23 +45,23 @@ class Tangent:
     def __init__(
         self, engine: Engine, course: Course, corners: list[Corner], inputs: Inputs
     ) -> None:
-        self.table = engine.table
-        self.law = engine.law
-        self.corners = corners
-        self.steps: list[Step] = course.steps
-        self.inputs = inputs
+        self.table: Final = engine.table
+        self.law: Final = engine.law
+        self.corners: Final = corners
+        self.steps: Final[list[Step]] = course.steps
+        self.inputs: Final = inputs
         self.errors: RoundingErrors | None = None
         self.keeps = False
         self.times = True
-        self.rolls = engine.table.surface.rolls
-        self.tracks: list[Track] = []
+        self.rolls: Final = engine.table.surface.rolls
+        self.tracks: Final[list[Track]] = []
         changes = inputs.changes_at_first(len(engine.balls))
         for ball, own, legs, is_off in zip(engine.balls, changes, course.legs, course.is_off):
             self.tracks.append(Track(ball, legs, own, is_off))
-        self.columns = [Column() for _ in range(inputs.count)]
-        self.lates: list[list[float]] = []
-        self.found: Found = []
-        self.lookout = Lookout(engine.table, inputs, self.tracks, self.found)
+        self.columns: Final = [Column() for _ in range(inputs.count)]
+        self.lates: Final[list[list[float]]] = []
+        self.found: Final[Found] = []
+        self.lookout: Final = Lookout(engine.table, inputs, self.tracks, self.found)
         self.duration = 0.0
         self.is_cut = False
         self.is_cut_by_events = False

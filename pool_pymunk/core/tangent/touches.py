@@ -62,12 +62,12 @@ class Obstacle:
 
     def __init__(self, side: Side, met: int) -> None:
         self.met = met
-        self.face = side if isinstance(side, Face) else None
-        self.curved = side if isinstance(side, Curved) else None
+        self.face: Final = side if isinstance(side, Face) else None
+        self.curved: Final = side if isinstance(side, Curved) else None
         # the normal of a face; (0, 0) for what is round
-        self.across = (0.0, 0.0) if self.face is None else self.face.outward
+        self.across: Final = (0.0, 0.0) if self.face is None else self.face.outward
         x, y = (0.0, 0.0) if self.curved is None else self.curved.center
-        self.stands = standing(0.0, x, y)
+        self.stands: Final = standing(0.0, x, y)
 
     def touch(self, path: Path, until: float, r: float, free: tuple[bool, bool]) -> Touch:
         """Tell how the path of a ball touches the side, up to a time (s)."""
@@ -172,14 +172,14 @@ class Approach:
         own_x, own_y, own_u, own_v = a.at(since)
         its_x, its_y, its_u, its_v = b.at(since)
         self.since, self.until = since, until
-        self.apart = apart
-        self.sign = -1.0 if facing < 0.0 else 1.0
+        self.apart: Final = apart
+        self.sign: Final = -1.0 if facing < 0.0 else 1.0
         self.time = until - since
         self.dx, self.dy, self.vx, self.vy = (
             its_x - own_x, its_y - own_y, its_u - own_u, its_v - own_v
         )  # fmt: skip
         self.ax, self.ay = b.ax - a.ax, b.ay - a.ay
-        self.fastest = max(max(abs(own_u), abs(own_v)), max(abs(its_u), abs(its_v)))
+        self.fastest: Final = max(max(abs(own_u), abs(own_v)), max(abs(its_u), abs(its_v)))
         size = abs(own_x) + abs(own_y) + abs(its_x) + abs(its_y) + 4.0 * self.time * self.fastest
         self.blur = BLUR * (size + apart)
         self.bow = self.time * self.time / 8.0
@@ -254,10 +254,10 @@ class Lookout:
     """
 
     def __init__(self, table: Table, inputs: Inputs, tracks: list[Track], found: Found) -> None:
-        self.table = table
-        self.inputs = inputs
-        self.tracks = tracks
-        self.found = found
+        self.table: Final = table
+        self.inputs: Final = inputs
+        self.tracks: Final = tracks
+        self.found: Final = found
         self.obstacles: list[Obstacle] = []  # all sides, also of posts and of pockets
         for place, wall in enumerate(table.walls):
             self.obstacles += [Obstacle(side, -1 - place) for side in wall.sides]

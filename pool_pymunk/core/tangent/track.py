@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 from mypy_extensions import i64
 
@@ -23,7 +23,7 @@ class Moment:
     def __init__(self, t: float, at: i64, changes: list[Change]) -> None:
         self.t = t
         self.at: i64 = at
-        self.changes = [each.copy() for each in changes]
+        self.changes: Final = [each.copy() for each in changes]
 
 
 @final
@@ -36,19 +36,19 @@ class Track:
     """
 
     def __init__(self, ball: Ball, legs: list[Leg], changes: list[Change], is_gone: bool) -> None:
-        self.number = ball.number
-        self.radius = ball.radius
-        self.mass = ball.mass
-        self.is_cue = ball.is_cue
-        self.legs = legs
-        self.changes = changes
+        self.number: Final = ball.number
+        self.radius: Final = ball.radius
+        self.mass: Final = ball.mass
+        self.is_cue: Final = ball.is_cue
+        self.legs: Final = legs
+        self.changes: Final = changes
         self.at: i64 = 0
         self.path = legs[0].path
         self.moves = self.path.moves
         self.met = NOTHING
         self.is_gone = is_gone
         self.keeps = False
-        self.moments: list[Moment] = []
+        self.moments: Final[list[Moment]] = []
 
     @property
     def is_lost(self) -> bool:
