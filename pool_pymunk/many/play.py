@@ -109,10 +109,13 @@ def play_all(
     """Play all shots of a source, here or by workers; compare them with what ``make`` returns."""
     count = len(source.position)
     found = no_results(source, count, make is not None)
-    began = time.perf_counter()
+    first = began = time.perf_counter()
     for part in play_parts(source, found, make):
         done(part.stop - part.start)
-        ahead = (count - part.stop) * (time.perf_counter() - began) / part.stop
+        took, began = time.perf_counter() - began, time.perf_counter()
+        ahead = (count - part.stop) * took / (part.stop - part.start)
+        if began - first < SHORT < ahead:
+            continue  # Much of that was to lay the table: the next parts tell more.
         if workers is not None and part.stop < count and workers.are_worth(ahead):
             for its, there in share_out(source, workers, part.stop, make):
                 found.put(its, there)

@@ -40,7 +40,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 POLL = 0.1  # s; after this time an interrupt is looked for
-START, SEND = 1.0, 0.05  # s; work that takes less is not worth new processes, or those there are
+START, SEND = 2.0, 0.05  # s; work that takes less is not worth new processes, or those there are
 ROOM = 64  # so many items wait for an executor whose number of workers is not known
 EACH = 3  # items wait for each worker, so that none is idle
 NOT_SENT = "this process plays alone, because no other one can have the law, the scene or the " \
