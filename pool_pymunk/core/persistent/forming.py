@@ -71,6 +71,7 @@ class Forming(Crowds):
             for each, state in zip(members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
                 each.is_struck = False
+                each.spared = 0.0
                 self._set_phase(present, each)
             for one in touches:
                 one.struck = 0.0, 0.0

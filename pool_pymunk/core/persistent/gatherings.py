@@ -6,9 +6,10 @@ from typing import Final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering, gathering_of
-from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.member import REST, ROLL, Member
 from pool_pymunk.core.persistent.persistence import Persisted, Persistence
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spell, Spells
@@ -82,7 +83,7 @@ class Gatherings(Persistence):
                 self._let_go(present, member)
 
     def _let_go(self, present: Present, member: Member) -> None:
-        """Let a ball go on by itself."""
+        """Let a ball go on by itself, without rolling resistance as long as that is spared."""
         ball = member.ball
         if member.phase == REST:
             self._rest(present, member)
@@ -90,7 +91,11 @@ class Gatherings(Persistence):
         x, y, vx, vy, wx, wy = member.state
         if member.stays:  # It is where it came to rest, whatever gaps were closed since.
             x, y = ball.path.place(present.now)
-        present.begin(ball, (x, y), (vx, vy), (wx, wy), self.scale.noise)
+        if member.phase == ROLL and member.spared > self.scale.least:
+            end = present.now + member.spared
+            present.lead(ball, Path(present.now, x, y, vx, vy, 0.0, 0.0, end, False, wx, wy))
+        else:
+            present.begin(ball, (x, y), (vx, vy), (wx, wy), self.scale.noise)
         put(self.loose, ball)
 
     def _rest(self, present: Present, member: Member) -> None:

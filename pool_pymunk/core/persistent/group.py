@@ -487,6 +487,8 @@ class Group(Gathering):
         self.halts = h >= self.until - now
         for one in self.touches:
             one.spend(h)
+        for each in self.members:
+            each.spend(h)
 
     def _first_length(self, now: float) -> float:
         """Return how long (s) a piece is at first; what fades, or is awaited, ends it."""
@@ -495,6 +497,8 @@ class Group(Gathering):
             fades = each.fades_in()
             if 0.0 < fades < INF:
                 h = min(h, 1.01 * fades)
+            if each.spared > 0.0:  # Later speed comes too late to be unseen.
+                h = min(h, max(each.spared, 2.0 * self.tolerance / (each.drag * each.spared)))
         for one in self.touches:
             if one.free > now:
                 h = min(h, one.free - now)
@@ -504,7 +508,9 @@ class Group(Gathering):
 
     def _spare(self, h: float) -> None:
         """Let friction in a piece be less by what bounces that are left out spare of it."""
-        if any([one.slacken(h) for one in self.touches if one.mu > 0.0]):
+        are_new = [one.slacken(h) for one in self.touches if one.mu > 0.0]
+        are_new += [each.slacken(h) for each in self.members]
+        if any(are_new):
             self.solve(0.0)
 
     def states_at(self, t: float) -> list[State]:
