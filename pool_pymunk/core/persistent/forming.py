@@ -92,11 +92,7 @@ class Forming(Crowds):
             keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
             jam_around(present, touches)
             if all(keep):
-                for one in touches:
-                    one.spare_friction(now)
                 group.close(CLOSING)
-                if any(one.free > now for one in touches):
-                    group.decide(now, False)
                 return Cluster(members, touches, parts_of(group, now))
             parting = [v for v, kept in zip(parting, keep) if kept]
             touches = [one for one, kept in zip(touches, keep) if kept]

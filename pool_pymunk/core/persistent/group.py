@@ -20,6 +20,7 @@ from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
 EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
+LATE: Final = 0.1  # of that; friction that is spared later than by bounces moves a ball by less
 WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
 RIDGE: Final = 1e-10  # Redundant forces are those of least norm, to such a share.
 ROUNDS: Final = 20
@@ -497,14 +498,23 @@ class Group(Gathering):
             fades = each.fades_in()
             if 0.0 < fades < INF:
                 h = min(h, 1.01 * fades)
-            if each.spared > 0.0:  # Later speed comes too late to be unseen.
-                h = min(h, max(each.spared, 2.0 * self.tolerance / (each.drag * each.spared)))
+            if each.spared > 0.0:
+                h = min(h, self._spares_in(each.spared, each.drag))
         for one in self.touches:
-            if one.free > now:
-                h = min(h, one.free - now)
+            if one.spared > 0.0:
+                spares = one.spares_for
+                h = min(h, self._spares_in(spares, one.mu * one.n / one.unit))
             if one.bounces > now:
                 h = min(h, one.bounces - now)
         return min(max(h, self.least), self.until - now)
+
+    def _spares_in(self, spared: float, rate: float) -> float:
+        """Return how long (s) a piece may be in which friction (m/s^2) is spared for a time (s).
+
+        A part of it acts until then, and moves a ball by what may go unseen.
+        """
+        speed = rate * spared
+        return max(spared, 2.0 * LATE * self.tolerance / speed) if speed > 0.0 else INF
 
     def _spare(self, h: float) -> None:
         """Let friction in a piece be less by what bounces that are left out spare of it."""

@@ -276,7 +276,7 @@ class Groups(Forming):
 
     def go_on(self, present: Present, ball: Ball) -> None:
         """Go on at the end of a piece: the mode may change."""
-        group, now = gathering_of(ball), present.now
+        group = gathering_of(ball)
         if group is None:
             return
         group.add_up(self.spells)
@@ -284,17 +284,10 @@ class Groups(Forming):
             self._go_on_crowded(present, group)
             return
         assert isinstance(group, Group), "a gathering is a crowd or a group"
-        regains = any(-INF < one.free <= now for one in group.touches)
-        for one in group.touches:
-            one.regain_friction(now)
         if self._breaks(present, group):
             self.leave(present, ball)
             self._begin_around(present, [*self.loose])
-        elif (
-            group.fell == NEVER
-            and not regains
-            and not any(group.lets_rest(each) for each in group.members)
-        ):
+        elif group.fell == NEVER and not any(group.lets_rest(each) for each in group.members):
             self._play(present, group)
         else:
             self._go_on_otherwise(present, group)

@@ -28,6 +28,7 @@ ROLL: Final = 1
 SLIP: Final = 2
 FREE: Final = 3  # a ball that moves on a surface of a user's own
 
+SPENT: Final = 1e-6  # of a piece, or of what friction gives in it; less is spared no more
 SHARE: Final = 2.0 / 7.0  # This share of a slip is taken off the velocity until the ball rolls.
 
 Rates = tuple[float, float, float, float]  # dv/dt, dw/dt (m/s^2)
@@ -41,9 +42,9 @@ class Member:
     Surface friction points against (``hx``, ``hy``), which was (``gx``, ``gy``) at the beginning of
     a piece. The ``phase`` is that of its state, the ``mode`` what friction makes of it: the next
     phase, if the pushes are too strong to hold. Until ``held`` (s) nothing lets it go. A surface of
-    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not. Rolling
-    resistance is not to act for the time ``spared`` (s), so in a piece it is the ``resistance``. A
-    group owns it, and touches push it.
+    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not.
+    Rolling ``resistance`` is less than ``drag`` in a piece while some time (s) of it is ``spared``.
+    A group owns it, and touches push it.
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
@@ -189,7 +190,7 @@ class Member:
         return (loss * self.left() + a * x + b * y) / spare if spare > 0.0 else 0.0
 
     def spare_drag(self, time: float) -> None:
-        """Spare a ball that rolls the rolling resistance of a time (s); what is below 0 acts now."""
+        """Spare a ball that rolls the resistance of a time (s); what is below 0 acts now."""
         if self.drag == 0.0:
             return
         self.spared += time
@@ -209,8 +210,8 @@ class Member:
     def spend(self, time: float) -> None:
         """Count what rolling resistance has been spared in a time (s)."""
         if self.spared > 0.0 and self.phase == ROLL:
-            share = 1.0 - self.resistance / self.drag
-            self.spared = max(self.spared - share * time, 0.0)
+            left = self.spared - (1.0 - self.resistance / self.drag) * time
+            self.spared = left if left > SPENT * time else 0.0
 
     # -- rates -------------------------------------------------------------------------------------
 
@@ -225,8 +226,12 @@ class Member:
             self.ax, self.ay = self.fx + self.px, self.fy + self.py
             self.bx, self.by = self.cx, self.cy
         elif self.mode == ROLL:
-            self.ax = self.bx = (1.0 - SHARE) * self.fx + SHARE * self.cx - self.resistance * self.hx
-            self.ay = self.by = (1.0 - SHARE) * self.fy + SHARE * self.cy - self.resistance * self.hy
+            self.ax = self.bx = (
+                (1.0 - SHARE) * self.fx + SHARE * self.cx - self.resistance * self.hx
+            )
+            self.ay = self.by = (
+                (1.0 - SHARE) * self.fy + SHARE * self.cy - self.resistance * self.hy
+            )
         else:
             self.ax = self.ay = self.bx = self.by = 0.0
 
