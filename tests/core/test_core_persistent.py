@@ -123,6 +123,27 @@ def grown(run: Run) -> float:
     return float((energy - np.minimum.accumulate(energy)).max() / energy[0])
 
 
+@pytest.mark.parametrize("e", [0.5, 0.8, 0.9])
+def test_energy_does_not_grow_where_bounces_are_left_out(e: float) -> None:
+    """Rolling resistance that they spare is less in the next pieces; given at once, it was 3e-5."""
+    for tolerance in (1e-5, CONTACT_TOLERANCE):
+        run = simulate(follower(e), solver="event-driven", contact_tolerance=tolerance)
+        assert grown(run) < 1e-14
+
+
+def test_a_ball_that_leaves_is_spared_the_resistance_that_it_did_not_feel() -> None:
+    """Two balls that roll part at once after their slips were merged; it would be 3e-6 m."""
+    balls = (
+        Ball("0", (1.0, 0.6), R, 1.7 * M, velocity=(-0.342264150067, -0.412631365283), roll=1.0),
+        Ball("1", (0.955117421379, 0.533289696449), R, 0.6 * M),
+        Ball("2", (0.909789510568, 0.570887708072), R, M),
+    )
+    surface = Friction(0.168556044750, 0.1, 0.0, rolling=0.05)
+    scene = Scene(balls, None, Restitution(0.0), surface)
+    ends = [ends_of(play(scene, tolerance)) for tolerance in (CONTACT_TOLERANCE, 1e-9)]
+    assert farthest(*ends) < 1e-6
+
+
 def round_table(friction: Friction, e: float, speed: float, tilt: float = 0.0) -> Scene:
     """Return a ball that meets a round cushion at a small angle, and stays there."""
     table, start = Table.circle(0.5), (0.15 * speed, 0.9 * speed)
@@ -159,7 +180,7 @@ def test_friction_that_bounces_spare_is_spared_however_short_they_are() -> None:
     scene = Scene((ball,), Table.rectangle(2.0, 1.0), Restitution(1.0, cushion=0.1), rough)
     tolerances = 10.0 ** np.arange(-11.0, -5.0)
     ends = [ends_of(play(scene, tolerance)) for tolerance in tolerances.tolist()]
-    assert max(farthest(each, ends[0]) for each in ends) < 1e-9
+    assert max(farthest(each, ends[0]) for each in ends) < 5e-9
 
 
 @pytest.mark.parametrize("speed", [1.0, 100.0, 10_000.0])

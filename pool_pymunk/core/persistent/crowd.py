@@ -37,13 +37,18 @@ DEEP: Final = 0.03
 
 @final
 class Crowd(Gathering):
-    """A crowd has the contacts that may close in a step of ``pace`` (s)."""
+    """A crowd has the contacts that may close in a step of ``pace`` (s).
+
+    After it, members were moved apart; ``overlap`` is how deep (radii) the deepest had sunk in, in
+    the last round.
+    """
 
     def __init__(
         self, members: list[Member], touches: list[Touch], now: float, scale: Scale, pace: float
     ) -> None:
         super().__init__(members, touches, now, scale)
         self.pace = pace
+        self.overlap = 0.0
         self.slows = members[0].drag > 0.0  # Friction of the surface ends small motions.
 
     @property
@@ -136,10 +141,11 @@ class Crowd(Gathering):
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
         if self.slows:
-            if self.make_room(1, 1.0) > DEEP:
-                self.make_room(LAST_SHIFTS, APART, DEEP)
+            self.overlap = self.make_room(1, 1.0)
+            if self.overlap > DEEP:
+                self.overlap = self.make_room(LAST_SHIFTS, APART, DEEP)
         else:
-            self.make_room(SHIFTS, APART)
+            self.overlap = self.make_room(SHIFTS, APART)
         return 0.0
 
     @property
