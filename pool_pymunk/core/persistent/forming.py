@@ -66,12 +66,11 @@ class Forming(Crowds):
         """Return the part of a cluster with these members, which touch each other."""
         now = present.now
         parting = [one.opening for one in touches]
-        states = [each.state for each in members]
+        states = [(each.state, each.spared) for each in members]
         while len(touches) > 0:
-            for each, state in zip(members, states):
+            for each, (state, spared) in zip(members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
-                each.is_struck = False
-                each.spared = 0.0
+                each.is_struck, each.spared = False, spared
                 self._set_phase(present, each)
             for one in touches:
                 one.struck = 0.0, 0.0

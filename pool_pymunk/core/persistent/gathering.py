@@ -114,7 +114,10 @@ class Gathering(Company):
         raise NotImplementedError
 
     def add_up(self, spells: Spells) -> None:
-        """Add what the contacts have done in the present piece until now (Simpson's rule)."""
+        """Add what the contacts have done in the present piece until now (Simpson's rule).
+
+        What friction was spared in it is spared no more.
+        """
         for one in self.touches:
             if one.on:
                 x, y = one.at_start
@@ -125,6 +128,9 @@ class Gathering(Company):
                 impulse = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
                 spells.add(one, self.began, self.began + self.played, impulse)
                 one.struck = 0.0, 0.0
+            one.spend(self.played)
+        for each in self.members:
+            each.spend(self.played)
         self.played = 0.0  # It counts once.
 
     def path(self, each: Member) -> Path:

@@ -486,10 +486,6 @@ class Group(Gathering):
             h = self._locate(h, now)
         self.time = h
         self.halts = h >= self.until - now
-        for one in self.touches:
-            one.spend(h)
-        for each in self.members:
-            each.spend(h)
 
     def _first_length(self, now: float) -> float:
         """Return how long (s) a piece is at first; what fades, or is awaited, ends it."""

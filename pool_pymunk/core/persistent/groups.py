@@ -67,6 +67,7 @@ class Groups(Forming):
         self.quiet.clear()
         self.opened.clear()
         self.braked.clear()
+        self.spared.clear()
         self.last.clear()
         self.places.clear()
         self.spells.clear()
