@@ -128,9 +128,9 @@ class Crowd(Gathering):
         for each in self.members:
             each.go_back()
             each.face()
-        before = self._energy
+        before = self.energy
         self._press(h, 1.0)
-        if self._energy > before:
+        if self.energy > before:
             for each in self.members:
                 each.go_back()
             for one in self.touches:
@@ -147,14 +147,6 @@ class Crowd(Gathering):
         else:
             self.overlap = self.make_room(SHIFTS, APART)
         return 0.0
-
-    @property
-    def _energy(self) -> float:
-        """Twice the energy (J) of the motion, and of the roll."""
-        total = 0.0
-        for each in self.members:
-            total += each.energy
-        return total
 
     def _press(self, h: float, bounces: float) -> None:
         """Find the forces of a step (s), and the state after it; ``bounces`` is 0 or 1."""

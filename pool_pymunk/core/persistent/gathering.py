@@ -53,6 +53,14 @@ class Gathering(Company):
         """Tell whether a contact of its members is one of its own."""
         return any(is_of(one, a, b, wall) for one in self.touches)
 
+    @property
+    def energy(self) -> float:
+        """Twice the energy (J) of the motion, and of the roll."""
+        total = 0.0
+        for each in self.members:
+            total += each.energy
+        return total
+
     def play(self, now: float) -> None:
         """Play the next piece, from now (s) on."""
         raise NotImplementedError

@@ -416,8 +416,10 @@ class Group(Gathering):
     def join(self) -> None:
         """Take away the speeds at which sides part or close, by impulses with their friction.
 
-        They are the forces of the present mode that would change velocities as much in 1 s.
+        They are the forces of the present mode that would change velocities as much in 1 s. Where
+        energy would grow, as in a corner as rough as that it jams a ball, there are none.
         """
+        before, states = self.energy, [each.state for each in self.members]
         system = self.system = self.system or self._find_system()
         self._free()
         for each in self.members:
@@ -425,14 +427,18 @@ class Group(Gathering):
         for force in self.unknowns:
             system.rows[force.row].right = -force.touch.speed(force.kind)
         self._press(system)
-        for one in self.touches:
-            x, y = one.struck
-            p, q = one.push
-            one.struck = x + p, y + q
         for each in self.members:
             ax, ay, bx, by = each.second
             each.vx, each.vy = each.vx + each.ax - ax, each.vy + each.ay - ay
             each.wx, each.wy = each.wx + each.bx - bx, each.wy + each.by - by
+        if self.energy > before:
+            for each, state in zip(self.members, states):
+                each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
+        else:
+            for one in self.touches:
+                x, y = one.struck
+                p, q = one.push
+                one.struck = x + p, y + q
         self._free()
 
     def close(self, rounds: int = 3) -> None:
