@@ -41,6 +41,7 @@ from pool_pymunk.results.trace import Trace
 from pool_pymunk.results.variants import SURE_OF_FINER
 from pool_pymunk.solvers import event_driven
 from pool_pymunk.solvers.again import Again
+from pool_pymunk.solvers.in_core import table_of
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE, Settings
 from tests.shared.press_scenes import farthest
 from tests.shared.scenes import largest_distance
@@ -142,6 +143,35 @@ def test_a_ball_that_leaves_is_spared_the_resistance_that_it_did_not_feel() -> N
     scene = Scene(balls, None, Restitution(0.0), surface)
     ends = [ends_of(play(scene, tolerance)) for tolerance in (CONTACT_TOLERANCE, 1e-9)]
     assert farthest(*ends) < 1e-6
+
+
+@pytest.mark.parametrize("rough", [0.5, 1.0])
+def test_no_impulses_of_a_rough_corner_add_energy(rough: float) -> None:
+    """A ball leaves a corner; friction of one cushion drives it to the other one, and so on.
+
+    Such impulses have no solution where friction is 1: rounding gave them 1e11 m/s.
+    """
+    friction = Friction(0.2, rough, 0.0, rolling=0.01)
+    ball = Ball("a", (R, R), R, M)
+    table = table_of(
+        Scene((ball,), Table.rectangle(1.0, 1.0), Restitution(0.5, cushion=0.5), friction)
+    )
+    scale, surface, rest = (
+        Scale(TOLERANCE, R, table.surface.pull),
+        table.surface,
+        standing(0.0, R, R),
+    )
+    member = Member(CoreBall(0, R, M, rest), scale, surface, (R, R, 1e-5, 1e-5), (1e-5, -1e-5), 0.0)
+    sides = [(wall, wall.side_beside(R, R, R, 0.0)) for wall in table.walls]
+    pair = Pair(M, math.inf, 0.5, rough)
+    touches = [Touch(member, None, *each, pair) for each in sides if abs(each[1].gap(R, R, R)) < R]
+    group = Group([member], touches, 0.0, scale)
+    for one, slides in zip(touches, (-1.0, 1.0), strict=True):
+        one.on, one.slides, one.turns = True, slides, 1.0
+    group.list_unknowns()
+    before = group.energy
+    group.join()
+    assert group.energy <= before
 
 
 def round_table(friction: Friction, e: float, speed: float, tilt: float = 0.0) -> Scene:
