@@ -21,6 +21,7 @@ from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
 EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
 LATE: Final = 0.1  # of that; friction that is spared later than by bounces moves a ball by less
+PULLING: Final = 1e3  # times what is weak; forces that pull by more do not fall through 0 now
 WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
 RIDGE: Final = 1e-10  # Redundant forces are those of least norm, to such a share.
 ROUNDS: Final = 20
@@ -564,7 +565,24 @@ class Group(Gathering):
             off = self._rest_of_step(h)
         self.close()
         self._find_forces(0.0)
+        if any([one.n < -PULLING * self.weak * one.unit for one in self.touches]):
+            self._add_no_energy()
         return off
+
+    def _add_no_energy(self) -> None:
+        """Let velocities stay as they were, if forces that pull would add energy.
+
+        They do where no mode fits, as in a corner as rough as that it jams a ball.
+        """
+        after, ends = self.energy, [each.state for each in self.members]
+        for each in self.members:
+            each.go_back()
+        if after <= self.energy:
+            for each, (_x, _y, vx, vy, wx, wy) in zip(self.members, ends):
+                each.vx, each.vy, each.wx, each.wy = vx, vy, wx, wy
+        for each, (x, y, _vx, _vy, _wx, _wy) in zip(self.members, ends):
+            each.x, each.y, each.time = x, y, each.since + self.played
+        self._find_forces(0.0)
 
     def _rest_of_step(self, h: float) -> float:
         for each in self.members:
