@@ -114,10 +114,7 @@ class Touch:
     @property
     def mode(self) -> int:
         """A number that tells whether it presses, and which friction is at its bound."""
-        if not self.on:
-            return 0
-        frictions = int(self.slides) + 3 * int(self.turns) + 5
-        return frictions if self.mu > 0.0 else -frictions
+        return int(self.slides) + 3 * int(self.turns) + 5 if self.on else 0
 
     @property
     def push(self) -> Vector:
