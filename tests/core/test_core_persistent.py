@@ -259,6 +259,42 @@ def test_groups_that_touch_do_not_take_each_other_apart(
     assert sum(map(len, trace.knots)) <= most
 
 
+def test_no_ball_whose_hit_is_none_is_forgotten() -> None:
+    """Ball 2 slips along the cushion; it was played no more, and flew off the table in the run."""
+    rows = (
+        (0.485141311695456, 0.20053060087539082, -1.979006130813134, 0.48254269309135495, 0.17),
+        (0.46768318734724995, 0.25500127196215616, 0.0, 0.0, 0.34),
+        (0.1343740282738446, 0.07449907097692615, 0.22407748477066122, -0.13640284695124766, 0.085),
+        (
+            0.16538009271286574,
+            0.12375213147069922,
+            0.16389317875045076,
+            -0.39586469415605496,
+            0.085,
+        ),
+        (0.1354550814904442, 0.17249978478178635, 0.0, 0.0, 0.085),
+        (0.19623178352724013, 0.19292827124503803, 0.0, 0.0, 0.17),
+        (
+            0.41404851864904496,
+            0.27488283916984346,
+            -0.04775330311798036,
+            0.08119907689409671,
+            0.085,
+        ),
+    )
+    balls = tuple(
+        Ball(str(k), (x, y), R, mass, velocity=(u, v)) for k, (x, y, u, v, mass) in enumerate(rows)
+    )
+    table = Table(((0.5299693840066618, 0.2649846920033309), (0.0, 0.2649846920033309)), (1.0, 1.0))
+    friction = Friction(0.1, 0.3, 0.0, rolling=0.0)
+    scene = Scene(balls, table, Restitution(0.9, cushion=0.0), friction, Physics(max_time=5.0))
+    run = simulate(scene, solver="event-driven")
+    assert grown(run) < 1e-6
+    assert all(
+        table.contains(x, y) for x, y in run.at(np.linspace(0.0, 5.0, 501))[0].reshape(-1, 2)
+    )
+
+
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-7, 1e-8])
 def test_a_slip_fades_however_short_its_last_pieces_are(tolerance: float) -> None:
     """du/dt = D - L u / |u| with |D| < L: the ball rolls, at each tolerance, and ends alike."""

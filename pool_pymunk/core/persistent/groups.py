@@ -164,8 +164,7 @@ class Groups(Forming):
         for due in dues:
             if self._is_slow(present, self._contact(present, due)):
                 self._wait(present, due)
-                for ball in due.balls:  # A hit that was due has kept it from coming to an end.
-                    put(self.loose, ball)
+                self._predict_anew([due])
             else:
                 found.append(due)
         return found
@@ -192,7 +191,13 @@ class Groups(Forming):
         if len(cluster.groups) == 0 and any(self._wear(present, d.a, d.b) == 1.0 for d in dues):
             return False  # They do not come often.
         self._begin_in(present, cluster)
+        self._predict_anew(dues)
         return True
+
+    def _predict_anew(self, dues: list[Due]) -> None:
+        """Predict balls anew whose hits are none: these have kept them from coming to an end."""
+        for ball in balls_of(dues):
+            put(self.loose, ball)
 
     def _goes_on(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit follows from another one of this instant, and is not very slow."""
