@@ -62,8 +62,11 @@ class Recorder:
     def order_unknown(self, t: float) -> None:
         """Take note of several contacts at one instant, whose order may matter."""
 
-    def crowd(self, balls: int, since: float, until: float) -> None:
-        """Take note that so many balls hit each other over and over, and go on by a step."""
+    def crowd(self, balls: int, since: float, until: float, overlap: float) -> None:
+        """Take note that so many balls hit each other over and over, and go on by a step.
+
+        They were moved apart after it where they overlapped, at most by so many radii.
+        """
 
     def pause(self, t: float) -> None:
         """Do something else for a moment, every 10 ms or so: the run has come to this time."""
@@ -82,13 +85,14 @@ class Note:
 
 @final
 class Crowded:
-    """This says from when until when (s) balls have gone on by steps, and how long a step was."""
+    """This says from when until when (s) balls have gone on by steps, and how these were."""
 
     def __init__(self, since: float) -> None:
         self.since = since
         self.until = since
         self.balls = 0  # at most
         self.step = 0.0  # s, at most
+        self.overlap = 0.0  # radii, at most
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -153,13 +157,14 @@ class Record(Recorder):
     def order_unknown(self, t: float) -> None:
         self.instants[t] = None
 
-    def crowd(self, balls: int, since: float, until: float) -> None:
+    def crowd(self, balls: int, since: float, until: float, overlap: float) -> None:
         if self.crowded is None:
             self.crowded = Crowded(since)
         crowded = self.crowded
         crowded.until = max(crowded.until, until)
         crowded.balls = max(crowded.balls, balls)
         crowded.step = max(crowded.step, until - since)
+        crowded.overlap = max(crowded.overlap, overlap)
 
 
 def numbers_of(contacts: list[Contact]) -> set[int]:

@@ -24,6 +24,7 @@ from pool_pymunk.solvers.record import CONTACT_TOLERANCE, OnTime, Settings
 
 # as the engine counts them, and a batch
 ENDINGS = ("settled", "max_time", "max_events", "non_finite", "cannot_start")
+VISIBLE = 1e-3  # radii; balls that overlap by less do so by less than a pixel of a picture
 LISTED = 100  # hits at one instant; more are a collapse, whose hits are no events
 
 
@@ -145,10 +146,11 @@ def tell(trace: Trace, record: Record, scene: Scene, law: Law) -> None:
     if crowded is not None:
         trace.is_crowded = True
         until = min(crowded.until, trace.duration)
+        overlap = f", and overlap by up to {crowded.overlap:.1g} radii"
         trace.warn(
             f"up to {crowded.balls} balls hit each other over and over: until {until:.6g} s they "
             f"go on by steps of up to {1e3 * crowded.step:.2g} ms, "
-            "so that their ends are not exact",
+            f"so that their ends are not exact{overlap if crowded.overlap >= VISIBLE else ''}",
             crowded.since,
         )
     for note in record.notes:

@@ -37,13 +37,18 @@ DEEP: Final = 0.03
 
 @final
 class Crowd(Gathering):
-    """A crowd has the contacts that may close in a step of ``pace`` (s)."""
+    """A crowd has the contacts that may close in a step of ``pace`` (s).
+
+    After it, members were moved apart; ``overlap`` is how deep (radii) the deepest had sunk in, in
+    the last round.
+    """
 
     def __init__(
         self, members: list[Member], touches: list[Touch], now: float, scale: Scale, pace: float
     ) -> None:
         super().__init__(members, touches, now, scale)
         self.pace = pace
+        self.overlap = 0.0
         self.slows = members[0].drag > 0.0  # Friction of the surface ends small motions.
 
     @property
@@ -123,9 +128,9 @@ class Crowd(Gathering):
         for each in self.members:
             each.go_back()
             each.face()
-        before = self._energy
+        before = self.energy
         self._press(h, 1.0)
-        if self._energy > before:
+        if self.energy > before:
             for each in self.members:
                 each.go_back()
             for one in self.touches:
@@ -136,19 +141,12 @@ class Crowd(Gathering):
             one.on = one.n > 0.0
             one.at_start = one.halfway = one.push
         if self.slows:
-            if self.make_room(1, 1.0) > DEEP:
-                self.make_room(LAST_SHIFTS, APART, DEEP)
+            self.overlap = self.make_room(1, 1.0)
+            if self.overlap > DEEP:
+                self.overlap = self.make_room(LAST_SHIFTS, APART, DEEP)
         else:
-            self.make_room(SHIFTS, APART)
+            self.overlap = self.make_room(SHIFTS, APART)
         return 0.0
-
-    @property
-    def _energy(self) -> float:
-        """Twice the energy (J) of the motion, and of the roll."""
-        total = 0.0
-        for each in self.members:
-            total += each.energy
-        return total
 
     def _press(self, h: float, bounces: float) -> None:
         """Find the forces of a step (s), and the state after it; ``bounces`` is 0 or 1."""

@@ -137,7 +137,7 @@ class Crowds(Unseen):
                 each.go_back()
             self._begin_crowd(present, members + self._taken_out(present, others), pace)
             return
-        present.recorder.crowd(len(members), present.now, present.now + pace)
+        present.recorder.crowd(len(members), present.now, present.now + pace, crowd.overlap)
         for each in members:
             self.braked.pop(each.ball.number, None)
             each.ball.group = crowd

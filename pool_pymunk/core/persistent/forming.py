@@ -66,11 +66,11 @@ class Forming(Crowds):
         """Return the part of a cluster with these members, which touch each other."""
         now = present.now
         parting = [one.opening for one in touches]
-        states = [each.state for each in members]
+        states = [(each.state, each.spared) for each in members]
         while len(touches) > 0:
-            for each, state in zip(members, states):
+            for each, (state, spared) in zip(members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
-                each.is_struck = False
+                each.is_struck, each.spared = False, spared
                 self._set_phase(present, each)
             for one in touches:
                 one.struck = 0.0, 0.0
@@ -91,11 +91,7 @@ class Forming(Crowds):
             keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
             jam_around(present, touches)
             if all(keep):
-                for one in touches:
-                    one.spare_friction(now)
                 group.close(CLOSING)
-                if any(one.free > now for one in touches):
-                    group.decide(now, False)
                 return Cluster(members, touches, parts_of(group, now))
             parting = [v for v, kept in zip(parting, keep) if kept]
             touches = [one for one, kept in zip(touches, keep) if kept]

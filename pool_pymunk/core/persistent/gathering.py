@@ -53,6 +53,14 @@ class Gathering(Company):
         """Tell whether a contact of its members is one of its own."""
         return any(is_of(one, a, b, wall) for one in self.touches)
 
+    @property
+    def energy(self) -> float:
+        """Twice the energy (J) of the motion, and of the roll."""
+        total = 0.0
+        for each in self.members:
+            total += each.energy
+        return total
+
     def play(self, now: float) -> None:
         """Play the next piece, from now (s) on."""
         raise NotImplementedError
@@ -114,7 +122,10 @@ class Gathering(Company):
         raise NotImplementedError
 
     def add_up(self, spells: Spells) -> None:
-        """Add what the contacts have done in the present piece until now (Simpson's rule)."""
+        """Add what the contacts have done in the present piece until now (Simpson's rule).
+
+        What friction was spared in it is spared no more.
+        """
         for one in self.touches:
             if one.on:
                 x, y = one.at_start
@@ -125,6 +136,9 @@ class Gathering(Company):
                 impulse = jx + h * (x + 4.0 * p + u), jy + h * (y + 4.0 * q + v)
                 spells.add(one, self.began, self.began + self.played, impulse)
                 one.struck = 0.0, 0.0
+            one.spend(self.played)
+        for each in self.members:
+            each.spend(self.played)
         self.played = 0.0  # It counts once.
 
     def path(self, each: Member) -> Path:

@@ -6,9 +6,10 @@ from typing import Final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
+from pool_pymunk.core.motion.path import Path
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import Gathering, gathering_of
-from pool_pymunk.core.persistent.member import REST, Member
+from pool_pymunk.core.persistent.member import REST, ROLL, Member
 from pool_pymunk.core.persistent.persistence import Persisted, Persistence
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.spells import Spell, Spells
@@ -27,7 +28,8 @@ class Gatherings(Persistence):
     """The gatherings of an engine can be taken apart, and their spells are kept.
 
     ``freed`` (s) is when that was last done, and ``braked`` (s) until when the surface has slowed
-    balls that have left a crowd within its step.
+    balls that have left a crowd within its step. Rolling resistance is ``spared`` (s) so long to
+    balls that have left a group.
     """
 
     def __init__(self, scale: Scale) -> None:
@@ -36,6 +38,7 @@ class Gatherings(Persistence):
         self.spells = Spells()
         self.freed = -INF
         self.braked: dict[int, float] = {}
+        self.spared: dict[int, float] = {}
 
     def begin_step(self, present: Present) -> None:
         for ball in present.balls:
@@ -82,7 +85,7 @@ class Gatherings(Persistence):
                 self._let_go(present, member)
 
     def _let_go(self, present: Present, member: Member) -> None:
-        """Let a ball go on by itself."""
+        """Let a ball go on by itself, without rolling resistance as long as that is spared."""
         ball = member.ball
         if member.phase == REST:
             self._rest(present, member)
@@ -90,7 +93,11 @@ class Gatherings(Persistence):
         x, y, vx, vy, wx, wy = member.state
         if member.stays:  # It is where it came to rest, whatever gaps were closed since.
             x, y = ball.path.place(present.now)
-        present.begin(ball, (x, y), (vx, vy), (wx, wy), self.scale.noise)
+        if member.phase == ROLL and member.spared > self.scale.least:
+            end = self.spared[ball.number] = present.now + member.spared
+            present.lead(ball, Path(present.now, x, y, vx, vy, 0.0, 0.0, end, False, wx, wy))
+        else:
+            present.begin(ball, (x, y), (vx, vy), (wx, wy), self.scale.noise)
         put(self.loose, ball)
 
     def _rest(self, present: Present, member: Member) -> None:
@@ -101,15 +108,12 @@ class Gatherings(Persistence):
             put(self.loose, ball)
 
     def _member(self, present: Present, ball: Ball) -> Member:
-        path = ball.path
-        return Member(
-            ball,
-            self.scale,
-            present.table.surface_of(ball.patch),
-            path.at(present.now),
-            present.roll_of(ball),
-            present.now,
-        )
+        path, now = ball.path, present.now
+        surface, roll = present.table.surface_of(ball.patch), present.roll_of(ball)
+        member = Member(ball, self.scale, surface, path.at(now), roll, now)
+        if len(self.spared) > 0:
+            member.spared = max(self.spared.get(ball.number, now) - now, 0.0)
+        return member
 
     def _touch_of(self, present: Present, a: Member, wall: Wall, far: float) -> Touch | None:
         """Return the touch of a ball and a wall that is no farther (m), or none.

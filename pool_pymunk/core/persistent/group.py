@@ -20,6 +20,8 @@ from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
 EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
+LATE: Final = 0.1  # of that; friction that is spared later than by bounces moves a ball by less
+PULLING: Final = 1e3  # times what is weak; forces that pull by more do not fall through 0 now
 WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
 RIDGE: Final = 1e-10  # Redundant forces are those of least norm, to such a share.
 ROUNDS: Final = 20
@@ -415,8 +417,10 @@ class Group(Gathering):
     def join(self) -> None:
         """Take away the speeds at which sides part or close, by impulses with their friction.
 
-        They are the forces of the present mode that would change velocities as much in 1 s.
+        They are the forces of the present mode that would change velocities as much in 1 s. Where
+        energy would grow, as in a corner as rough as that it jams a ball, there are none.
         """
+        before, states = self.energy, [each.state for each in self.members]
         system = self.system = self.system or self._find_system()
         self._free()
         for each in self.members:
@@ -424,14 +428,18 @@ class Group(Gathering):
         for force in self.unknowns:
             system.rows[force.row].right = -force.touch.speed(force.kind)
         self._press(system)
-        for one in self.touches:
-            x, y = one.struck
-            p, q = one.push
-            one.struck = x + p, y + q
         for each in self.members:
             ax, ay, bx, by = each.second
             each.vx, each.vy = each.vx + each.ax - ax, each.vy + each.ay - ay
             each.wx, each.wy = each.wx + each.bx - bx, each.wy + each.by - by
+        if self.energy > before:
+            for each, state in zip(self.members, states):
+                each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
+        else:
+            for one in self.touches:
+                x, y = one.struck
+                p, q = one.push
+                one.struck = x + p, y + q
         self._free()
 
     def close(self, rounds: int = 3) -> None:
@@ -485,8 +493,6 @@ class Group(Gathering):
             h = self._locate(h, now)
         self.time = h
         self.halts = h >= self.until - now
-        for one in self.touches:
-            one.spend(h)
 
     def _first_length(self, now: float) -> float:
         """Return how long (s) a piece is at first; what fades, or is awaited, ends it."""
@@ -495,16 +501,29 @@ class Group(Gathering):
             fades = each.fades_in()
             if 0.0 < fades < INF:
                 h = min(h, 1.01 * fades)
+            if each.spared > 0.0:
+                h = min(h, self._spares_in(each.spared, each.drag))
         for one in self.touches:
-            if one.free > now:
-                h = min(h, one.free - now)
+            if one.spared > 0.0:
+                spares = one.spares_for
+                h = min(h, self._spares_in(spares, one.mu * one.n / one.unit))
             if one.bounces > now:
                 h = min(h, one.bounces - now)
         return min(max(h, self.least), self.until - now)
 
+    def _spares_in(self, spared: float, rate: float) -> float:
+        """Return how long (s) a piece may be in which friction (m/s^2) is spared for a time (s).
+
+        A part of it acts until then, and moves a ball by what may go unseen.
+        """
+        speed = rate * spared
+        return max(spared, 2.0 * LATE * self.tolerance / speed) if speed > 0.0 else INF
+
     def _spare(self, h: float) -> None:
         """Let friction in a piece be less by what bounces that are left out spare of it."""
-        if any([one.slacken(h) for one in self.touches if one.mu > 0.0]):
+        are_new = [one.slacken(h) for one in self.touches if one.mu > 0.0]
+        are_new += [each.slacken(h) for each in self.members]
+        if any(are_new):
             self.solve(0.0)
 
     def states_at(self, t: float) -> list[State]:
@@ -546,7 +565,24 @@ class Group(Gathering):
             off = self._rest_of_step(h)
         self.close()
         self._find_forces(0.0)
+        if any([one.n < -PULLING * self.weak * one.unit for one in self.touches]):
+            self._add_no_energy()
         return off
+
+    def _add_no_energy(self) -> None:
+        """Let velocities stay as they were, if forces that pull would add energy.
+
+        They do where no mode fits, as in a corner as rough as that it jams a ball.
+        """
+        after, ends = self.energy, [each.state for each in self.members]
+        for each in self.members:
+            each.go_back()
+        if after <= self.energy:
+            for each, (_x, _y, vx, vy, wx, wy) in zip(self.members, ends):
+                each.vx, each.vy, each.wx, each.wy = vx, vy, wx, wy
+        for each, (x, y, _vx, _vy, _wx, _wy) in zip(self.members, ends):
+            each.x, each.y, each.time = x, y, each.since + self.played
+        self._find_forces(0.0)
 
     def _rest_of_step(self, h: float) -> float:
         for each in self.members:

@@ -67,6 +67,7 @@ class Groups(Forming):
         self.quiet.clear()
         self.opened.clear()
         self.braked.clear()
+        self.spared.clear()
         self.last.clear()
         self.places.clear()
         self.spells.clear()
@@ -163,8 +164,7 @@ class Groups(Forming):
         for due in dues:
             if self._is_slow(present, self._contact(present, due)):
                 self._wait(present, due)
-                for ball in due.balls:  # A hit that was due has kept it from coming to an end.
-                    put(self.loose, ball)
+                self._predict_anew([due])
             else:
                 found.append(due)
         return found
@@ -191,7 +191,13 @@ class Groups(Forming):
         if len(cluster.groups) == 0 and any(self._wear(present, d.a, d.b) == 1.0 for d in dues):
             return False  # They do not come often.
         self._begin_in(present, cluster)
+        self._predict_anew(dues)
         return True
+
+    def _predict_anew(self, dues: list[Due]) -> None:
+        """Predict balls anew whose hits are none: these have kept them from coming to an end."""
+        for ball in balls_of(dues):
+            put(self.loose, ball)
 
     def _goes_on(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit follows from another one of this instant, and is not very slow."""
@@ -276,7 +282,7 @@ class Groups(Forming):
 
     def go_on(self, present: Present, ball: Ball) -> None:
         """Go on at the end of a piece: the mode may change."""
-        group, now = gathering_of(ball), present.now
+        group = gathering_of(ball)
         if group is None:
             return
         group.add_up(self.spells)
@@ -284,17 +290,10 @@ class Groups(Forming):
             self._go_on_crowded(present, group)
             return
         assert isinstance(group, Group), "a gathering is a crowd or a group"
-        regains = any(-INF < one.free <= now for one in group.touches)
-        for one in group.touches:
-            one.regain_friction(now)
         if self._breaks(present, group):
             self.leave(present, ball)
             self._begin_around(present, [*self.loose])
-        elif (
-            group.fell == NEVER
-            and not regains
-            and not any(group.lets_rest(each) for each in group.members)
-        ):
+        elif group.fell == NEVER and not any(group.lets_rest(each) for each in group.members):
             self._play(present, group)
         else:
             self._go_on_otherwise(present, group)

@@ -28,6 +28,7 @@ ROLL: Final = 1
 SLIP: Final = 2
 FREE: Final = 3  # a ball that moves on a surface of a user's own
 
+SPENT: Final = 1e-6  # of a piece, or of what friction gives in it; less is spared no more
 SHARE: Final = 2.0 / 7.0  # This share of a slip is taken off the velocity until the ball rolls.
 
 Rates = tuple[float, float, float, float]  # dv/dt, dw/dt (m/s^2)
@@ -41,14 +42,16 @@ class Member:
     Surface friction points against (``hx``, ``hy``), which was (``gx``, ``gy``) at the beginning of
     a piece. The ``phase`` is that of its state, the ``mode`` what friction makes of it: the next
     phase, if the pushes are too strong to hold. Until ``held`` (s) nothing lets it go. A surface of
-    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not. A
-    group owns it, and touches push it.
+    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not.
+    Rolling ``resistance`` is less than ``drag`` in a piece while some time (s) of it is ``spared``.
+    A group owns it, and touches push it.
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
                  "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
-                 "place", "pull", "px", "py", "rolls", "scale", "second", "share", "since",
-                 "slows", "start", "third", "time", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
+                 "place", "pull", "px", "py", "resistance", "rolls", "scale", "second", "share",
+                 "since", "slows", "spared", "start", "third", "time", "vx", "vy", "wx", "wy", "x",
+                 "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -58,7 +61,7 @@ class Member:
         self.place = self.part = 0  # among the members, and among the parts of its group
         self.mass = ball.mass
         self.pull = surface.pull
-        self.drag = surface.drag
+        self.drag = self.resistance = surface.drag
         self.rolls = surface.rolls
         self.x, self.y, self.vx, self.vy = motion
         self.wx, self.wy = roll
@@ -68,6 +71,7 @@ class Member:
         self.phase = self.mode = SLIP if self.own is None else FREE
         self.held = -INF
         self.is_struck = False
+        self.spared = 0.0
         self.share = 1.0  # of a step of a crowd, in which the surface acts
         self.gx, self.gy = 1.0, 0.0
         self.hx, self.hy = 1.0, 0.0
@@ -186,12 +190,28 @@ class Member:
         return (loss * self.left() + a * x + b * y) / spare if spare > 0.0 else 0.0
 
     def spare_drag(self, time: float) -> None:
-        """Give a ball that rolls the speed again that rolling resistance takes in a time (s)."""
+        """Spare a ball that rolls the resistance of a time (s); what is below 0 acts now."""
+        if self.drag == 0.0:
+            return
+        self.spared += time
         speed = math.sqrt(self.vx * self.vx + self.vy * self.vy)
-        if self.phase == ROLL and speed > self.scale.faded:
-            part = 1.0 + self.drag * time / speed
+        if self.spared < 0.0 and speed > self.scale.faded:
+            part = 1.0 + self.drag * self.spared / speed
             self.vx, self.vy = part * self.vx, part * self.vy
             self.wx, self.wy = self.vx, self.vy
+        self.spared = max(self.spared, 0.0)
+
+    def slacken(self, time: float) -> bool:
+        """Let rolling resistance in a time (s) be less by what is spared; tell if that is new."""
+        was = self.resistance
+        self.resistance = self.drag * max(1.0 - self.spared / time, 0.0)
+        return self.phase == ROLL and self.resistance != was
+
+    def spend(self, time: float) -> None:
+        """Count what rolling resistance has been spared in a time (s)."""
+        if self.spared > 0.0 and self.phase == ROLL:
+            left = self.spared - (1.0 - self.resistance / self.drag) * time
+            self.spared = left if left > SPENT * time else 0.0
 
     # -- rates -------------------------------------------------------------------------------------
 
@@ -206,8 +226,12 @@ class Member:
             self.ax, self.ay = self.fx + self.px, self.fy + self.py
             self.bx, self.by = self.cx, self.cy
         elif self.mode == ROLL:
-            self.ax = self.bx = (1.0 - SHARE) * self.fx + SHARE * self.cx - self.drag * self.hx
-            self.ay = self.by = (1.0 - SHARE) * self.fy + SHARE * self.cy - self.drag * self.hy
+            self.ax = self.bx = (
+                (1.0 - SHARE) * self.fx + SHARE * self.cx - self.resistance * self.hx
+            )
+            self.ay = self.by = (
+                (1.0 - SHARE) * self.fy + SHARE * self.cy - self.resistance * self.hy
+            )
         else:
             self.ax = self.ay = self.bx = self.by = 0.0
 
@@ -249,7 +273,7 @@ class Member:
         """Tell whether the surface could stop the ball, or its slip, in a time (s), and hold it."""
         if self.phase == REST:
             return False
-        a, b, loss = self.ax, self.ay, self.drag if self.phase == ROLL else self.pull
+        a, b, loss = self.ax, self.ay, self.resistance if self.phase == ROLL else self.pull
         if self.phase == SLIP and self.rolls:
             a, b, loss = a - self.bx, b - self.by, loss / SHARE
         x, y = a + loss * self.hx, b + loss * self.hy

@@ -9,7 +9,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Pair
 from pool_pymunk.core.motion.surface import GYRATION
 from pool_pymunk.core.motion.times import INF, Vector
-from pool_pymunk.core.persistent.member import REST, ROLL, SHARE, Member
+from pool_pymunk.core.persistent.member import REST, ROLL, SHARE, SPENT, Member
 from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.walls.moving import Carried
 from pool_pymunk.core.walls.side import Side
@@ -29,11 +29,10 @@ class Touch:
     Its forces (N) are ``n`` along the normal, ``t`` along the tangent, and ``i``, which slows the
     roll into a cushion. ``slides`` and ``turns`` have the signs of the slip and of that roll; where
     they are 0, friction holds them. What has opened is no contact until ``later`` (s). What hits
-    without bounces have given to the last ball is ``struck`` (N s). Friction does not act before
-    ``free`` (s), so long that N would have given the ``spared`` impulse (N s), or less than it
-    would otherwise, if that is too short for a piece. Bounces that go unseen end at ``bounces``
-    (s). Sides that hit over and over are joined though nothing presses them: then the touch
-    ``is_dull``.
+    without bounces have given to the last ball is ``struck`` (N s). Friction does not act while N
+    gives the ``spared`` impulse (N s), or is less in a piece that is longer. Bounces that go unseen
+    end at ``bounces`` (s). Sides that hit over and over are joined though nothing presses them:
+    then the touch ``is_dull``.
 
     In a step of a crowd, if no ball had an acceleration, the gap would open by the ``excess``
     (m/s^2) faster than it should, and the slip would be too large by the ``skew``.
@@ -44,7 +43,7 @@ class Touch:
     """
 
     __slots__ = ("a", "at_start", "b", "bounces", "closed", "closing", "drift", "excess", "first",
-                 "free", "halfway", "i", "is_dull", "kept", "later", "lift", "members", "mu", "n",
+                 "halfway", "i", "is_dull", "kept", "later", "lift", "members", "mu", "n",
                  "nx", "ny", "on", "pair", "shear", "side", "skew", "slides", "slip", "spared",
                  "struck", "swing", "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
 
@@ -74,7 +73,7 @@ class Touch:
         self.struck: Vector = (0.0, 0.0)
         self.kept: Vector = (0.0, 0.0)  # what was struck before the present piece
         self.spared = 0.0
-        self.free = self.bounces = -INF
+        self.bounces = -INF
 
     # -- where it is ---------------------------------------------------------------------------
 
@@ -115,10 +114,7 @@ class Touch:
     @property
     def mode(self) -> int:
         """A number that tells whether it presses, and which friction is at its bound."""
-        if not self.on:
-            return 0
-        frictions = int(self.slides) + 3 * int(self.turns) + 5
-        return frictions if self.mu > 0.0 else -frictions
+        return int(self.slides) + 3 * int(self.turns) + 5 if self.on else 0
 
     @property
     def push(self) -> Vector:
@@ -260,22 +256,17 @@ class Touch:
             self.a.kick(-x, -y, 0.0, 0.0)
             self.b.kick(x, y, 0.0, 0.0)
 
-    def spare_friction(self, now: float) -> None:
-        """Let there be no friction until N has given the spared impulse, if that takes a piece."""
-        if self.n > 0.0 and self.mu > 0.0 and self.spared > self.n * self.a.scale.least:
-            self.free, self.mu = now + self.spared / self.n, 0.0
-            self.spared = 0.0
+    @property
+    def spares_for(self) -> float:
+        """The time (s) in which N gives the impulse that is spared."""
+        return self.spared / self.n if self.n > 0.0 and self.mu > 0.0 else 0.0
 
     def slacken(self, time: float) -> bool:
-        """Let friction in a time (s) be less by what is spared; tell whether that is new.
-
-        What would take less than a piece is spared so, where the sides slip.
-        """
+        """Let friction in a time (s) be less by what is spared; tell whether that is new."""
         was = self.mu
-        if self.free == -INF:
-            self.mu = self.pair.friction
-            if self.spared > 0.0 and self.n > 0.0 and self.slides != 0.0:
-                self.mu *= max(1.0 - self.spared / (self.n * time), LEAST)
+        self.mu = self.pair.friction
+        if self.slides != 0.0 or self.turns != 0.0:
+            self.mu *= max(1.0 - self.spares_for / time, LEAST)
         if self.mu != was:
             most = self.mu * self.n
             i = self.i if self.turns == 0.0 else -self.turns * most / GYRATION
@@ -283,15 +274,12 @@ class Touch:
         return self.mu != was
 
     def spend(self, time: float) -> None:
-        """Count what friction has been spared in a time (s)."""
-        if self.spared > 0.0 and self.pair.friction > 0.0:
-            share = 1.0 - self.mu / self.pair.friction
-            self.spared = max(self.spared - share * self.n * time, 0.0)
-
-    def regain_friction(self, now: float) -> None:
-        """Let friction act again, if it is time (s)."""
-        if -INF < self.free <= now:
-            self.free, self.mu = -INF, self.pair.friction
+        """Count what friction has been spared in a time (s); where sides stick, it is over, too."""
+        if self.spared > 0.0 and self.mu > 0.0:
+            slips = self.slides != 0.0 or self.turns != 0.0
+            share, most = 1.0 - self.mu / self.pair.friction if slips else 1.0, self.n * time
+            left = self.spared - share * most
+            self.spared = left if left > SPENT * most else 0.0
 
     @property
     def press_on(self) -> float:
