@@ -23,9 +23,11 @@ HIT: Final = 4  # Two balls meet, or a ball and a wall.
 SHORT: Final = 32
 # A line begins with so many that are never due. So it is never empty, and keeps its memory.
 NEVER: Final = 32
-# This share of the mean time from the next one on is soon.
+# This share of the mean time from the next one on is soon. With half of it breaks that slide take
+# up to 2 % longer.
 SOON: Final = 0.5
-# A longer line is cut, and what is due later becomes part of the rest.
+# A longer line is cut, and what is due later becomes part of the rest. At 40 such breaks take 3 %
+# longer, and at 16 shots of twenty events 1 %.
 LONG: Final = NEVER + 24
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, final
 
-from mypy_extensions import mypyc_attr
+from mypy_extensions import i64, mypyc_attr
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.contact.contact import Contact, Pair
@@ -49,11 +49,11 @@ class Step:
     (1/m) is that of the wall's side, and ``kick`` (m/s) is what the wall adds along the normal.
     """
 
-    def __init__(self, t: float, kind: int, a: int) -> None:
+    def __init__(self, t: float, kind: i64, a: i64) -> None:
         self.t = t
-        self.kind = kind
-        self.a = a
-        self.b = -1
+        self.kind: i64 = kind
+        self.a: i64 = a
+        self.b: i64 = -1
         self.wall: Wall | None = None
         self.pair: Pair | None = None
         self.nx = self.ny = self.curvature = 0.0
@@ -61,20 +61,20 @@ class Step:
         self.drifts = False
 
     @property
-    def met(self) -> int:
+    def met(self) -> i64:
         """The other ball, -1 - the place of a wall, or nothing: ball ``a`` meets it."""
         if self.b >= 0:
             return self.b
         return NOTHING if self.wall is None else -1 - self.wall.place
 
     @property
-    def other(self) -> int:
+    def other(self) -> i64:
         """The other ball of a hit, or the only ball."""
         return self.b if self.b >= 0 else self.a
 
-    def has(self, ball: int) -> bool:
+    def has(self, ball: i64) -> bool:
         """Tell whether the step is one of a ball."""
-        return ball in (self.a, self.b)
+        return ball == self.a or ball == self.b
 
 
 @final
@@ -150,7 +150,8 @@ class Course(Recorder):
         ending = engine.end(latest)
         if ending == SETTLED:
             engine.now = self.duration
-        self.steps.sort(key=lambda step: step.t)
+        if not self._is_in_order():
+            self.steps.sort(key=lambda step: step.t)
         del self.steps[engine.most_events :]
         firsts: dict[int, float] = {}
         for a, b, _cushion, since, _until, _x, _y in engine.persistence.persisted(engine):
@@ -162,6 +163,15 @@ class Course(Recorder):
             self.steps.insert(k, Step(t, LASTS, i))
         is_cut = ending == OUT_OF_TIME or (ending == SETTLED and engine.now == latest)
         return engine.now, is_cut, ending in (OUT_OF_EVENTS, NON_FINITE)
+
+    def _is_in_order(self) -> bool:
+        """Tell whether no step is earlier than the one before, as mostly."""
+        last = -INF
+        for step in self.steps:
+            if step.t < last:
+                return False
+            last = step.t
+        return True
 
     def _begins_before(self, ball: int, t: float) -> int:
         """Return before which step a ball comes to persistent contacts at a time (s)."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Final, final
 
-from mypy_extensions import mypyc_attr
+from mypy_extensions import i64, mypyc_attr
 
 from pool_pymunk.core.motion.pairs import HAIR
 from pool_pymunk.core.motion.path import Path, standing
@@ -60,8 +60,8 @@ class Corner:
 class Obstacle:
     """An obstacle is a side of a wall; ``met`` is what a ball that hits it has met."""
 
-    def __init__(self, side: Side, met: int) -> None:
-        self.met = met
+    def __init__(self, side: Side, met: i64) -> None:
+        self.met: i64 = met
         self.face: Final = side if isinstance(side, Face) else None
         self.curved: Final = side if isinstance(side, Curved) else None
         # the normal of a face; (0, 0) for what is round
@@ -284,7 +284,7 @@ class Lookout:
                 track.go_on(NOTHING)
                 then = track.following
 
-    def look(self, track: Track, t: float, met: int, done: Track) -> None:
+    def look(self, track: Track, t: float, met: i64, done: Track) -> None:
         """Lose what touches decide on the path of a ball up to a time (s), where it has ``met``.
 
         The ball of track ``done`` was looked at before.
@@ -301,7 +301,7 @@ class Lookout:
                     self._touch(track, track, turns, each)
         self._look_at_balls(track, t, met, done)
 
-    def _look_at_balls(self, track: Track, t: float, met: int, done: Track) -> None:
+    def _look_at_balls(self, track: Track, t: float, met: i64, done: Track) -> None:
         """Lose what touches of other balls decide on the path of a ball up to a time (s)."""
         path = track.path
         if path.t >= t:

@@ -45,7 +45,7 @@ class Track:
         self.at: i64 = 0
         self.path = legs[0].path
         self.moves = self.path.moves
-        self.met = NOTHING
+        self.met: i64 = NOTHING
         self.is_gone = is_gone
         self.keeps = False
         self.moments: Final[list[Moment]] = []
@@ -75,7 +75,7 @@ class Track:
         then = self.following
         return then is not None and then.t == t
 
-    def go_on(self, met: int) -> None:
+    def go_on(self, met: i64) -> None:
         """Go on to the next leg, where the ball has met something."""
         self.at += 1
         self.path = self.legs[self.at].path
