@@ -35,9 +35,3 @@ def read_f64_le(numbers: bytes, at: int) -> float:
     """Return the number whose eight bytes begin at a place."""
     found: float = FLOAT.unpack_from(numbers, at)[0]
     return found
-
-
-def read_i64_le(numbers: bytes, at: int) -> int:
-    """Return the whole number whose eight bytes begin at a place."""
-    found: int = INT.unpack_from(numbers, at)[0]
-    return found
