@@ -259,6 +259,31 @@ def test_groups_that_touch_do_not_take_each_other_apart(
     assert sum(map(len, trace.knots)) <= most
 
 
+@pytest.mark.parametrize(("count", "gap"), [(3, 0.0), (3, 1e-12), (4, 1e-10)])
+def test_balls_that_follow_each_other_round_a_table_go_on_in_long_pieces(
+    count: int, gap: float
+) -> None:
+    """Their hits are rounding; each took groups apart, in up to 180,000 pieces."""
+    table, r = Table.circle(0.3), 0.3 - R
+    step = 2.0 * math.asin((R + gap / 2.0) / r)
+    angles = [0.3 + k * step for k in range(count)]
+    (x, y), (p, q) = table.outline
+    balls = tuple(
+        Ball(
+            str(k), ((x + p) / 2.0 + r * math.cos(a), (y + q) / 2.0 + r * math.sin(a)), R, M,
+            velocity=(-0.5 * math.sin(a), 0.5 * math.cos(a)), roll=1.0,
+        )
+        for k, a in enumerate(angles)
+    )  # fmt: skip
+    friction = Friction(0.2, rolling=0.0)
+    scene = Scene(balls, table, Restitution(0.5, cushion=0.0), friction, Physics(max_time=5.0))
+    run = simulate(scene, solver="event-driven")
+    assert sum(map(len, run.knots)) < 12_000
+    places = run.at(np.linspace(0.0, 5.0, 101))[0]
+    distances = np.hypot(*np.diff(places, axis=1).transpose(2, 0, 1))
+    assert abs(distances - 2.0 * R - gap).max() < CONTACT_TOLERANCE
+
+
 def test_no_ball_whose_hit_is_none_is_forgotten() -> None:
     """Ball 2 slips along the cushion; it was played no more, and flew off the table in the run."""
     rows = (

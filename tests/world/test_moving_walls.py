@@ -602,7 +602,7 @@ def test_no_ball_waits_for_a_wall_longer_than_a_step() -> None:
     one = ball(table, R)
     go(table, 0.1)
     groups: Any = table.engine.persistence
-    groups.quiet[one.number, -1 - table.engine.movers[0].place] = 9.0  # as after many hits
+    groups.quiet[one.number, -1 - table.engine.movers[0].place] = 0.0, 9.0  # as after many hits
     groups.is_hushed = True
     piston.velocity = 1e-3, 0.0
     go(table, 1.0)

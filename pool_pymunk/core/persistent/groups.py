@@ -6,7 +6,6 @@ seen. A hit takes the groups of its balls apart first; what presses after it is 
 
 from __future__ import annotations
 
-import math
 from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
@@ -52,7 +51,8 @@ class Groups(Forming):
 
     def __init__(self, scale: Scale) -> None:
         super().__init__(scale)
-        self.quiet: dict[tuple[int, int], float] = {}  # s; until when slow hits wait
+        # s; since when slow hits wait, over and over, and until when they do
+        self.quiet: dict[tuple[int, int], tuple[float, float]] = {}
         self.tried = self.formed = -INF
         self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
 
@@ -92,7 +92,7 @@ class Groups(Forming):
             return INF
         if t <= present.now and (wall is None or not wall.is_pocket):
             hit_now = self._contact(present, hit)
-            until = self.quiet.get(sides_of(a, b, wall), -INF)
+            until = self._waits_until(present, hit, hit_now)
             if until > present.now and hit_now.closing <= 2.0 * MOST * self.scale.hushed:
                 return until
             if self.formed == present.now and self._is_slow(present, hit_now):
@@ -106,9 +106,11 @@ class Groups(Forming):
                     return self._wait(present, hit)
         if not self.is_hushed:
             return t
-        until = self.quiet.get(sides_of(a, b, wall), t)
-        waits = until > t and self._is_slow(present, self._contact(present, hit))
-        return until if waits else t
+        if sides_of(a, b, wall) not in self.quiet:
+            return t
+        hit_now = self._contact(present, hit)
+        until = self._waits_until(present, hit, hit_now)
+        return until if until > t and self._is_slow(present, hit_now) else t
 
     def _is_nothing(self, present: Present, due: Due) -> bool:
         """Tell whether a hit is one by rounding alone, or has waited until its sides had parted."""
@@ -119,8 +121,10 @@ class Groups(Forming):
         has_waited = self.is_hushed and sides_of(a, b, wall) in self.quiet
         if not (is_grouped or has_waited):
             return False
-        closing = self._contact(present, due).closing
-        return closing <= self.scale.noise if is_grouped else closing <= 0.0
+        one = self._contact(present, due)
+        if is_grouped and self.scale.noise < one.closing and self._is_slow(present, one):
+            one = self._exact(present, due)
+        return one.closing <= self.scale.noise if is_grouped else one.closing <= 0.0
 
     def release(self, present: Present, dues: list[Due]) -> None:
         """Take the groups of balls apart that are due, if they close; crowds take in what hits."""
@@ -212,15 +216,32 @@ class Groups(Forming):
             self._set_off_again(present, due.a, [])
         else:
             self._wait(present, due)
+            self._predict_anew([due])
 
     def _wait(self, present: Present, hit: Due) -> float:
-        """Let a contact be none for a moment, in which nothing sinks in to be seen."""
-        one = self._contact(present, hit)
-        press = max(self._press(present, one), self._strongest(present, one))
-        until = present.now + math.sqrt(2.0 * self.tolerance / max(press, 1e-9))
-        self.quiet[sides_of(hit.a, hit.b, hit.wall)] = until
+        """Let a contact be none for a moment, in which nothing sinks in to be seen.
+
+        One that soon waits again does so for as long as it has waited until now, or until it would
+        sink in as it moves.
+        """
+        one, sides, now = self._contact(present, hit), sides_of(hit.a, hit.b, hit.wall), present.now
+        least = self._shortest_wait(present, one)
+        since, until = self.quiet.get(sides, (now, -INF))
+        if now - until > max(least, until - since):
+            since = now
+        until = now + max(least, min(now - since, self._sinks_in(present, hit, one, now)))
+        self.quiet[sides] = since, until
         self.is_hushed = True
         return until
+
+    def _waits_until(self, present: Present, hit: Due, one: Contact) -> float:
+        """Return until when (s) a contact waits, at most until it would sink in on new paths."""
+        _since, until = self.quiet.get(sides_of(hit.a, hit.b, hit.wall), (-INF, -INF))
+        t = max(hit.t, present.now)
+        if until <= t:
+            return until
+        least = self._shortest_wait(present, one)
+        return min(until, t + max(least, self._sinks_in(present, hit, one, t)))
 
     def takes_over(self, present: Present, contacts: list[Contact], many: int) -> bool:
         return many > CROWD and self.are_faint(present, contacts)
@@ -335,6 +356,7 @@ class Groups(Forming):
         if 0 <= which < 4 * len(group.touches):
             one = group.touches[which // 4]
             if which % 4 == 0:
+                self.quiet.pop(sides_in(one), None)  # It has not waited: it may soon press again.
                 one.later = self._wait(present, one.hit_at(now))
                 self.opened[sides_in(one)] = one.later
             elif which % 4 == 1 and one.slides != 0.0:

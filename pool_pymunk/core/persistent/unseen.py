@@ -6,7 +6,8 @@ import math
 from typing import Final
 
 from pool_pymunk.core.ball import Ball
-from pool_pymunk.core.contact.contact import Contact
+from pool_pymunk.core.contact.contact import Contact, Disc
+from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SOON, WORN, Gatherings
 from pool_pymunk.core.persistent.scale import Scale
@@ -86,6 +87,20 @@ class Unseen(Gatherings):
         b = None if hit.b is None else present.disc(hit.b)
         return present.contact(present.disc(hit.a), b, hit.wall)
 
+    def _exact(self, present: Present, hit: Due) -> Contact:
+        """Return the same by the exact states of groups, from which paths deviate a little."""
+        return present.contact(
+            self._exact_disc(present, hit.a),
+            None if hit.b is None else self._exact_disc(present, hit.b),
+            hit.wall,
+        )
+
+    def _exact_disc(self, present: Present, ball: Ball) -> Disc:
+        if ball.group is None:
+            return present.disc(ball)
+        motion, _roll = ball.group.state_of(ball, present.now)
+        return Disc(ball, *motion)
+
     def _press(self, present: Present, one: Contact) -> float:
         """Return how strongly (m/s^2) the present paths press two sides together."""
         a = one.a.ball.path
@@ -109,6 +124,21 @@ class Unseen(Gatherings):
         """Return how strongly (m/s^2) two sides may be pressed together."""
         bend = self._lift(present, one) if one.b is None else 0.0
         return STRONGEST * present.pull + abs(bend)
+
+    def _shortest_wait(self, present: Present, one: Contact) -> float:
+        """Return how long (s) sides take to sink in to be seen, whatever forces act on them."""
+        press = max(self._press(present, one), self._strongest(present, one))
+        return math.sqrt(2.0 * self.tolerance / max(press, 1e-9))
+
+    def _sinks_in(self, present: Present, hit: Due, one: Contact, t: float) -> float:
+        """Return how long (s) from a time (s) on sides take to sink in to be seen, as they move."""
+        press = max(self._press(present, one), 0.0)
+        closing = max(one.closing, 0.0) + press * (t - present.now)
+        room = self.tolerance + (min(present.gap(hit), 0.0) if t <= present.now else 0.0)
+        if room <= 0.0:
+            return 0.0
+        fast = closing + math.sqrt(closing * closing + 2.0 * press * room)
+        return 2.0 * room / fast if fast > 0.0 else INF
 
     def _is_slow(self, present: Present, one: Contact) -> bool:
         """Tell whether two sides close so slowly that they may wait for a moment.
