@@ -381,13 +381,13 @@ class Billiards:
                 raise setting_error("sides", shown(side), message)
         assert drawn.body is not None
         self._walls.refuse_moved(drawn.body)
-        kind = MovingWall if drawn.body.body_type == pymunk.Body.KINEMATIC else Wall
-        wall = kind(sides_of(drawn), restitution, friction, self._walls.count, kick)
-        if wall.moves and sides is not None:
+        moves = drawn.body.body_type == pymunk.Body.KINEMATIC
+        if moves and sides is not None:
             message = "a wall that moves has the sides of its shape: leave sides out"
             raise setting_error("sides", len(sides), message)
-        if sides:
-            wall.sides = list(sides)
+        own = list(sides) if sides else sides_of(drawn)
+        kind = MovingWall if moves else Wall
+        wall = kind(own, restitution, friction, self._walls.count, kick)
         return self._put_if_free(Obstacle(drawn, wall, is_drawn=not sides))
 
     def put_wall(self, shape: checks.Drawn, wall: Wall) -> int:

@@ -202,7 +202,7 @@ def test_a_ball_that_is_put_on_a_corner_by_hand_lies_on_the_table() -> None:
 
 def test_a_ball_is_placed_between_round_ends_of_ones_own() -> None:
     """Their shapes are discs that overlap, which tell nothing of what lies within the table."""
-    space, table = plane()
+    space, table = plane(deceleration=0.1)
     for y in (-0.5, 0.5):
         table.add_wall(pymunk.Segment(space.static_body, (-0.1, y), (0.1, y), 0.0), 0.8)
     for x, first, last in ((-0.1, (0.0, 1.0), (0.0, -1.0)), (0.1, (0.0, -1.0), (0.0, 1.0))):
@@ -213,6 +213,11 @@ def test_a_ball_is_placed_between_round_ends_of_ones_own() -> None:
     one = ball(table, -0.55)
     table.place(one, (0.0, 0.0))
     assert one.body.position == (0.0, 0.0)
+    one.body.velocity, far = (2.0, 0.0), 0.0
+    for _ in range(60):  # It met the discs in place of the arcs, and stood still at once.
+        table.step(STEP)
+        far = max(far, abs(one.body.position.x))
+    assert 0.5 < far < 0.6 - R
 
 
 def test_a_ball_that_was_put_aside_comes_to_the_table() -> None:
