@@ -418,7 +418,7 @@ class Group(Gathering):
         """Take away the speeds at which sides part or close, by impulses with their friction.
 
         They are the forces of the present mode that would change velocities as much in 1 s. Where
-        energy would grow, as in a corner as rough as that it jams a ball, there are none.
+        energy would grow, as in a corner so rough that it jams a ball, there are none.
         """
         before, states = self.energy, [each.state for each in self.members]
         system = self.system = self.system or self._find_system()
@@ -572,7 +572,7 @@ class Group(Gathering):
     def _add_no_energy(self) -> None:
         """Let velocities stay as they were, if forces that pull would add energy.
 
-        They do where no mode fits, as in a corner as rough as that it jams a ball.
+        They do where no mode fits, as in a corner so rough that it jams a ball.
         """
         after, ends = self.energy, [each.state for each in self.members]
         for each in self.members:
