@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -37,13 +38,14 @@ SOME = 40  # scenes; a contact persists in about half of them
 # In the middle of a piece of a group, the velocity is that of a parabola. At its ends, energy does
 # not grow at all.
 GROWN = 1e-12  # of the energy at the start
-# of the momentum; the parabola that stands for a piece misses the velocity at its end. That was up
-# to 4.3e-6 in 13 scenes at the default tolerance; some stay at 1e-6 to 8e-6 however fine it is.
+# of the momentum; it was 5.2e-6 in one of 89 scenes, and 5e-16 in the others.
 KEPT = 1e-5
 # m; a parabola stands for a piece of the motion, which errs by no more. A run of the engine before
 # the core sank in by 1e-8 radii, because its pieces were as short as that takes.
 SINKS = CONTACT_TOLERANCE
-SAME = 1e-9  # m, times the amplification
+# m, times the amplification. In 609 scenes it was 1e-10 at most but three times, and 1.4e-10, 2e-10
+# and 1e-9 there, where a ball comes to an arc along its tangent.
+SAME = 2e-9
 
 
 def ends_of(run: Run) -> list[complex]:
@@ -160,8 +162,8 @@ def test_contacts_of_balls_do_not_change_the_momentum() -> None:
 def test_a_ball_that_pushes_a_group_gives_it_momentum_of_its_own() -> None:
     """Three balls join; the first one has no part in the forces then."""
     run = unmeasured(rolls_on(press_scene(57)))
-    assert len(run.persistent) > 3
-    assert jump(run) <= 5e-6  # 4.3e-6 by pieces; slips that take momentum with them make it 7.8e-6.
+    assert len(run.persistent) > 1
+    assert jump(run) <= GROWN  # Slips that took momentum with them made it 7.8e-6.
 
 
 def deepest(run: Run) -> float:
@@ -187,37 +189,48 @@ def test_nothing_sinks_in() -> None:
         assert deepest(run) <= SINKS, seed
 
 
-def mirrored(scene: Scene) -> Scene:
-    """Return the scene with x and y exchanged."""
+def turned(scene: Scene, turn: complex, mirrors: bool) -> Scene:
+    """Return the scene times a number of size 1, after its x and y were exchanged, or not."""
 
-    def swap(p: Sequence[float]) -> tuple[float, float]:
-        return p[1], p[0]
+    def to(p: Sequence[float]) -> tuple[float, float]:
+        z = turn * (complex(p[1], p[0]) if mirrors else complex(*p))
+        return z.real, z.imag
 
-    balls = [replace(b, position=swap(b.position), velocity=swap(b.velocity)) for b in scene.balls]
+    balls = [replace(b, position=to(b.position), velocity=to(b.velocity)) for b in scene.balls]
     table = scene.table
     if table is not None:  # Outlines go round counterclockwise.
-        bulge = table.bulge and (*table.bulge[-2::-1], table.bulge[-1])
-        table = replace(table, outline=tuple(map(swap, table.outline[::-1])), bulge=bulge)
+        outline, bulge = table.outline, table.bulge
+        if mirrors:
+            outline, bulge = outline[::-1], bulge and (*bulge[-2::-1], bulge[-1])
+        table = replace(table, outline=tuple(map(to, outline)), bulge=bulge)
     return replace(scene, balls=tuple(balls), table=table)
 
 
-def relabelled(scene: Scene) -> Scene:
-    return replace(scene, balls=scene.balls[::-1])
+def turned_ends(run: Run, turn: complex, mirrors: bool) -> list[complex]:
+    """Return the ends of a scene that is turned, turned back."""
+    places = [z / turn for z in ends_of(unmeasured(turned(run.scene, turn, mirrors)))]
+    return [complex(z.imag, z.real) for z in places] if mirrors else places
+
+
+def relabelled_ends(run: Run) -> list[complex]:
+    """Return the ends of the scene whose balls have other numbers."""
+    return ends_of(unmeasured(replace(run.scene, balls=run.scene.balls[::-1])))[::-1]
 
 
 @pytest.mark.slow
 @pytest.mark.seeded
-def test_mirrored_and_relabelled_scenes_have_the_same_ends() -> None:
+def test_mirrored_turned_and_relabelled_scenes_have_the_same_ends() -> None:
+    """They differ by rounding, which decides nothing."""
     unequal = []
     for seed, run in some_runs():
         ends = ends_of(run)
-        in_mirror = [complex(z.imag, z.real) for z in ends_of(unmeasured(mirrored(run.scene)))]
-        again = ends_of(unmeasured(relabelled(run.scene)))[::-1]
-        off = farthest(ends, in_mirror)
+        others = [
+            turned_ends(run, 1.0, True),
+            turned_ends(run, cmath.rect(1.0, 0.7), False),
+            turned_ends(run, cmath.rect(1.0, 4.0), True),
+            relabelled_ends(run),
+        ]
+        off = max(farthest(ends, other) for other in others)
         if off > SAME and off > SAME * amplification(run.scene, ends):
-            unequal.append(seed)
-        # By other numbers, contacts of one instant are looked at in another order.
-        renumbered = farthest(ends, again)
-        if renumbered > FAR and renumbered > FAR * amplification(run.scene, ends):
-            unequal.append(seed)
+            unequal.append((seed, off))
     assert not unequal

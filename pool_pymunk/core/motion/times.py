@@ -31,15 +31,6 @@ def length_of(x: float, y: float) -> float:
     return math.sqrt(x * x + y * y)
 
 
-def larger(x: float, y: float) -> float:
-    """Return the size of the larger component of a vector.
-
-    >>> larger(3.0, -4.0)
-    4.0
-    """
-    return max(abs(x), abs(y))
-
-
 def unit(x: float, y: float) -> Vector:
     """Return the unit vector along (x, y), or the x axis if both are zero."""
     length = math.sqrt(x * x + y * y)

@@ -13,7 +13,7 @@ from typing import Final, final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Path
-from pool_pymunk.core.motion.times import INF, larger
+from pool_pymunk.core.motion.times import INF, length_of
 from pool_pymunk.core.persistent.gathering import APART, LAST_SHIFTS, Gathering, joined
 from pool_pymunk.core.persistent.member import REST, Member, State
 from pool_pymunk.core.persistent.scale import Scale
@@ -109,7 +109,7 @@ class Crowd(Gathering):
         """Return how long (s) a step may be, so that changes of velocity move no ball farther."""
         change = 0.0
         for each in members:
-            change = max(change, larger(each.ax, each.ay))
+            change = max(change, length_of(each.ax, each.ay))
         change *= self.time
         longest = (LONGEST if self.slows else SHORT) * least
         return max(least, min(room / change, longest) if change > 0.0 else longest)
@@ -155,7 +155,7 @@ class Crowd(Gathering):
             each.fx = each.fy = each.cx = each.cy = 0.0
             each.face()
             enough = max(enough, ENOUGH * h * each.pull)
-            gain, speed = max(gain, h * each.pull), max(speed, larger(each.vx, each.vy))
+            gain, speed = max(gain, h * each.pull), max(speed, length_of(each.vx, each.vy))
         if not self.slows:
             enough = min(enough, ENOUGH * max(speed, LEAST * gain))
         for one in self.touches:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final, final
+from typing import final
 
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
@@ -20,8 +20,6 @@ from pool_pymunk.core.persistent.unseen import FEW, SHARED, STRONGEST, TINY
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at
 from pool_pymunk.core.walls.wall import Wall
-
-CLOSING: Final = 100  # rounds at most, in which gaps close where contacts begin to persist
 
 
 @final
@@ -91,7 +89,7 @@ class Forming(Crowds):
             keep = [self._stays(present, group, one, v) for one, v in zip(touches, parting)]
             jam_around(present, touches)
             if all(keep):
-                group.close(CLOSING)
+                group.close()
                 return Cluster(members, touches, parts_of(group, now))
             parting = [v for v, kept in zip(parting, keep) if kept]
             touches = [one for one, kept in zip(touches, keep) if kept]
@@ -194,8 +192,9 @@ class Forming(Crowds):
         if v <= self._hushed(present, a, b):
             return True
         bounces = 2.0 * v / (press * (1.0 - math.sqrt(1.0 - lost)))
-        for each in (one.a, one.b):
-            if each is not None and each.phase == SLIP and each.fades_in() < bounces:
+        for each in one.members:
+            slips = each.phase == SLIP and each.left() > self.scale.none
+            if slips and each.fades_in() < bounces:
                 return False
         return True
 

@@ -142,10 +142,15 @@ class Gathering(Company):
         self.played = 0.0  # It counts once.
 
     def path(self, each: Member) -> Path:
-        """Return the path of a member in this piece: it has its place at the end, too."""
+        """Return the path of a member in this piece: it has its place at the end, too.
+
+        In a very short one that place tells no acceleration, for its rounding is larger.
+        """
         x, y, vx, vy, wx, wy = each.start
         h = self.time
         ax, ay = 2.0 * ((each.x - x) / h - vx) / h, 2.0 * ((each.y - y) / h - vy) / h
+        if h < self.scale.least:
+            ax, ay, _bx, _by = each.first
         return Path(self.began, x, y, vx, vy, ax, ay, self.began + h, False, wx, wy)
 
 

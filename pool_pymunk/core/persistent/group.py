@@ -12,7 +12,7 @@ import math
 from typing import Final, final
 
 from pool_pymunk.core.motion.surface import GYRATION
-from pool_pymunk.core.motion.times import INF, larger
+from pool_pymunk.core.motion.times import INF, length_of
 from pool_pymunk.core.persistent.gathering import Gathering
 from pool_pymunk.core.persistent.linear import System
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member, Rates, State
@@ -41,9 +41,13 @@ TURNS: Final = 4
 HAS_TURNED: Final = 5  # against the friction that is at its bound
 STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
+ALIKE: Final = 1.0 - 1e-9  # times the hardest hit; what is harder is as hard
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
 FINE: Final = 0.01  # of the shortest piece; where it ends is found as finely
-CLOSED: Final = 1e-14  # radii, or of the usual speed; what is less is rounding
+CLOSING: Final = 100  # rounds at most, in which gaps close
+LEAST_CLOSING: Final = 2  # After so many it goes on if a round leaves less than this share.
+SLOW_CLOSING: Final = 0.9
+CLOSED: Final = 1e-13  # radii, or of the usual speed; what is less is rounding
 EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
 # Forces of the stages of a piece may be off by what moves a ball by this share of the tolerance.
 STAGES: Final = 0.01
@@ -103,7 +107,7 @@ class Group(Gathering):
                 return False
             if largest(each.rates) > 10.0 * self.weak:
                 return False
-            speed = max(larger(each.vx, each.vy), larger(each.wx, each.wy))
+            speed = max(length_of(each.vx, each.vy), length_of(each.wx, each.wy))
             # No friction of the surface ends the last of the motion of a ball that falls.
             if speed > (self.scale.creep if each.phase == FREE else self.scale.faded):
                 return False
@@ -167,11 +171,34 @@ class Group(Gathering):
             self.solve(0.0)
             fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now, tried))
             if fits:
+                self._let_go_of_none(now, joins)
                 break
         for each in self.members:
             if each.mode != each.phase:  # It is let go.
                 each.phase, each.gx, each.gy = each.mode, each.hx, each.hy
         return fits
+
+    def _let_go_of_none(self, now: float, joins: bool) -> None:
+        """Let sides be no contacts that press on each other by nothing, if all fits then, too.
+
+        Whether they are found to be contacts is rounding.
+        """
+        none = [one for one in self.touches if one.on and not self._presses(one, joins)]
+        if len(none) == 0:
+            return
+        for one in none:
+            one.on = False
+        self.list_unknowns()
+        self.solve(0.0)
+        if not self._fits(now):
+            for one in none:
+                one.on = True
+            self.list_unknowns()
+            self.solve(0.0)
+
+    def _presses(self, one: Touch, joins: bool) -> bool:
+        """Tell whether a force is one, or its sides are joined without."""
+        return one.n > self.weak * one.unit or (joins and one.is_dull)
 
     def goes_on(self, now: float) -> bool:
         """Find the forces of the present state in this mode; tell whether it still fits."""
@@ -185,7 +212,7 @@ class Group(Gathering):
         """Take the mode of the forces that relaxing has found: which are at their bounds."""
         none = self.scale.none
         for one in self.touches:
-            one.on = one.closed and (one.n > self.weak * one.unit or (joins and one.is_dull))
+            one.on = one.closed and self._presses(one, joins)
             if not one.on:
                 one.press(0.0, 0.0, 0.0)
                 continue
@@ -390,9 +417,10 @@ class Group(Gathering):
     # -- changes of velocity -------------------------------------------------------------------
 
     def strike(self) -> bool:
-        """Let sides that close hit each other without bounces, one after another, nearly all.
+        """Let sides that close hit each other without bounces, the hardest first, nearly all.
 
         So they do by the law, where each hit makes others close. It tells whether any has closed.
+        Of hits that are as hard it is the mean, for which is harder is rounding.
         """
         enough = 0.0
         near = [list[Touch]() for _ in self.members]
@@ -401,17 +429,20 @@ class Group(Gathering):
             for each in one.members:
                 near[each.place].append(one)
         for _ in range(STRIKES * len(self.touches)):
-            hardest, most = None, max(enough, self.scale.noise)
+            most = least = max(enough, self.scale.noise)
             for one in self.touches:
-                if one.closing > most or (one.on and -one.closing > most):
-                    hardest, most = one, abs(one.closing)
-            if hardest is None:
+                most = max(most, one.hardness)
+            if most == least:
                 break
             enough = most * NEARLY if enough == 0.0 else enough
-            hardest.strike()
-            for each in hardest.members:
-                for one in near[each.place]:
-                    one.closing = -one.opening
+            hardest = [one for one in self.touches if one.hardness > ALIKE * most]
+            share = 1.0 / len(hardest)
+            for one, (n, t, i) in zip(hardest, [one.impulses() for one in hardest]):
+                one.strike(share * n, share * t, share * i)
+            for one in hardest:
+                for each in one.members:
+                    for other in near[each.place]:
+                        other.closing = -other.opening
         return enough > 0.0
 
     def join(self) -> None:
@@ -442,26 +473,27 @@ class Group(Gathering):
                 one.struck = x + p, y + q
         self._free()
 
-    def close(self, rounds: int = 3) -> None:
-        """Close the gaps that a step has left open by its error, in at most so many rounds."""
-        for _ in range(rounds):
-            are_closed = True
+    def close(self) -> None:
+        """Close the gaps that a step has left open by its error, until they are rounding.
+
+        In a large group this may be slow, or not go on at all.
+        """
+        widest = INF
+        for k in range(CLOSING):
+            was, widest = widest, 0.0
             for one in self.touches:
                 if one.on:
                     one.look()
                     gap, opening = one.gap_beyond, one.opening
                     if gap < INF:
                         one.shift(-gap, -opening)
-                        are_closed = are_closed and self._is_nothing(one, gap, opening)
-            if are_closed:
+                        share = max(abs(gap) / one.a.ball.radius, abs(opening) / self.scale.speed)
+                        widest = max(widest, share)
+            if widest <= CLOSED or (k >= LEAST_CLOSING and widest > SLOW_CLOSING * was):
                 break
         for each in self.members:
             if each.phase == ROLL:
                 each.wx, each.wy = each.vx, each.vy
-
-    def _is_nothing(self, one: Touch, gap: float, opening: float) -> bool:
-        """Tell whether a gap and the speed at which it opens are rounding."""
-        return abs(gap) <= CLOSED * one.a.ball.radius and abs(opening) <= CLOSED * self.scale.speed
 
     # -- pieces --------------------------------------------------------------------------------
 
@@ -548,6 +580,7 @@ class Group(Gathering):
             one.struck = one.kept
             one.n, one.t, one.i = one.first
         for each in self.members:
+            each.hx, each.hy = each.gx, each.gy
             each.advance(h, 0.5, each.first, each.first)
         self._find_forces(STAGES * self.tolerance / h)
         for one in self.touches:
@@ -600,7 +633,7 @@ class Group(Gathering):
         for each in self.members:
             a, b, c, d = each.first, each.second, each.third, each.rates
             each.advance(h, 1.0, mean(a, b, c, d, 2.0, 1.0), mean(a, b, c, d, 1.0, 0.0))
-            jump = max(jump, larger(d[0] - a[0], d[1] - a[1]))
+            jump = max(jump, length_of(d[0] - a[0], d[1] - a[1]))
             error = max(error, largest(difference(c, b)))
         return max(0.025 * jump * h, 0.1 * error) * h / self.tolerance
 
@@ -643,9 +676,14 @@ class Group(Gathering):
             if self.after[q] < 0.0 and self.after[q] < -self._slack(q):
                 start = max(self.before[q], 0.0)
                 when = start / (start - self.after[q])
-                if when < soonest:
+                if when < soonest or (when == soonest and self.after[q] < self.after[found]):
                     soonest, found = when, q
         return found
+
+    def fallen(self) -> list[Touch]:
+        """Return the contacts that end as the first one does; which of two falls is rounding."""
+        deepest = self.after[self.fell]
+        return [one for k, one in enumerate(self.touches) if self.after[4 * k] <= 0.5 * deepest]
 
     @property
     def _finest(self) -> float:
@@ -653,32 +691,34 @@ class Group(Gathering):
         return self.least if self.least > self.scale.least else FINE * self.least
 
     def _locate(self, h: float, now: float) -> float:
-        """Find when (s) a measure falls to 0 within a piece (Illinois); play until then."""
+        """Find when (s) a measure falls to 0 within a piece (Illinois); play until then.
+
+        Which one it is may be rounding, so all are known at both ends of where it falls.
+        """
         which, finest = self.fell, self._finest
-        low, high, was_high = 0.0, h, True
-        m_low, m_high = max(self.before[which], 0.0), self.after[which]
+        low, high, at_low, at_high = 0.0, h, self.before, self.after
+        share_low, share_high, was_high = 1.0, 1.0, True
         t = h
         for _ in range(50):
-            slack = self._slack(which)
+            m_low, m_high, slack = max(at_low[which], 0.0), at_high[which], self._slack(which)
             if m_high >= -4.0 * slack or high - low <= FINE * self.scale.least or high <= finest:
                 break
+            m_low, m_high = share_low * m_low, share_high * m_high
             t = max(low + (high - low) * (m_low + 2.0 * slack) / (m_low - m_high), finest)
             t = min(t, high)
             self.step(t)
             self.after = self._measure(now + t)
             falls = self._first_to_fall()
-            if falls >= 0 and falls != which:
-                which, low, m_low = falls, 0.0, max(self.before[falls], 0.0)
             if falls >= 0:
-                high, m_high = t, self.after[which]
-                m_low /= 2.0 if was_high else 1.0
+                which, high, at_high, share_high = falls, t, self.after, 1.0
+                share_low /= 2.0 if was_high else 1.0
             else:
-                low, m_low = t, self.after[which]
-                m_high /= 1.0 if was_high else 2.0
+                low, at_low, share_low = t, self.after, 1.0
+                share_high /= 1.0 if was_high else 2.0
             was_high = falls >= 0
         if t != high:
             self.step(high)
-        self.fell = which
+        self.fell, self.after = which, at_high
         return high
 
 
@@ -693,7 +733,7 @@ def difference(a: Rates, b: Rates) -> Rates:
 
 def largest(a: Rates) -> float:
     """Return the largest size of some rates."""
-    return max(larger(a[0], a[1]), larger(a[2], a[3]))
+    return max(length_of(a[0], a[1]), length_of(a[2], a[3]))
 
 
 def mean(a: Rates, b: Rates, c: Rates, d: Rates, middle: float, last: float) -> Rates:

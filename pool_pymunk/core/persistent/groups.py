@@ -21,6 +21,7 @@ from pool_pymunk.core.persistent.group import NEVER, Group
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale, scale_of_speed
+from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
@@ -54,7 +55,6 @@ class Groups(Forming):
         # s; since when slow hits wait, over and over, and until when they do
         self.quiet: dict[tuple[int, int], tuple[float, float]] = {}
         self.tried = self.formed = -INF
-        self.pace = scale.first  # s; twice the last piece, a guess for the next group's first one
 
     def begin_run(self) -> None:
         super().begin_run()
@@ -73,7 +73,6 @@ class Groups(Forming):
         self.spells.clear()
         self.is_hushed = False
         self.formed = self.freed = -INF
-        self.pace = self.scale.first
         self.crowds = 0
 
     def begin_step(self, present: Present) -> None:
@@ -331,7 +330,6 @@ class Groups(Forming):
         for member in group.members:
             member.ball.group = None
         for part in parts:
-            part.least, part.changed = group.least, now
             self._begin(present, part)
         for member in group.members:
             if member.ball.group is None:
@@ -352,17 +350,9 @@ class Groups(Forming):
         is_again = now - group.changed < 4.0 * group.least
         group.least = 2.0 * group.least if is_again else self.scale.least
         group.changed = now
-        group.longest = max(self.pace, group.least)
-        if 0 <= which < 4 * len(group.touches):
-            one = group.touches[which // 4]
-            if which % 4 == 0:
-                self.quiet.pop(sides_in(one), None)  # It has not waited: it may soon press again.
-                one.later = self._wait(present, one.hit_at(now))
-                self.opened[sides_in(one)] = one.later
-            elif which % 4 == 1 and one.slides != 0.0:
-                one.stick()
-            elif which % 4 == 2 and one.turns != 0.0 and one.a.phase >= SLIP:
-                one.stop_turning()
+        group.longest = max(group.members[0].ball.pace, group.least)
+        for each in group.members:
+            each.ball.changed, each.ball.least = now, group.least
         for each in group.members:
             left = each.left()
             if each.phase != REST and (
@@ -377,7 +367,22 @@ class Groups(Forming):
                 if was == SLIP and each.phase == ROLL:
                     present.events += 1
                     present.recorder.roll(each.ball, now)
+        if 0 <= which < 4 * len(group.touches):
+            one = group.touches[which // 4]
+            if which % 4 == 0:
+                for one in group.fallen():
+                    self._open(present, one)
+            elif which % 4 == 1 and one.slides != 0.0:
+                one.stick()
+            elif which % 4 == 2 and one.turns != 0.0 and one.a.phase >= SLIP:
+                one.stop_turning()
         group.close()
+
+    def _open(self, present: Present, one: Touch) -> None:
+        """Let two sides be no contact for a moment, as nothing presses them."""
+        self.quiet.pop(sides_in(one), None)  # It has not waited: it may soon press again.
+        one.later = self._wait(present, one.hit_at(present.now))
+        self.opened[sides_in(one)] = one.later
 
     def _begin_around(self, present: Present, seeds: list[Ball]) -> None:
         """Let groups begin around some balls, if they press on each other."""
@@ -399,8 +404,11 @@ class Groups(Forming):
 
     def _begin(self, present: Present, group: Group) -> None:
         for member in group.members:
-            member.ball.group = group
-        group.longest = self.pace
+            ball = member.ball
+            ball.group = group
+            if ball.least >= group.least and present.now - ball.changed < 4.0 * ball.least:
+                group.changed, group.least = ball.changed, ball.least
+        group.longest = min([self.scale.first] + [member.ball.pace for member in group.members])
         self._play(present, group)
 
     def _play(self, present: Present, group: Group) -> None:
@@ -412,10 +420,11 @@ class Groups(Forming):
             self.leave(present, group.members[0].ball)
             return
         group.play(present.now)
-        self.pace = min(max(2.0 * group.time, 100.0 * self.scale.least), self.scale.first)
+        pace = min(max(2.0 * group.time, 100.0 * self.scale.least), self.scale.first)
         first: Ball | None = None
         moves = any(member.phase != REST and not member.stays for member in group.members)
         for member in group.members:
+            member.ball.pace = pace
             if member.phase == REST:
                 self._rest(present, member)
                 continue

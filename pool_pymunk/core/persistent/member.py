@@ -29,6 +29,7 @@ SLIP: Final = 2
 FREE: Final = 3  # a ball that moves on a surface of a user's own
 
 SPENT: Final = 1e-6  # of a piece, or of what friction gives in it; less is spared no more
+FADED: Final = 0.01  # of what it was; a smaller slip or speed may be an error of a piece
 SHARE: Final = 2.0 / 7.0  # This share of a slip is taken off the velocity until the ball rolls.
 
 Rates = tuple[float, float, float, float]  # dv/dt, dw/dt (m/s^2)
@@ -47,11 +48,11 @@ class Member:
     A group owns it, and touches push it.
     """
 
-    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "gx",
-                 "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part", "phase",
-                 "place", "pull", "px", "py", "resistance", "rolls", "scale", "second", "share",
-                 "since", "slows", "spared", "start", "third", "time", "vx", "vy", "wx", "wy", "x",
-                 "y")  # fmt: skip
+    __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "glided",
+                 "gx", "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part",
+                 "phase", "place", "pull", "px", "py", "resistance", "rolls", "scale", "second",
+                 "share", "since", "slows", "spared", "start", "third", "time", "vx", "vy", "wx",
+                 "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -73,6 +74,7 @@ class Member:
         self.is_struck = False
         self.spared = 0.0
         self.share = 1.0  # of a step of a crowd, in which the surface acts
+        self.glided = 0.0  # m/s; its slip or speed at the beginning of the piece
         self.gx, self.gy = 1.0, 0.0
         self.hx, self.hy = 1.0, 0.0
         self.fx = self.fy = self.cx = self.cy = 0.0
@@ -115,15 +117,17 @@ class Member:
         return self.vx, self.vy
 
     def face(self) -> None:
-        """Find the direction of friction; it does not turn back within a piece."""
+        """Find the direction of friction; it does not turn back within a piece.
+
+        What has nearly faded has no direction of its own: it stays that of the stage before.
+        """
         if self.own is not None:
             self._ask(self.own)
         x, y = self.gliding
         size = math.sqrt(x * x + y * y)
-        if size > self.scale.faded and x * self.gx + y * self.gy > 0.0:
+        least = max(self.scale.faded, FADED * self.glided)
+        if size > least and x * self.gx + y * self.gy > 0.0:
             self.hx, self.hy = x / size, y / size
-        else:
-            self.hx, self.hy = self.gx, self.gy
 
     def _ask(self, own: Surface) -> None:
         """Ask a surface of a user's own what it does to the ball as it moves now."""
@@ -133,7 +137,7 @@ class Member:
     def begin(self) -> None:
         """Keep state and direction as those of the beginning of a piece."""
         x, y = self.gliding
-        size = math.sqrt(x * x + y * y)
+        size = self.glided = math.sqrt(x * x + y * y)
         if size > self.scale.faded:
             self.gx, self.gy = x / size, y / size
         self.start, self.since = self.state, self.time
@@ -144,12 +148,14 @@ class Member:
         self.time = self.since
 
     def left(self) -> float:
-        """Return the slip or the speed (m/s), negative once it has turned back."""
+        """Return the slip or the speed (m/s) as it was directed, negative once it has turned back.
+
+        It falls through 0 smoothly, which its size does not where it turns.
+        """
         if self.phase == REST or not self.slows:
             return INF
         x, y = self.gliding
-        size = math.sqrt(x * x + y * y)
-        return size if x * self.gx + y * self.gy >= 0.0 else -size
+        return x * self.gx + y * self.gy
 
     def fades_in(self) -> float:
         """Return the time (s) in which slip or speed fade at the present rates."""

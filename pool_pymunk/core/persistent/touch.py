@@ -161,8 +161,8 @@ class Touch:
 
     @property
     def roll_in(self) -> float:
-        """The part of the roll (m/s) along the normal."""
-        return self.a.wx * self.nx + self.a.wy * self.ny
+        """The part of the roll (m/s) along the normal, if friction slows it there."""
+        return self.a.wx * self.nx + self.a.wy * self.ny if self.wrings else 0.0
 
     @property
     def room(self) -> float:
@@ -210,15 +210,19 @@ class Touch:
             each.shift(far * self.nx, far * self.ny)
         self._hit(opening / total, 0.0, 0.0)
 
-    def strike(self) -> None:
-        """Take away the speed at which the sides close, or part, by a hit without a bounce.
+    @property
+    def hardness(self) -> float:
+        """The speed (m/s) that a hit without a bounce takes away; no contact only closes."""
+        return abs(self.closing) if self.on else max(self.closing, 0.0)
 
-        Its friction slows the slip, and the roll into a cushion, and turns neither round. Sides
-        that part come back later, and do not press until then: friction is spared for as much.
+    def impulses(self) -> tuple[float, float, float]:
+        """Return the impulses (N s) of a hit without a bounce, after which the sides stay together.
+
+        Its friction slows the slip, and the roll into a cushion, and turns neither round.
         """
         soft = self.softness
         if soft == 0.0:
-            return
+            return 0.0, 0.0, 0.0
         a = self.a
         rolls_in = self.wrings and a.mode == ROLL
         opening, slip, roll = self.opening, self._present_slip, self.roll_in
@@ -230,7 +234,6 @@ class Touch:
             soft *= 1.0 + wrings
         n = -opening / soft
         most = self.mu * max(n, 0.0)
-        self.spared -= min(n, 0.0)
         t = -math.copysign(1.0, slip) * most
         i = -math.copysign(1.0, roll) * wrings * max(n, 0.0) / GYRATION
         if abs(t) * self.softness > abs(slip):
@@ -239,6 +242,15 @@ class Touch:
             i = 0.0
         elif not rolls_in and abs(i) > a.mass * abs(roll):
             i = -a.mass * roll
+        return n, t, i
+
+    def strike(self, n: float, t: float, i: float) -> None:
+        """Let the sides hit each other by these impulses (N s).
+
+        Sides that part come back later, and do not press until then: friction is spared for as
+        much.
+        """
+        self.spared -= min(n, 0.0)
         self._hit(n, t, i)
 
     def _hit(self, n: float, t: float, i: float) -> None:
