@@ -23,6 +23,8 @@ EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
 LATE: Final = 0.1  # of that; friction that is spared later than by bounces moves a ball by less
 PULLING: Final = 1e3  # times what is weak; forces that pull by more do not fall through 0 now
 WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
+EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
+SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what forces still miss.
 RIDGE: Final = 1e-10  # Redundant forces are those of least norm, to such a share.
 ROUNDS: Final = 20
 EXCHANGES: Final = 12
@@ -48,10 +50,6 @@ CLOSING: Final = 100  # rounds at most, in which gaps close
 LEAST_CLOSING: Final = 2  # After so many it goes on if a round leaves less than this share.
 SLOW_CLOSING: Final = 0.9
 CLOSED: Final = 1e-13  # radii, or of the usual speed; what is less is rounding
-EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
-# Forces of the stages of a piece may be off by what moves a ball by this share of the tolerance.
-STAGES: Final = 0.01
-SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what forces still miss.
 
 
 @final
@@ -87,8 +85,6 @@ class Group(Gathering):
         self.mode = list[int]()  # of members and touches
         self.unknowns: list[Unknown] = []
         self.system: System | None = None  # of the forces in this mode, at one state of it
-        self.known: System | None = None  # before the last step
-        self.is_stale = False  # Other states need factors of their own.
         self.before = list[float]()
         self.after = list[float]()
         pull = max([max(each.pull, each.drag) for each in members])
@@ -168,7 +164,7 @@ class Group(Gathering):
                     if one.closed:
                         one.relax(now, sign(one.slip, none), sign(one.roll_in, none))
             self._adopt(joins)
-            self.solve(0.0)
+            self.solve()
             fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now, tried))
             if fits:
                 self._let_go_of_none(now, joins)
@@ -189,12 +185,12 @@ class Group(Gathering):
         for one in none:
             one.on = False
         self.list_unknowns()
-        self.solve(0.0)
+        self.solve()
         if not self._fits(now):
             for one in none:
                 one.on = True
             self.list_unknowns()
-            self.solve(0.0)
+            self.solve()
 
     def _presses(self, one: Touch, joins: bool) -> bool:
         """Tell whether a force is one, or its sides are joined without."""
@@ -205,7 +201,7 @@ class Group(Gathering):
         for each in self.members:
             each.mode = each.phase
             each.begin()
-        self._find_forces(0.0)
+        self._find_forces()
         return self._fits(now)
 
     def _adopt(self, joins: bool) -> None:
@@ -241,41 +237,28 @@ class Group(Gathering):
     def _hold(self, one: Touch, kind: int) -> None:
         self.unknowns.append(Unknown(one, kind, len(self.unknowns)))
 
-    def _find_forces(self, enough: float) -> None:
+    def _find_forces(self) -> None:
         """Find the forces and the rates of a state to which the group has moved."""
         self.look()
-        self.solve(enough)
+        self.solve()
 
-    def solve(self, enough: float) -> None:
-        """Find the forces and the rates of the present state in this mode.
+    def solve(self) -> None:
+        """Find the forces and the rates of the present state in this mode, from none on.
 
-        Gaps and slips may change by what is ``enough`` (m/s^2), or by rounding. Known factors serve
-        if they bring the present forces to that, step by step (iterative refinement). New ones are
-        found where they do not. Forces that are redundant are those of least norm, which are found
-        from none on.
+        They let no gap and no slip change that they are to hold. Factors of the mode serve while
+        each round takes away nearly all that is missing (iterative refinement). Forces that are
+        redundant are those of least norm.
         """
         system, is_new, missed = self.system, False, INF
-        enough = max(enough, EXACTLY * self.weak)
-        if system is None:
-            self._free()
-        elif system.is_redundant:
-            system = None
-        for each in self.members:
-            each.move()
+        self._free()
         while True:
             misses = self._misses()
-            if misses <= enough or (is_new and misses > SLOWLY * missed):
+            if misses <= EXACTLY * self.weak or (is_new and misses > SLOWLY * missed):
                 return
             if system is None or misses > SLOWLY * missed:
-                system, is_new, missed = self._find_system(), True, INF
-                self.is_stale = self.system is not None
+                system, is_new, misses = self._find_system(), True, INF
                 self.system = self.system or system
-                misses = INF
-            for force in self.unknowns:
-                system.rows[force.row].right = -force.rate
             self._press(system)
-            if system.is_redundant:
-                return
             missed = misses
 
     def _misses(self) -> float:
@@ -287,7 +270,9 @@ class Group(Gathering):
         return most
 
     def _press(self, system: System) -> None:
-        """Add the forces of a system, and find the rates by them."""
+        """Add the forces that stop what is missing, and find the rates by them."""
+        for force in self.unknowns:
+            system.rows[force.row].right = -force.rate
         system.solve()
         for force in self.unknowns:
             force.touch.add(force.kind, system.solution(force.row) * force.touch.unit)
@@ -303,11 +288,11 @@ class Group(Gathering):
             each.move()
 
     def _find_system(self) -> System:
-        """Find what each force adds to the rates; there are none then."""
+        """Find the factors of how each force changes what all are to hold; there are none then."""
         self._free()
+        self._misses()
         acting = [list[Unknown]() for _ in self.members]  # on each
         for force in self.unknowns:
-            force.rate = force.touch.rate(force.kind)
             for member in force.touch.members:
                 acting[member.place].append(force)
         system = System(len(self.unknowns))
@@ -377,7 +362,7 @@ class Group(Gathering):
             if self.mode in tried:
                 return False
             tried.append(self.mode)
-            self.solve(0.0)
+            self.solve()
             if self._fits(now):
                 return True
         return False
@@ -423,11 +408,6 @@ class Group(Gathering):
         Of hits that are as hard it is the mean, for which is harder is rounding.
         """
         enough = 0.0
-        near = [list[Touch]() for _ in self.members]
-        for one in self.touches:
-            one.closing = -one.opening
-            for each in one.members:
-                near[each.place].append(one)
         for _ in range(STRIKES * len(self.touches)):
             most = least = max(enough, self.scale.noise)
             for one in self.touches:
@@ -439,10 +419,6 @@ class Group(Gathering):
             share = 1.0 / len(hardest)
             for one, (n, t, i) in zip(hardest, [one.impulses() for one in hardest]):
                 one.strike(share * n, share * t, share * i)
-            for one in hardest:
-                for each in one.members:
-                    for other in near[each.place]:
-                        other.closing = -other.opening
         return enough > 0.0
 
     def join(self) -> None:
@@ -452,12 +428,12 @@ class Group(Gathering):
         energy would grow, as in a corner so rough that it jams a ball, there are none.
         """
         before, states = self.energy, [each.state for each in self.members]
-        system = self.system = self.system or self._find_system()
+        system = self.system or self._find_system()
         self._free()
         for each in self.members:
             each.second = each.rates
         for force in self.unknowns:
-            system.rows[force.row].right = -force.touch.speed(force.kind)
+            force.rate = force.touch.speed(force.kind)
         self._press(system)
         for each in self.members:
             ax, ay, bx, by = each.second
@@ -499,19 +475,17 @@ class Group(Gathering):
 
     def play(self, now: float) -> None:
         """Play a piece; the present state, whose forces are known, becomes that at its end."""
-        if self.is_stale:
-            self.is_stale, self.system = False, None
-            self.solve(0.0)
-        self.began = now
+        self.began, self.system = now, None
         for each in self.members:
             each.mode = each.phase
             each.begin()
+        self.solve()
         h = self._first_length(now)
         self._spare(h)
         for each in self.members:
             each.first = each.rates
         for one in self.touches:
-            one.at_start, one.kept, one.first = one.push, one.struck, (one.n, one.t, one.i)
+            one.at_start, one.kept = one.push, one.struck
         self.before = self._measure(now)
         while True:
             off = self.step(h)
@@ -556,7 +530,7 @@ class Group(Gathering):
         are_new = [one.slacken(h) for one in self.touches if one.mu > 0.0]
         are_new += [each.slacken(h) for each in self.members]
         if any(are_new):
-            self.solve(0.0)
+            self.solve()
 
     def states_at(self, t: float) -> list[State]:
         """Play up to a time (s) of the piece, look, and play to its end again."""
@@ -564,25 +538,20 @@ class Group(Gathering):
             return [each.state for each in self.members]
         if t <= self.began:
             return [each.start for each in self.members]
-        system, is_stale = self.known, self.is_stale  # those of the last step of the piece
-        self.system = system
         self.step(t - self.began)
         states = [each.state for each in self.members]
-        self.system = system
         self.step(self.time)
-        self.known, self.is_stale = system, is_stale
         return states
 
     def step(self, h: float) -> float:
         """Go on from the beginning for a time (s); return how many times too far off that is."""
-        self.played, self.known = h, self.system
+        self.played = h
         for one in self.touches:
             one.struck = one.kept
-            one.n, one.t, one.i = one.first
         for each in self.members:
             each.hx, each.hy = each.gx, each.gy
             each.advance(h, 0.5, each.first, each.first)
-        self._find_forces(STAGES * self.tolerance / h)
+        self._find_forces()
         for one in self.touches:
             one.halfway = one.push
         jump = 0.0
@@ -597,7 +566,7 @@ class Group(Gathering):
         else:
             off = self._rest_of_step(h)
         self.close()
-        self._find_forces(0.0)
+        self._find_forces()
         if any([one.n < -PULLING * self.weak * one.unit for one in self.touches]):
             self._add_no_energy()
         return off
@@ -615,12 +584,12 @@ class Group(Gathering):
                 each.vx, each.vy, each.wx, each.wy = vx, vy, wx, wy
         for each, (x, y, _vx, _vy, _wx, _wy) in zip(self.members, ends):
             each.x, each.y, each.time = x, y, each.since + self.played
-        self._find_forces(0.0)
+        self._find_forces()
 
     def _rest_of_step(self, h: float) -> float:
         for each in self.members:
             each.advance(h, 0.5, each.second, each.first)
-        self._find_forces(STAGES * self.tolerance / h)
+        self._find_forces()
         for one in self.touches:
             x, y = one.halfway
             p, q = one.push
@@ -628,7 +597,7 @@ class Group(Gathering):
         for each in self.members:
             each.third = each.rates
             each.advance(h, 1.0, each.third, each.third)
-        self._find_forces(STAGES * self.tolerance / h)
+        self._find_forces()
         jump = error = 0.0
         for each in self.members:
             a, b, c, d = each.first, each.second, each.third, each.rates

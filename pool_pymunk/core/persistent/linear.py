@@ -5,13 +5,9 @@ The factors of a system serve for many right sides, and for systems that are nea
 
 from __future__ import annotations
 
-from typing import Final, final
+from typing import final
 
 from mypy_extensions import mypyc_attr
-
-# A pivot that is not larger is that of an unknown which others make redundant; usual ones are
-# about 1.
-REDUNDANT: Final = 1e-7
 
 
 @final
@@ -97,7 +93,6 @@ class System:
     def __init__(self, count: int) -> None:
         self.rows = [Row() for _ in range(count)]
         self.order = list(self.rows)  # in which they have the pivots of the columns
-        self.is_redundant = False
 
     def decompose(self) -> None:
         """Find the factors (Gauss; the pivot is the largest number of its column)."""
@@ -112,7 +107,6 @@ class System:
             row = order[q]
             if row.begins_in(q):
                 row.pivot = row.entries.pop(0).value
-            self.is_redundant = self.is_redundant or size <= REDUNDANT
             for p in range(q + 1, count):
                 if order[p].begins_in(q):
                     order[p].subtract(row, q)

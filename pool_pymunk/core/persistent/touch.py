@@ -42,10 +42,10 @@ class Touch:
     the gap opens would change by ``lift`` (m/s^2), and the slip by ``tug``.
     """
 
-    __slots__ = ("a", "at_start", "b", "bounces", "closed", "closing", "drift", "excess", "first",
-                 "halfway", "i", "is_dull", "kept", "later", "lift", "members", "mu", "n",
-                 "nx", "ny", "on", "pair", "shear", "side", "skew", "slides", "slip", "spared",
-                 "struck", "swing", "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
+    __slots__ = ("a", "at_start", "b", "bounces", "closed", "drift", "excess", "halfway", "i",
+                 "is_dull", "kept", "later", "lift", "members", "mu", "n", "nx", "ny", "on",
+                 "pair", "shear", "side", "skew", "slides", "slip", "spared", "struck", "swing",
+                 "t", "tug", "turns", "unit", "wall", "wrings")  # fmt: skip
 
     def __init__(
         self, a: Member, b: Member | None, wall: Wall | None, side: Side | None, pair: Pair
@@ -60,14 +60,12 @@ class Touch:
         self.unit = a.mass if b is None else a.mass * b.mass / (a.mass + b.mass)
         self.wrings = b is None and a.rolls and pair.friction > 0.0
         self.on = self.closed = self.is_dull = False
-        self.closing = 0.0  # m/s; while hits without bounces are answered
         self.later = -INF
         self.excess = self.skew = 0.0
         self.slides = self.turns = 0.0
         self.n = self.t = self.i = 0.0
         self.nx, self.ny, self.slip = 1.0, 0.0, 0.0
         self.swing = self.lift = self.tug = self.drift = self.shear = 0.0
-        self.first = (0.0, 0.0, 0.0)  # forces at the beginning of the piece
         self.at_start: Vector = (0.0, 0.0)
         self.halfway: Vector = (0.0, 0.0)
         self.struck: Vector = (0.0, 0.0)
@@ -213,7 +211,7 @@ class Touch:
     @property
     def hardness(self) -> float:
         """The speed (m/s) that a hit without a bounce takes away; no contact only closes."""
-        return abs(self.closing) if self.on else max(self.closing, 0.0)
+        return abs(self.opening) if self.on else -self.opening
 
     def impulses(self) -> tuple[float, float, float]:
         """Return the impulses (N s) of a hit without a bounce, after which the sides stay together.
