@@ -14,10 +14,14 @@ import numpy as np
 import pytest
 
 from pool_pymunk import (
+    Ball,
+    Friction,
     Physics,
+    Restitution,
     Run,
     Scene,
     SceneError,
+    Table,
     simulate,
 )
 from pool_pymunk.solvers.record import CONTACT_TOLERANCE
@@ -97,6 +101,17 @@ def test_ends_by_tiny_time_steps(scene: Scene, ends: list[complex]) -> None:
     run = unmeasured(scene)
     assert farthest(ends_of(run), ends) < 1e-6
     assert len(run.events) <= 400
+
+
+def test_nothing_pulls_at_sides_that_a_hit_parts() -> None:
+    """Two discs slide along an arc; the last one hits the arc once more, and leaves the first."""
+    discs = (
+        Ball("0", (0.0293, 0.5746), 0.0286, 0.1, velocity=(-0.029, -0.585)),
+        Ball("1", (0.0383, 0.4954), 0.0286, 0.1),
+    )
+    friction = Friction(0.2286, 0.1, 0.15)
+    scene = Scene(discs, Table.circle(0.6), Restitution(0.0, cushion=0.0), friction)
+    assert farthest(ends_of(unmeasured(scene)), press_run(scene).final) < 1e-8
 
 
 # -- what holds in every run -----------------------------------------------------------------------

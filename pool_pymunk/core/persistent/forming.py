@@ -176,7 +176,10 @@ class Forming(Crowds):
     def _stays(self, present: Present, group: Group, one: Touch, parting: float) -> bool:
         """Tell whether two sides that part (m/s) stay together, to the eye."""
         if not one.on:
-            return one.opening >= -self.scale.none
+            x, y = one.struck
+            # Sides may have been pulled together that nothing presses then.
+            is_pulled = x * one.nx + y * one.ny < -self.scale.none * one.unit
+            return one.opening >= -self.scale.none and not is_pulled
         if one.is_jammed:
             return False
         e = one.pair.restitution
