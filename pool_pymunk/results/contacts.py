@@ -128,8 +128,9 @@ class TrackedBall:
         velocity = path_of(self.rows[k]).velocity(t)
         if not self.rolls:
             return MovingBall(velocity)
-        since, wx, wy, ax, ay = self.rolls[k]
-        return MovingBall(velocity, (wx + (t - since) * ax, wy + (t - since) * ay))
+        since, wx, wy, ax, ay, jx, jy = self.rolls[k]
+        s = t - since
+        return MovingBall(velocity, (wx + s * (ax + s * jx / 2.0), wy + s * (ay + s * jy / 2.0)))
 
     def take(self, t: float) -> RoundOfHits:
         """Come to the next contact, at an instant (s); return the round in which it is."""

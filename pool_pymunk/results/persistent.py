@@ -162,6 +162,18 @@ def turning(breakpoints: Array, persists: Iterable[Spell]) -> Array:
     return rates
 
 
+def turning_with(breakpoints: Array, persists: Iterable[Spell], bent: Array) -> Array:
+    """Return the same, and how fast that changes: (K, 4) in m/s^2 and m/s^3.
+
+    Where a ball rolls at both ends of a piece, its roll is its velocity, whose rates are ``bent``.
+    """
+    k, rolls = pieces(breakpoints[:, 0], persists), breakpoints[:, 7:9] == breakpoints[:, 3:5]
+    rates = np.column_stack((turning(breakpoints, persists), np.zeros((len(breakpoints), 2))))
+    k = k[rolls[k].all(axis=-1) & rolls[k + 1].all(axis=-1)]
+    rates[k] = bent[k, 5:9]
+    return rates
+
+
 def bending(breakpoints: Array, persists: Iterable[Spell], tolerance: float) -> Array:
     """Return a ball's breakpoints (K, 9) with the rates (m/s^3) at which accelerations change.
 

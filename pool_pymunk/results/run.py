@@ -24,7 +24,8 @@ from pool_pymunk.model.problems import no_such_ball, setting_error, shown
 from pool_pymunk.model.state import NO_ROLLING
 from pool_pymunk.results.events import Event
 from pool_pymunk.results.motion import bent_motions, free_motions
-from pool_pymunk.results.persistent import PersistentContact, bending, spells, turning
+from pool_pymunk.results.persistent import PersistentContact, bending, spells, turning_with
+from pool_pymunk.results.together import losses, slowed
 from pool_pymunk.results.variants import FINER, Variant
 from pool_pymunk.results.words import counted, step_text
 
@@ -196,7 +197,8 @@ class Run:
         """
         if not self.persistent:
             return free_motions(*self._last_of(self.knots, times))
-        return bent_motions(*self._last_of(self._bent, times))
+        place, velocity = bent_motions(*self._last_of(self._bent, times))
+        return place, velocity * slowed(*self._last_of(self._losses, times))
 
     def roll_at(self, times: Times) -> Array:
         """Return the velocities (m/s) at which the balls would roll, at any ``times`` (s).
@@ -207,7 +209,9 @@ class Run:
         if not self.scene.surface.rolls:
             raise setting_error("scene", self.scene.title, NO_ROLLING)
         last, t = self._last_of(self._rolls, times)
-        return np.asarray(last[..., 1:3] + (t - last[..., 0])[..., np.newaxis] * last[..., 3:])
+        s = (t - last[..., 0])[..., np.newaxis]
+        roll = np.asarray(last[..., 1:3] + s * (last[..., 3:5] + s * last[..., 5:] / 2.0))
+        return roll * slowed(*self._last_of(self._losses, times)) if self.persistent else roll
 
     def _last_of(self, tables: Sequence[Array], times: object) -> tuple[Array, Array]:
         """Return the rows (..., N, C) of the last breakpoints, and the times (..., 1) (s)."""
@@ -231,13 +235,21 @@ class Run:
     def _rolls(self) -> tuple[Array, ...]:
         """For each ball the time (s) of each breakpoint, its roll (m/s), and how fast it changes.
 
-        The change (m/s^2) is that of a ball alone, or while a contact persists that to the next
-        breakpoint.
+        The change (m/s^2, m/s^3) is that of a ball alone, or while a contact persists that to the
+        next breakpoint.
         """
         return tuple(
-            np.column_stack((rows[:, 0], rows[:, 7:9], turning(rows, spells(self, ball.id))))
-            for ball, rows in zip(self.scene.balls, self.knots, strict=True)
+            np.column_stack((bent[:, 0], rows[:, 7:9], turning_with(rows, spells(self, id_), bent)))
+            for id_, rows, bent in zip(self.scene.index, self.knots, self._bent, strict=True)
         )
+
+    @cached_property
+    def _losses(self) -> tuple[Array, ...]:
+        """For each ball its breakpoints, and how balls lose energy that go on together."""
+        rolls = (
+            self._rolls if self.scene.surface.rolls else [np.zeros((len(k), 7)) for k in self.knots]
+        )
+        return losses(self, self._bent, rolls)
 
     def energy_at(self, times: Times) -> Array:
         """Return the energy (J) of all balls at any ``times`` (s): (T,), or one number.

@@ -23,6 +23,7 @@ from pool_pymunk.core.persistent.spells import Spell
 from pool_pymunk.core.persistent.touch import Touch
 from pool_pymunk.report.listing import shot_lines
 from pool_pymunk.solvers.again import Again
+from pool_pymunk.solvers.in_core import table_of
 from tests.shared.scenes import pile
 
 R, M, PULL, DRAG, STEP = 0.03, 0.2, 2.0, 0.1, 1e-3
@@ -95,6 +96,43 @@ def test_a_crowd_never_gains_energy() -> None:
         before = sum(each.energy for each in crowd.members)
         crowd.play(0.0)
         assert sum(each.energy for each in crowd.members) <= before
+
+
+def test_a_crowd_that_a_round_cushion_bends_gains_no_energy() -> None:
+    """The push that turns a velocity by its end adds to it: it would be 5e-6 of the energy."""
+    ball, slow = SceneBall("a", (0.5, R), R, M), Sliding(1e-6)
+    scene = Scene((ball,), Table.circle(0.5), Restitution(0.0, cushion=0.0), Friction(0.2))
+    member = Member(
+        Ball(0, R, M, standing(0.0, 0.5, R)), Scale(1e-7, R, PULL), slow, (0.5, R, 1.0, 0.0),
+        (0.0, 0.0), 0.0,
+    )  # fmt: skip
+    beside = [(wall, wall.side_beside(0.5, R, R, 0.0)) for wall in table_of(scene).walls]
+    [(wall, side)] = [each for each in beside if abs(each[1].gap(0.5, R, R)) < 1e-9]
+    touch = Touch(member, None, wall, side, Pair(M, math.inf, 0.0, 0.0))
+    crowd = Crowd([member], [touch], 0.0, Scale(1e-7, R, PULL), STEP)
+    before = crowd.energy
+    crowd.play(0.0)
+    assert member.vy > 0.0
+    assert crowd.energy <= before * (1.0 + 1e-15)
+
+
+def test_a_path_has_the_velocity_after_the_step_wherever_balls_are_moved_apart() -> None:
+    crowd = row([0.1, 0.1], Sliding(PULL), 0.0)
+    crowd.members[1].x -= 0.01 * R
+    crowd.play(0.0)
+    for each in crowd.members:
+        assert crowd.path(each).velocity(STEP) == (each.vx, each.vy) != (0.1, 0.0)
+
+
+@pytest.mark.parametrize(("e", "rolling"), [(0.0, 0.01), (0.5, 1e-4)])
+def test_energy_never_grows_while_balls_are_a_crowd(e: float, rolling: float) -> None:
+    """Velocities by which balls would be moved apart in a step made it 3e-5 and 3e-6."""
+    run = simulate(pile(20, e, rolling), solver="event-driven")
+    assert any(OVER_AND_OVER in warning for warning in run.warnings)
+    moments = np.unique(np.concatenate([rows[:, 0] for rows in run.knots]))
+    spans = np.diff(moments)[:, np.newaxis] * np.array([0.0, 0.25, 0.5, 0.75, 0.999])
+    energy = run.energy_at(np.append((moments[:-1, np.newaxis] + spans).ravel(), moments[-1]))
+    assert (energy - np.minimum.accumulate(energy)).max() <= 1e-13 * energy[0]
 
 
 @pytest.mark.parametrize(("evenly", "first", "second"), [(False, 0.75, 0.25), (True, 0.5, 0.5)])

@@ -59,11 +59,10 @@ class Crowd(Gathering):
         return wall is None or not wall.is_pocket
 
     def path(self, each: Member) -> Path:
-        """Return the straight path of a member in this step."""
+        """Return the straight path of a member in this step, after which it may be moved apart."""
         x, y, _vx, _vy, _wx, _wy = each.start
-        h = self.time
-        vx, vy = (each.x - x) / h, (each.y - y) / h
-        return Path(self.began, x, y, vx, vy, 0.0, 0.0, self.began + h, False, each.wx, each.wy)
+        end, vx, vy = self.began + self.time, each.vx, each.vy
+        return Path(self.began, x, y, vx, vy, 0.0, 0.0, end, False, each.wx, each.wy)
 
     def states_at(self, t: float) -> list[State]:
         return self._states_at(t, LAST_SHIFTS)
@@ -146,6 +145,7 @@ class Crowd(Gathering):
                 self.overlap = self.make_room(LAST_SHIFTS, APART, DEEP)
         else:
             self.overlap = self.make_room(SHIFTS, APART)
+        self.adds_no_energy()
         return 0.0
 
     def _press(self, h: float, bounces: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from pool_pymunk.core.ball import Ball, Company
@@ -116,6 +117,20 @@ class Gathering(Company):
             if deepest <= enough:
                 break
         return deepest
+
+    def adds_no_energy(self) -> bool:
+        """Slow all balls alike if a piece has added energy, and no wall drives them; tell so."""
+        most = energy = 0.0
+        for each in self.members:
+            most += each.kinetic(each.start) + each.fallen
+            energy += each.kinetic(each.state)
+        if energy <= most or any([one.is_carried for one in self.touches]):
+            return False
+        share = math.sqrt(max(most, 0.0) / energy)
+        for each in self.members:
+            each.vx, each.vy = share * each.vx, share * each.vy
+            each.wx, each.wy = share * each.wx, share * each.wy
+        return True
 
     def states_at(self, t: float) -> list[State]:
         """Return the states of the members at a time (s) of the piece."""

@@ -21,7 +21,6 @@ from pool_pymunk.core.persistent.touch import ALONG, INTO, NORMAL, Touch
 
 EXACT: Final = 0.1  # of the tolerance; pieces deviate by less
 LATE: Final = 0.1  # of that; friction that is spared later than by bounces moves a ball by less
-PULLING: Final = 1e3  # times what is weak; forces that pull by more do not fall through 0 now
 WEAK: Final = 1e-9  # of the surface's pull; accelerations that are not larger are none
 EXACTLY: Final = 1e-3  # of what is weak; forces that miss less have only their rounding
 SLOWLY: Final = 0.03  # Factors are found anew if they take away less of what forces still miss.
@@ -443,6 +442,8 @@ class Group(Gathering):
             for each, state in zip(self.members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
         else:
+            for each in self.members:
+                each.is_struck = each.is_struck or each.rates != each.second
             for one in self.touches:
                 x, y = one.struck
                 p, q = one.push
@@ -499,6 +500,7 @@ class Group(Gathering):
             h = self._locate(h, now)
         self.time = h
         self.halts = h >= self.until - now
+        self._add_no_energy()
 
     def _first_length(self, now: float) -> float:
         """Return how long (s) a piece is at first; what fades, or is awaited, ends it."""
@@ -567,24 +569,19 @@ class Group(Gathering):
             off = self._rest_of_step(h)
         self.close()
         self._find_forces()
-        if any([one.n < -PULLING * self.weak * one.unit for one in self.touches]):
-            self._add_no_energy()
         return off
 
-    def _add_no_energy(self) -> None:
-        """Let velocities stay as they were, if forces that pull would add energy.
+    def go_to(self, t: float) -> None:
+        super().go_to(t)
+        self._add_no_energy()
 
-        They do where no mode fits, as in a corner so rough that it jams a ball.
+    def _add_no_energy(self) -> None:
+        """Take away what errors of a piece have added to the energy.
+
+        They add much where no mode fits, as in a corner so rough that it jams a ball.
         """
-        after, ends = self.energy, [each.state for each in self.members]
-        for each in self.members:
-            each.go_back()
-        if after <= self.energy:
-            for each, (_x, _y, vx, vy, wx, wy) in zip(self.members, ends):
-                each.vx, each.vy, each.wx, each.wy = vx, vy, wx, wy
-        for each, (x, y, _vx, _vy, _wx, _wy) in zip(self.members, ends):
-            each.x, each.y, each.time = x, y, each.since + self.played
-        self._find_forces()
+        if self.adds_no_energy():
+            self._find_forces()
 
     def _rest_of_step(self, h: float) -> float:
         for each in self.members:

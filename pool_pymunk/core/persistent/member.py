@@ -43,16 +43,17 @@ class Member:
     Surface friction points against (``hx``, ``hy``), which was (``gx``, ``gy``) at the beginning of
     a piece. The ``phase`` is that of its state, the ``mode`` what friction makes of it: the next
     phase, if the pushes are too strong to hold. Until ``held`` (s) nothing lets it go. A surface of
-    a user's ``own`` accelerates it by (``px``, ``py``), and ``slows`` it to rest or does not.
+    a user's ``own`` accelerates it by (``px``, ``py``), at the beginning of a piece by (``qx``,
+    ``qy``), and ``slows`` it to rest or does not.
     Rolling ``resistance`` is less than ``drag`` in a piece while some time (s) of it is ``spared``.
     A group owns it, and touches push it.
     """
 
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "glided",
                  "gx", "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part",
-                 "phase", "place", "pull", "px", "py", "resistance", "rolls", "scale", "second",
-                 "share", "since", "slows", "spared", "start", "third", "time", "vx", "vy", "wx",
-                 "wy", "x", "y")  # fmt: skip
+                 "phase", "place", "pull", "px", "py", "qx", "qy", "resistance", "rolls", "scale",
+                 "second", "share", "since", "slows", "spared", "start", "third", "time", "vx",
+                 "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -67,7 +68,7 @@ class Member:
         self.x, self.y, self.vx, self.vy = motion
         self.wx, self.wy = roll
         self.own = None if type(surface) is Sliding or type(surface) is Rolling else surface
-        self.px = self.py = 0.0
+        self.px = self.py = self.qx = self.qy = 0.0
         self.slows = True
         self.phase = self.mode = SLIP if self.own is None else FREE
         self.held = -INF
@@ -140,6 +141,7 @@ class Member:
         size = self.glided = math.sqrt(x * x + y * y)
         if size > self.scale.faded:
             self.gx, self.gy = x / size, y / size
+        self.qx, self.qy = self.px, self.py
         self.start, self.since = self.state, self.time
 
     def go_back(self) -> None:
@@ -317,9 +319,22 @@ class Member:
     @property
     def energy(self) -> float:
         """Twice its energy (J), with that of its height where it falls."""
-        roll = GYRATION * (self.wx * self.wx + self.wy * self.wy)
         fall = 0.0 if self.slows else 2.0 * (self.px * self.x + self.py * self.y)
-        return self.mass * (self.vx * self.vx + self.vy * self.vy + roll - fall)
+        return self.kinetic(self.state) - self.mass * fall
+
+    def kinetic(self, state: State) -> float:
+        """Return twice the kinetic energy (J) of a state."""
+        _x, _y, vx, vy, wx, wy = state
+        return self.mass * (vx * vx + vy * vy + GYRATION * (wx * wx + wy * wy))
+
+    @property
+    def fallen(self) -> float:
+        """Twice the energy (J) that a ball has got by falling since the beginning of the piece."""
+        if self.slows:
+            return 0.0
+        x, y, _vx, _vy, _wx, _wy = self.start
+        px, py = self.px + self.qx, self.py + self.qy
+        return self.mass * (px * (self.x - x) + py * (self.y - y))
 
     @property
     def stands(self) -> bool:

@@ -174,10 +174,14 @@ class Touch:
         return self.side.body.until if isinstance(self.side, Carried) else INF
 
     @property
+    def is_carried(self) -> bool:
+        """This tells whether the side is one of a wall that may move."""
+        return isinstance(self.side, Carried)
+
+    @property
     def is_jammed(self) -> bool:
         """This tells whether a wall that moves closes, although the sides are in contact."""
-        is_carried = self.on and isinstance(self.side, Carried)
-        return is_carried and self.opening < -100.0 * self.a.scale.none
+        return self.on and self.is_carried and self.opening < -100.0 * self.a.scale.none
 
     @property
     def softness(self) -> float:
