@@ -445,16 +445,10 @@ class Engine(Present):
                 self.queue.push(hit)
 
     def _allowed(self, hit: Due) -> float:
-        """Return when (s) a predicted hit is due, or infinity if its sides are in contact.
-
-        Sides that touch to rounding hit now: how soon they do is rounding, too.
-        """
+        """Return when (s) a predicted hit is due, or infinity if its sides are in contact."""
         persistence = self.persistence
-        if hit.t > self._latest(hit):
-            if hit.a.group is None and not persistence.is_hushed:
-                return hit.t  # Mostly nothing is in contact.
-        elif hit.t > self.now and self.touches(hit):
-            hit.t = self.now
+        if hit.t > self.now and hit.a.group is None and not persistence.is_hushed:
+            return hit.t  # Mostly nothing is in contact.
         t = persistence.allows(self, hit)
         return INF if t <= self.now and self.rubs(hit) else t
 

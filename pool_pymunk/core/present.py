@@ -110,28 +110,22 @@ class Present:
         touching = a.radius + (0.0 if hit.b is None else hit.b.radius)
         return gap / times <= CLOSED * (abs(x) + abs(y) + touching)
 
-    def touches(self, hit: Due) -> bool:
-        """Tell whether two sides touch, and part no faster than rounding explains."""
-        closing, noise = self._closing(hit)
-        return closing >= -noise and self.is_closed(hit, 1.0)
-
     def rubs(self, hit: Due) -> bool:
         """Tell whether two sides that touch close no faster than rounding explains."""
-        closing, noise = self._closing(hit)
-        return closing <= noise and self.is_closed(hit, 1.0)
-
-    def _closing(self, hit: Due) -> Vector:
-        """Return how fast (m/s) two sides close now, and how much of it may be rounding."""
         a, b, wall, now = hit.a, hit.b, hit.wall, self.now
         x, y, vx, vy = a.path.at(now)
+        noise = a.noise
         if b is not None:
             px, py, ux, uy = b.path.at(now)
             nx, ny = unit(px - x, py - y)
-            return vx * nx + vy * ny - (ux * nx + uy * ny), max(a.noise, b.noise)
-        assert wall is not None, "a hit has another side"
-        nx, ny = wall.nearest(x, y, a.radius, now).normal(x, y)
-        ux, uy, _spins, _lifts = wall.sweep(x, y, now)
-        return -((vx - ux) * nx + (vy - uy) * ny), a.noise
+            closing = vx * nx + vy * ny - (ux * nx + uy * ny)
+            noise = max(noise, b.noise)
+        else:
+            assert wall is not None, "a hit has another side"
+            nx, ny = wall.nearest(x, y, a.radius, now).normal(x, y)
+            ux, uy, _spins, _lifts = wall.sweep(x, y, now)
+            closing = -((vx - ux) * nx + (vy - uy) * ny)
+        return closing <= noise and self.is_closed(hit, 1.0)
 
     def touching(self, hits: list[Due], balls: list[Ball]) -> list[Due]:
         """Return these hits, and all contacts in the cluster around their balls or ``balls``."""

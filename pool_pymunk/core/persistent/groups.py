@@ -330,6 +330,7 @@ class Groups(Forming):
         for member in group.members:
             member.ball.group = None
         for part in parts:
+            part.least, part.changed = group.least, now
             self._begin(present, part)
         for member in group.members:
             if member.ball.group is None:
@@ -351,8 +352,6 @@ class Groups(Forming):
         group.least = 2.0 * group.least if is_again else self.scale.least
         group.changed = now
         group.longest = max(group.members[0].ball.pace, group.least)
-        for each in group.members:
-            each.ball.changed, each.ball.least = now, group.least
         for each in group.members:
             left = each.left()
             if each.phase != REST and (
@@ -404,10 +403,7 @@ class Groups(Forming):
 
     def _begin(self, present: Present, group: Group) -> None:
         for member in group.members:
-            ball = member.ball
-            ball.group = group
-            if ball.least >= group.least and present.now - ball.changed < 4.0 * ball.least:
-                group.changed, group.least = ball.changed, ball.least
+            member.ball.group = group
         group.longest = min([self.scale.first] + [member.ball.pace for member in group.members])
         self._play(present, group)
 
