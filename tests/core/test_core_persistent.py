@@ -214,7 +214,7 @@ def along_an_arc(tolerance: float) -> Group:
 
 
 def test_the_errors_of_a_long_piece_add_no_energy() -> None:
-    """They added 2e-8 of it; nor do they where a piece is left before its end."""
+    """They added 2e-8 of it; nor do they where a hit cuts a piece short."""
     group = along_an_arc(1e-3)
     before, group.longest = group.energy, 0.05
     group.decide(0.0, True)
