@@ -165,9 +165,7 @@ class Groups(Forming):
             return dues
         found: list[Due] = []
         for due in dues:
-            one = self._contact(present, due)
-            may_sink = self._sinks_in(present, due, one, present.now) > 0.0
-            if may_sink and self._is_slow(present, one):
+            if self._is_slow(present, self._contact(present, due)):
                 self._wait(present, due)
                 self._predict_anew([due])
             else:

@@ -23,6 +23,7 @@ GROWTH: Final = 1.3
 MOST: Final = 1000.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
+DEEPER: Final = 0.1  # times what may go unseen; sides that have sunk in sink in by so much more
 CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
@@ -135,8 +136,7 @@ class Unseen(Gatherings):
         press = max(self._press(present, one), 0.0)
         closing = max(one.closing, 0.0) + press * (t - present.now)
         room = self.tolerance + (min(present.gap(hit), 0.0) if t <= present.now else 0.0)
-        if room <= 0.0:
-            return 0.0
+        room = max(room, DEEPER * self.tolerance)
         fast = closing + math.sqrt(closing * closing + 2.0 * press * room)
         return 2.0 * room / fast if fast > 0.0 else INF
 
