@@ -23,7 +23,7 @@ GROWTH: Final = 1.3
 MOST: Final = 1000.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
-DEEPER: Final = 0.1  # times what may go unseen; sides that have sunk in sink in by so much more
+DEEPER: Final = 0.1  # times what may go unseen; what has sunk in may sink in by that, too
 CROWD: Final = 8  # balls; where more are together, hits are faint whatever presses
 TINY: Final = 1e-6  # Where no energy is lost, bounces of this share of the tolerance are none.
 
