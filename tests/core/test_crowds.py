@@ -225,7 +225,7 @@ def test_no_ball_that_heavy_ones_squeeze_into_a_corner_leaves_the_table() -> Non
 def test_heavy_balls_press_a_light_one_into_nothing() -> None:
     """In a wedge of seven degrees, between balls of 430 times its mass: it was 13 mm before.
 
-    Whether they become a crowd is chance, so some starts are played.
+    Whether they become a crowd is chance: from the second start they do.
     """
     table = Table(((0.0, 0.0), (2.0, 0.0), (2.0, 0.30788245514781865), (0.0, 0.05)))
     balls = (
@@ -242,9 +242,9 @@ def test_heavy_balls_press_a_light_one_into_nothing() -> None:
     )  # fmt: skip
     coefficients = Restitution(0.95, cushion=0.3), Friction(0.2, 0.1, 0.05, rolling=0.01)
     crowds = 0
-    for k in range(6):
+    for far in (0.0, 1e-5):
         x, y = balls[0].position
-        moved = replace(balls[0], position=(x + 1e-6 * k, y)), *balls[1:]
+        moved = replace(balls[0], position=(x + far, y)), *balls[1:]
         scene = Scene(moved, table, *coefficients, Physics(max_time=1.5))
         run = simulate(scene, solver="event-driven")
         crowds += any(OVER_AND_OVER in one for one in run.warnings)

@@ -541,8 +541,10 @@ class Group(Gathering):
         if t <= self.began:
             return [each.start for each in self.members]
         self.step(t - self.began)
+        self._add_no_energy()
         states = [each.state for each in self.members]
         self.step(self.time)
+        self._add_no_energy()
         return states
 
     def step(self, h: float) -> float:
