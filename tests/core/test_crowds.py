@@ -255,6 +255,13 @@ def test_heavy_balls_press_a_light_one_into_nothing() -> None:
     assert crowds > 0
 
 
+def test_a_crowd_that_a_ball_joins_at_once_is_slowed() -> None:
+    """Two balls of this pile rolled on for ever, as the surface seemed to have slowed them."""
+    scene = pile(50, 0.0, 1e-4)
+    scene = replace(scene, physics=replace(scene.physics, max_time=20.0))
+    assert simulate(scene, solver="event-driven", contact_tolerance=1e-8).status == "settled"
+
+
 def test_a_hard_break_is_no_crowd() -> None:
     run = simulate(load("eight-ball"), solver="event-driven")
     assert not [w for w in run.warnings if OVER_AND_OVER in w]

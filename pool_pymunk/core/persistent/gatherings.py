@@ -78,7 +78,8 @@ class Gatherings(Persistence):
             member.ball.group = None
             if group.answers_all:
                 wear_out(member.ball, present.now)
-                self.braked[member.ball.number] = group.began + group.time
+                if present.now > group.began:
+                    self.braked[member.ball.number] = group.began + group.time
             if group.sleeps:  # If it rests again at this instant, nobody hears of it.
                 member.ball.stopped = present.now
             if not any(member.ball is ball for ball in changed):
