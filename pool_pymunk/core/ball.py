@@ -73,6 +73,8 @@ class Ball:
         self.creep = 0.0  # m/s; more slowly, it rests
         self.bounces = -INF  # s; until then bounces last that are left out, if a group forms anew
         self.pace = INF  # s; a guess for the first piece of a group: twice its last one
+        self.changed = -INF  # s; when the mode of its group has changed last, and how soon again
+        self.least = 0.0  # it may
         self.categories: i64 = EVERYTHING
         self.mask: i64 = EVERYTHING
         self.group: Company | None = None  # in which it stays in contact
@@ -94,7 +96,7 @@ class Ball:
         self.crossed = self.hit = self.stopped = self.bounces = -INF
         self.crossings = self.hits = self.seen = self.predicted = 0
         self.noise = self.speed = self.creep = 0.0
-        self.pace = INF
+        self.pace, self.changed, self.least = INF, -INF, 0.0
         self.group = None
 
     def forget_hits(self) -> None:

@@ -172,6 +172,8 @@ class Present:
             self.recorder.path(ball, path)
         elif ball.rested == INF:
             self._stop(ball, self.now, place)
+        else:  # It stays where it has come to rest.
+            path = standing(self.now, *ball.path.place(self.now))
         ball.lead(path, noise)
         self._look_at(ball)
 

@@ -198,6 +198,31 @@ def test_energy_never_grows_while_balls_press_on_each_other(seed: int) -> None:
     assert grown(unmeasured(press_scene(seed))) < 1e-14
 
 
+def test_contacts_that_stick_and_slip_in_turn_take_few_pieces() -> None:
+    """A hit at the same instant forms each group anew, of which none knew of the turns before."""
+    places = [
+        ((0.5726176764666708, 0.3450228731602691), 0.04282290430740979, 0.17),
+        ((0.094290185752931, 0.10424377868741047), 0.030219112649431737, 0.17),
+        ((0.0866164441425599, 0.16423996944285713), 0.030264837672666443, 0.34),
+        ((0.38098501679037633, 0.21133508720265298), 0.0327482033931375, 0.17),
+        ((0.28096759590358217, 0.2848909107904946), 0.04841313523768968, 0.085),
+    ]
+    velocities = [
+        (1.4751428649420284, -1.7831334826181389), (0.9337138001267945, -0.07087295376803844),
+        (-0.7818666526115602, 1.5537611008772507), (-0.5213107330689647, -0.24933906823888363),
+        (0.0, 0.0),
+    ]  # fmt: skip
+    balls = [
+        Ball(f"{k}", place, r, m, velocity=v)
+        for k, ((place, r, m), v) in enumerate(zip(places, velocities, strict=True))
+    ]
+    corners = ((0.25, 0.0), (0.75, 0.0), (0.75, 0.5), (0.25, 0.5))
+    table = Table(corners, bulge=(0.0, 1.0, 0.0, 1.0))
+    friction = Friction(0.4, 0.1, 1.0, rolling=1e-6)
+    scene = Scene(tuple(balls), table, Restitution(0.1, cushion=0.5), friction, Physics(max_time=2))
+    assert sum(map(len, unmeasured(scene).knots)) < 20_000
+
+
 def along_an_arc(tolerance: float) -> Group:
     """Return a ball that rolls along a round cushion, both without losses."""
     ball = Ball("a", (0.5, R), R, M)

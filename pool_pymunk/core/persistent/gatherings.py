@@ -92,8 +92,6 @@ class Gatherings(Persistence):
             self._rest(present, member)
             return
         x, y, vx, vy, wx, wy = member.state
-        if member.stays:  # It is where it came to rest, whatever gaps were closed since.
-            x, y = ball.path.place(present.now)
         if member.phase == ROLL and member.spared > self.scale.least:
             end = self.spared[ball.number] = present.now + member.spared
             present.lead(ball, Path(present.now, x, y, vx, vy, 0.0, 0.0, end, False, wx, wy))

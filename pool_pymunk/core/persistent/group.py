@@ -44,7 +44,7 @@ STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
 ALIKE: Final = 1.0 - 1e-9  # times the hardest hit; what is harder is as hard
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
-FINE: Final = 0.01  # of the shortest piece; where it ends is found as finely
+FINE: Final = 0.01  # of the shortest piece that is tried; where a mode ends is found as finely
 CLOSING: Final = 100  # rounds at most, in which gaps close
 LEAST_CLOSING: Final = 2  # After so many it goes on if a round leaves less than this share.
 SLOW_CLOSING: Final = 0.9
@@ -77,7 +77,7 @@ class Group(Gathering):
         super().__init__(members, touches, now, scale)
         self.tolerance = EXACT * scale.tolerance
         self.longest = scale.first
-        self.least = scale.least
+        self.least = FINE * scale.least  # s; its mode ends no sooner
         self.changed = -INF  # s; when its mode has changed last
         self.fell = NEVER
         self.is_even = True
@@ -113,7 +113,7 @@ class Group(Gathering):
 
         A ball may roll if even in the shortest pieces its slip turns round, and does not fade.
         """
-        if each.phase == SLIP and each.rolls and (self.time > self.least or each.slips_less):
+        if each.phase == SLIP and each.rolls and (self.time > self.scale.least or each.slips_less):
             return False
         return self.time <= SHORT * self.scale.least and each.hardly_moves(self.time)
 
@@ -490,13 +490,13 @@ class Group(Gathering):
         self.before = self._measure(now)
         while True:
             off = self.step(h)
-            if off <= 1.0 or h <= self.least:
+            if off <= 1.0 or h <= self.scale.least:
                 break
-            h = max(h * max(0.1, 0.9 / off ** (1.0 / 3.0)), self.least)
+            h = max(h * max(0.1, 0.9 / off ** (1.0 / 3.0)), self.scale.least)
         self.longest = h * min(GROWTH, 0.9 / max(off, 1e-9) ** (1.0 / 3.0))
         self.after = self._measure(now + h)
         self.fell = self._first_to_fall()
-        if self.fell >= 0 and h > self._finest:
+        if self.fell >= 0 and h > self.least:
             h = self._locate(h, now)
         self.time = h
         self.halts = h >= self.until - now
@@ -517,7 +517,7 @@ class Group(Gathering):
                 h = min(h, self._spares_in(spares, one.mu * one.n / one.unit))
             if one.bounces > now:
                 h = min(h, one.bounces - now)
-        return min(max(h, self.least), self.until - now)
+        return min(max(h, self.least, self.scale.least), self.until - now)
 
     def _spares_in(self, spared: float, rate: float) -> float:
         """Return how long (s) a piece may be in which friction (m/s^2) is spared for a time (s).
@@ -653,17 +653,12 @@ class Group(Gathering):
         deepest = self.after[self.fell]
         return [one for k, one in enumerate(self.touches) if self.after[4 * k] <= 0.5 * deepest]
 
-    @property
-    def _finest(self) -> float:
-        """The shortest time (s) after which a mode may end: a longer one where it often does."""
-        return self.least if self.least > self.scale.least else FINE * self.least
-
     def _locate(self, h: float, now: float) -> float:
         """Find when (s) a measure falls to 0 within a piece (Illinois); play until then.
 
         Which one it is may be rounding, so all are known at both ends of where it falls.
         """
-        which, finest = self.fell, self._finest
+        which, finest = self.fell, self.least
         low, high, at_low, at_high = 0.0, h, self.before, self.after
         share_low, share_high, was_high = 1.0, 1.0, True
         t = h

@@ -17,7 +17,7 @@ from pool_pymunk.core.persistent.crowds import balls_of, sides_in
 from pool_pymunk.core.persistent.forming import Cluster, Forming, jam_around, parts_of
 from pool_pymunk.core.persistent.gathering import gathering_of
 from pool_pymunk.core.persistent.gatherings import SHORTEST, put
-from pool_pymunk.core.persistent.group import NEVER, Group
+from pool_pymunk.core.persistent.group import FINE, NEVER, Group
 from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale, scale_of_speed
@@ -330,7 +330,6 @@ class Groups(Forming):
         for member in group.members:
             member.ball.group = None
         for part in parts:
-            part.least, part.changed = group.least, now
             self._begin(present, part)
         for member in group.members:
             if member.ball.group is None:
@@ -348,11 +347,13 @@ class Groups(Forming):
     def _change(self, present: Present, group: Group) -> None:
         """Change a mode at the end of its piece."""
         now, which = present.now, group.fell
-        is_again = now - group.changed < 4.0 * group.least
-        group.least = 2.0 * group.least if is_again else self.scale.least
+        longer = min(2.0 * group.least, group.longest, self.scale.seen)
+        is_again = now - group.changed < self._soon(group.least)
+        group.least = max(longer if is_again else 0.0, FINE * self.scale.least)
         group.changed = now
         group.longest = max(group.members[0].ball.pace, group.least)
         for each in group.members:
+            each.ball.changed, each.ball.least = now, group.least
             left = each.left()
             if each.phase != REST and (
                 left < 0.0
@@ -376,6 +377,10 @@ class Groups(Forming):
             elif which % 4 == 2 and one.turns != 0.0 and one.a.phase >= SLIP:
                 one.stop_turning()
         group.close()
+
+    def _soon(self, least: float) -> float:
+        """Return in what time (s) a mode changes again too soon that lasts so long (s) at least."""
+        return 4.0 * max(least, self.scale.least)
 
     def _open(self, present: Present, one: Touch) -> None:
         """Let two sides be no contact for a moment, as nothing presses them."""
@@ -403,7 +408,10 @@ class Groups(Forming):
 
     def _begin(self, present: Present, group: Group) -> None:
         for member in group.members:
-            member.ball.group = group
+            ball = member.ball
+            ball.group = group
+            if ball.least >= group.least and present.now - ball.changed < self._soon(ball.least):
+                group.changed, group.least = ball.changed, ball.least
         group.longest = min([self.scale.first] + [member.ball.pace for member in group.members])
         self._play(present, group)
 

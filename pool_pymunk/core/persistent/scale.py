@@ -27,7 +27,8 @@ class Scale:
     than ``none`` is none, and it has fallen to 0 by ``faded``. A ball slower than ``creep`` rests,
     if it was hit often of late. So much of the velocities of a group is ``noise``. Slower hits
     around groups than ``hushed`` (m/s) wait for a moment. The first piece that is tried has
-    ``first`` (s), and none is shorter than ``least`` (s). Groups and their members ask it.
+    ``first`` (s), and none that is tried is shorter than ``least`` (s). In the time ``seen`` (s) a
+    wrong mode moves a ball by the tolerance. Groups and their members ask it.
     """
 
     def __init__(self, tolerance: float, radius: float, pull: float) -> None:
@@ -43,6 +44,7 @@ class Scale:
         self.hushed = HUSHED * tolerance / time
         self.first = FIRST * time
         self.least = LEAST * time
+        self.seen = math.sqrt(2.0 * tolerance / pull)
 
 
 def scale_of_speed(tolerance: float, radius: float, speed: float) -> Scale:
