@@ -411,6 +411,20 @@ def test_a_slip_fades_however_short_its_last_pieces_are(tolerance: float) -> Non
     assert largest_distance(*runs) < 10.0 * tolerance
 
 
+def test_a_ball_whose_last_motion_was_an_error_of_a_piece_rests() -> None:
+    rack = load("eight-ball")
+    angle = 331 * (math.tau / 400)
+    velocity = 4.5 * math.cos(angle), 4.5 * math.sin(angle)
+    cue = rack.index["cue"]
+    struck = dataclasses.replace(rack.balls[cue], velocity=velocity, roll=0.5)
+    balls = (*rack.balls[:cue], struck, *rack.balls[cue + 1 :])
+    scene = dataclasses.replace(
+        rack, balls=balls, shots=(), physics=Physics(gravity=1.0),
+        friction=dataclasses.replace(rack.friction, surface=1.96133, rolling=0.0980665),
+    )  # fmt: skip
+    assert play(scene, CONTACT_TOLERANCE).duration < 5.0
+
+
 @pytest.mark.parametrize("solver", [name for name in SOLVERS if not SOLVERS[name].to_tolerance])
 def test_a_solver_without_a_tolerance_takes_no_notice_of_it(solver: str) -> None:
     """So it is with the step of a solver that has none."""

@@ -42,7 +42,7 @@ TURNS: Final = 4
 HAS_TURNED: Final = 5  # against the friction that is at its bound
 STRIKES: Final = 16  # a contact
 NEARLY: Final = 1e-6
-ALIKE: Final = 1.0 - 1e-9  # times the hardest hit; what is harder is as hard
+ALIKE: Final = 1.0 - 1e-9  # times the hardest hit; harder ones are equally hard
 SHORT: Final = 10.0  # of the shortest pieces; what stops within one moves 4e-9 radii at most
 FINE: Final = 0.01  # of the shortest piece that is tried; where a mode ends is found as finely
 CLOSING: Final = 100  # rounds at most, in which gaps close
@@ -117,6 +117,16 @@ class Group(Gathering):
             return False
         return self.time <= SHORT * self.scale.least and each.hardly_moves(self.time)
 
+    def settles(self, each: Member) -> bool:
+        """Tell whether the slip or the speed of a ball has faded after a piece, or nearly so."""
+        if each.phase == REST:
+            return False
+        if self.fell == 4 * len(self.touches) + 2 * each.place + 1:  # It has ended the piece.
+            return True
+        left = each.left()
+        fades = left <= 10.0 * self.scale.none and each.fades_in() < INF
+        return left < 0.0 or fades or self.lets_rest(each)
+
     def has_alone(self, one: Touch) -> bool:
         """Tell whether no other contact of the group has a ball of this one."""
         for other in self.touches:
@@ -166,17 +176,17 @@ class Group(Gathering):
             self.solve()
             fits = self._fits(now) or (k < FEW_ROUNDS and self._exchange(now, tried))
             if fits:
-                self._let_go_of_none(now, joins)
+                self._drop_idle(now, joins)
                 break
         for each in self.members:
             if each.mode != each.phase:  # It is let go.
                 each.phase, each.gx, each.gy = each.mode, each.hx, each.hy
         return fits
 
-    def _let_go_of_none(self, now: float, joins: bool) -> None:
-        """Let sides be no contacts that press on each other by nothing, if all fits then, too.
+    def _drop_idle(self, now: float, joins: bool) -> None:
+        """Let contacts without a force be none, if all fits without them, too.
 
-        Whether they are found to be contacts is rounding.
+        Whether relaxing finds them is rounding.
         """
         none = [one for one in self.touches if one.on and not self._presses(one, joins)]
         if len(none) == 0:
@@ -404,7 +414,7 @@ class Group(Gathering):
         """Let sides that close hit each other without bounces, the hardest first, nearly all.
 
         So they do by the law, where each hit makes others close. It tells whether any has closed.
-        Of hits that are as hard it is the mean, for which is harder is rounding.
+        Hits that are equally hard come at once, each by its share: their order is rounding.
         """
         enough = 0.0
         for _ in range(STRIKES * len(self.touches)):

@@ -354,12 +354,7 @@ class Groups(Forming):
         group.longest = max(group.members[0].ball.pace, group.least)
         for each in group.members:
             each.ball.changed, each.ball.least = now, group.least
-            left = each.left()
-            if each.phase != REST and (
-                left < 0.0
-                or (left <= 10.0 * self.scale.none and each.fades_in() < INF)
-                or group.lets_rest(each)
-            ):
+            if group.settles(each):
                 was = each.phase
                 each.settle()
                 if group.time < 100.0 * self.scale.least:
