@@ -247,11 +247,11 @@ def test_limits_of_hits_that_have_no_exact_answer() -> None:
 
 def test_numbers_of_persistent_contacts() -> None:
     page = text("docs/how-it-works.md")
-    assert (unseen.EACH, unseen.MOST) == (0.3, 1_000.0)
-    assert r"$\varepsilon$ is 0.3 of the tolerance" in page
-    assert (unseen.FEW, gatherings.SOON, unseen.GROWTH) == (15, 0.05, 1.3)
+    assert (unseen.EACH, unseen.MOST) == (0.15, 1_000.0)
+    assert r"$\varepsilon$ is 0.15 of the tolerance" in page
+    assert (unseen.FEW, gatherings.SOON, unseen.GROWTH) == (15, 0.05, 1.5)
     assert "After fifteen hits of a ball, each within 0.05 s of the one before" in page
-    assert "by a factor of 1.3 with each hit, a thousandfold at most" in page
+    assert "by a factor of 1.5 with each hit, a thousandfold at most" in page
     assert [variant.coarser for variant in FINER] == [0.1, 1e-3]
     assert {variant.sure for variant in FINER} == {10.0}
     assert "at a tenth and at a thousandth of its contact tolerance" in page

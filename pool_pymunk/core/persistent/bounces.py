@@ -21,9 +21,10 @@ def count_bounces(one: Touch, parting: float) -> None:
     The sides part at a speed (m/s), or close if it is negative, and have the forces by which they
     stay in contact. Each hit at a closing speed c lets a ball slip for a time that is proportional
     to c, and the next one closes at r c. So all slips last 1 / (1 - r) times as long as the first.
+    Where e is 0, nothing bounces, and hits count as they come (``Member.fade``).
     """
     e, press = one.pair.restitution, one.press_on
-    if press <= 0.0 or e == 1.0:
+    if press <= 0.0 or e == 1.0 or e == 0.0:
         return
     a, b = one.a, one.b
     slip_a, slip_b = slip_after(one, a), (0.0, 0.0) if b is None else slip_after(one, b)
@@ -32,7 +33,7 @@ def count_bounces(one: Touch, parting: float) -> None:
     ratio = next_closing(one, press, slip_a, slip_b)
     closing = -parting
     if parting > 0.0:  # It has hit already, at parting / e.
-        closing = ratio * parting / e if e > 0.0 else 0.0
+        closing = ratio * parting / e
     hits = closing / (1.0 - ratio) if ratio < 1.0 else 0.0
     a.spare_drag(slip_time(a, slip_a) * hits)
     if b is not None:

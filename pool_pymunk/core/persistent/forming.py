@@ -69,6 +69,7 @@ class Forming(Crowds):
             for each, (state, spared) in zip(members, states):
                 each.x, each.y, each.vx, each.vy, each.wx, each.wy = state
                 each.is_struck, each.spared = False, spared
+                each.ux = each.uy = 0.0
                 self._set_phase(present, each)
             for one in touches:
                 one.struck = 0.0, 0.0
@@ -82,6 +83,8 @@ class Forming(Crowds):
                 count_bounces(one, v)
                 one.bounces = max(now + time_of_bounces(one, v), one.a.ball.bounces)
             if group.strike():
+                for each in members:
+                    each.fade()
                 group.decide(now, True)
             group.join()
             if not group.goes_on(now):
@@ -175,17 +178,17 @@ class Forming(Crowds):
 
     def _stays(self, present: Present, group: Group, one: Touch, parting: float) -> bool:
         """Tell whether two sides that part (m/s) stay together, to the eye."""
+        e, a, b = one.pair.restitution, one.a.ball, None if one.b is None else one.b.ball
+        v = parting if parting > 0.0 else -e * parting
         if not one.on:
             x, y = one.struck
-            # Sides may have been pulled together that nothing presses then.
+            # Sides may have been pulled together, or not have bounced, that nothing presses then.
             is_pulled = x * one.nx + y * one.ny < -self.scale.none * one.unit
-            return one.opening >= -self.scale.none and not is_pulled
+            parts = parting < 0.0 and v > self._hushed(present, a, b)
+            return one.opening >= -self.scale.none and not is_pulled and not parts
         if one.is_jammed:
             return False
-        e = one.pair.restitution
-        v = parting if parting > 0.0 else -e * parting
         press = one.n * one.softness
-        a, b = one.a.ball, None if one.b is None else one.b.ball
         if v <= self.scale.none or one.is_dull:
             return True
         room = self._tolerance(present, a, b)

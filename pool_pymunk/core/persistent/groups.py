@@ -22,7 +22,7 @@ from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale, scale_of_speed
 from pool_pymunk.core.persistent.touch import Touch
-from pool_pymunk.core.persistent.unseen import CROWD, FEW, MOST, STRONGEST
+from pool_pymunk.core.persistent.unseen import CROWD, FEW, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
@@ -92,7 +92,8 @@ class Groups(Forming):
         if t <= present.now and (wall is None or not wall.is_pocket):
             hit_now = self._contact(present, hit)
             until = self._waits_until(present, hit, hit_now)
-            if until > present.now and hit_now.closing <= 2.0 * MOST * self.scale.hushed:
+            hushed = self._wear(present, a, b) * self.scale.hushed
+            if until > present.now and hit_now.closing <= 2.0 * hushed:
                 return until
             if self.formed == present.now and self._is_slow(present, hit_now):
                 return self._wait(present, hit)

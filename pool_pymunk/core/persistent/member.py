@@ -19,7 +19,7 @@ from typing import Final, final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.path import Motion
 from pool_pymunk.core.motion.surface import GYRATION, Rolling, Sliding, Surface
-from pool_pymunk.core.motion.times import INF, Vector
+from pool_pymunk.core.motion.times import INF, Vector, length_of
 from pool_pymunk.core.persistent.scale import Scale
 
 # The phases of a ball; friction that does not hold lets it go on to the next one.
@@ -52,8 +52,8 @@ class Member:
     __slots__ = ("ax", "ay", "ball", "bx", "by", "cx", "cy", "drag", "first", "fx", "fy", "glided",
                  "gx", "gy", "held", "hx", "hy", "is_struck", "mass", "mode", "own", "part",
                  "phase", "place", "pull", "px", "py", "qx", "qy", "resistance", "rolls", "scale",
-                 "second", "share", "since", "slows", "spared", "start", "third", "time", "vx",
-                 "vy", "wx", "wy", "x", "y")  # fmt: skip
+                 "second", "share", "since", "slows", "spared", "start", "third", "time", "ux",
+                 "uy", "vx", "vy", "wx", "wy", "x", "y")  # fmt: skip
 
     def __init__(
         self, ball: Ball, scale: Scale, surface: Surface, motion: Motion, roll: Vector, now: float
@@ -74,6 +74,7 @@ class Member:
         self.held = -INF
         self.is_struck = False
         self.spared = 0.0
+        self.ux = self.uy = 0.0  # m/s; the slip that hits without bounces would give
         self.share = 1.0  # of a step of a crowd, in which the surface acts
         self.glided = 0.0  # m/s; its slip or speed at the beginning of the piece
         self.gx, self.gy = 1.0, 0.0
@@ -126,7 +127,7 @@ class Member:
             self._ask(self.own)
         x, y = self.gliding
         size = math.sqrt(x * x + y * y)
-        least = max(self.scale.faded, FADED * self.glided)
+        least = max(self.scale.faded, FADED * self.glided if self.phase == SLIP else 0.0)
         if size > least and x * self.gx + y * self.gy > 0.0:
             self.hx, self.hy = x / size, y / size
 
@@ -254,6 +255,19 @@ class Member:
             p, q = x, y
         self.vx, self.vy = self.vx + x / m, self.vy + y / m
         self.wx, self.wy = self.wx + p / m, self.wy + q / m
+
+    def slide(self, x: float, y: float) -> None:
+        """Count the slip that impulses (N s) would give to a ball that rolls."""
+        self.ux, self.uy = self.ux + x / self.mass, self.uy + y / self.mass
+
+    def fade(self) -> None:
+        """Spare a ball that rolls the resistance of the time in which such a slip u would fade.
+
+        This is 2 |u| / (7 pull).
+        """
+        if self.phase == ROLL and self.drag > 0.0:
+            self.spare_drag(SHARE * length_of(self.ux, self.uy) / self.pull)
+        self.ux = self.uy = 0.0
 
     def shift(self, x: float, y: float) -> None:
         """Move the ball (m)."""

@@ -253,6 +253,13 @@ class Touch:
         much.
         """
         self.spared -= min(n, 0.0)
+        if self.pair.restitution == 0.0:
+            x, y = n * self.nx - t * self.ny, n * self.ny + t * self.nx
+            if self.b is None:
+                self.a.slide(x - i * self.nx, y - i * self.ny)
+            else:
+                self.a.slide(-x, -y)
+                self.b.slide(x, y)
         self._hit(n, t, i)
 
     def _hit(self, n: float, t: float, i: float) -> None:

@@ -14,12 +14,12 @@ from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 
-EACH: Final = 0.3  # Several things go unseen in a run; each is this share of the tolerance.
+EACH: Final = 0.15  # Several things go unseen in a run; each is this share of the tolerance.
 STRONGEST: Final = 2.0  # Surface friction presses two sides together by no more than so many pulls.
 # Once a ball has had FEW hits, each less than SOON after the one before, each further one lets
 # GROWTH times as much go unseen, up to MOST times.
 FEW: Final = 15
-GROWTH: Final = 1.3
+GROWTH: Final = 1.5
 MOST: Final = 1000.0
 # A bounce of balls that touch others, too, loses at least this share of its energy by them.
 SHARED: Final = 0.1
