@@ -382,8 +382,9 @@ class Run:
 
         It is 0 where no contact persisted, and nan where it is not known: for a run loaded from a
         file. Otherwise the run is played again at a tenth and at a thousandth of its
-        ``contact_tolerance``. The figure is ten times the largest change of an end, at least the
-        tolerance itself, and at most the table's diagonal.
+        ``contact_tolerance``. The figure is ten times the largest change of an end, at least ten
+        times what one contact may move in the finest of these runs, and at most the table's
+        diagonal.
 
         >>> from pool_pymunk import load, simulate
         >>> simulate(load("report"), 1, solver="event-driven").persistent_shift
@@ -393,8 +394,8 @@ class Run:
             return 0.0
         if self.again is None:
             return math.nan
-        moved = max(self._moved(FINER), self.contact_tolerance or 0.0)
-        return min(moved, self.scene.diagonal)
+        least = min(each.sure * each.coarser for each in FINER) * (self.contact_tolerance or 0.0)
+        return min(max(self._moved(FINER), least), self.scene.diagonal)
 
     def _moved(self, variants: Sequence[Variant], most: int | None = None) -> float:
         """Return how far (m) ends may move, by variants of the run, cut at ``most`` events."""
