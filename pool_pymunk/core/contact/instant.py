@@ -83,7 +83,6 @@ class Instant:
         if len(dues) == 1 and not self.is_special:
             self._answer_several(present, persistence, dues)
             return
-        persistence.release(present, dues)
         dues = self._take_all_in(present, persistence, dues)
         dues = persistence.loud(present, dues)
         if len(dues) > 0:

@@ -126,18 +126,6 @@ class Groups(Forming):
             one = self._exact(present, due)
         return one.closing <= self.scale.noise if is_grouped else one.closing <= 0.0
 
-    def release(self, present: Present, dues: list[Due]) -> None:
-        """Take the groups of balls apart that are due, if they close; crowds take in what hits."""
-        for due in dues:
-            if not self._is_nothing(present, due):
-                self._take_out(present, due, False)
-
-    def _take_out(self, present: Present, due: Due, are_crowds: bool) -> None:
-        """Take the groups of balls apart, or the crowds, that are due."""
-        for ball in due.balls:
-            if ball.group is not None and ball.group.answers_all == are_crowds:
-                self.leave(present, ball)
-
     def concerns(self, present: Present, one: Contact) -> bool:
         """Tell whether a lone hit may be more than that: it is faint, or a group's."""
         if one.a.ball.group is not None or (one.b is not None and one.b.ball.group is not None):
@@ -151,20 +139,22 @@ class Groups(Forming):
 
         None is if groups begin instead; where a group was hit, too slow ones wait.
         """
-        nothing = [due for due in dues if self._is_nothing(present, due)]
-        if len(nothing) > 0:
-            for due in nothing:
-                self._look_again(present, due)
-            dues = [due for due in dues if not any(due is other for other in nothing)]
-        if len(dues) == 0 or self._crowds(present, dues):
-            return []
+        found = list[Due]()
         for due in dues:
-            self._take_out(present, due, True)
+            if self._is_nothing(present, due):
+                self._look_again(present, due)
+            else:
+                found.append(due)
+        if len(found) == 0 or self._crowds(present, found):
+            return []
+        dues = found
+        for ball in balls_of(dues):
+            self.leave(present, ball)
         if self._absorbs(present, dues):
             return []
         if self.freed != present.now:
             return dues
-        found: list[Due] = []
+        found = []
         for due in dues:
             if self._is_slow(present, self._contact(present, due)):
                 self._wait(present, due)
@@ -192,8 +182,6 @@ class Groups(Forming):
         cluster = self._form(present, seeds)
         if not all(cluster.holds(due) for due in dues):
             return False
-        if len(cluster.groups) == 0 and any(self._wear(present, d.a, d.b) == 1.0 for d in dues):
-            return False  # They do not come often.
         self._begin_in(present, cluster)
         self._predict_anew(dues)
         return True

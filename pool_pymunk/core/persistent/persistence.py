@@ -47,9 +47,6 @@ class Persistence:
         """Tell whether a hit that comes alone may be more than that."""
         return False
 
-    def release(self, present: Present, dues: list[Due]) -> None:
-        """Let the balls of these hits go on by themselves."""
-
     def loud(self, present: Present, dues: list[Due]) -> list[Due]:
         """Return those of some hits that are to be answered."""
         return dues
