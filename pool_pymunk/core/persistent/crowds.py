@@ -176,18 +176,12 @@ class Crowds(Unseen):
         widest = 2.0 * (1.0 + STRIDE) * max([each.ball.radius for each in members])
         for k, a in enumerate(in_line):
             ball, r = a.ball, a.ball.radius
-            for m in range(k + 1, len(in_line)):
-                b = in_line[m]
-                dx, dy = b.x - a.x, b.y - a.y
+            for b in in_line[k + 1 :]:
+                other, dx, dy = b.ball, b.x - a.x, b.y - a.y
                 if dx > widest:
                     break
-                if abs(dy) > widest:
-                    continue
-                other = b.ball
-                near = (1.0 + STRIDE) * (r + other.radius)
-                if dx * dx + dy * dy <= near * near and not ball.ignores(
-                    other.categories, other.mask
-                ):
+                near, square = (1.0 + STRIDE) * (r + other.radius), dx * dx + dy * dy
+                if square <= near * near and not ball.ignores(other.categories, other.mask):
                     found.append(self._beside(present, a, b))
             for wall in present.table.walls:
                 far = 2.0 * STRIDE * r if wall.moves else STRIDE * r

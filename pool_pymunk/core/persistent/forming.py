@@ -8,18 +8,16 @@ from typing import final
 from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import count_bounces, time_of_bounces
-from pool_pymunk.core.persistent.crowds import Crowds
+from pool_pymunk.core.persistent.crowds import Crowds, sides_in
 from pool_pymunk.core.persistent.gathering import joined, sorted_to
 from pool_pymunk.core.persistent.gatherings import SUNK
 from pool_pymunk.core.persistent.group import Group
 from pool_pymunk.core.persistent.member import FREE, REST, SLIP, Member
-from pool_pymunk.core.persistent.persistence import sides_of
 from pool_pymunk.core.persistent.scale import Scale
 from pool_pymunk.core.persistent.touch import Touch, is_of
 from pool_pymunk.core.persistent.unseen import FEW, SHARED, STRONGEST, TINY
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due, hit_at
-from pool_pymunk.core.walls.wall import Wall
 
 
 @final
@@ -123,7 +121,7 @@ class Forming(Crowds):
                 continue
             pair = present.table.pair(a.ball, ball)
             one = Touch(a, b or self._member(present, ball), None, None, pair)
-            if not self._may_persist(present, one, a.ball, ball, None):
+            if not self._may_persist(present, one):
                 continue
             if b is None:  # Its group gives it its exact state.
                 self.leave(present, ball)
@@ -140,25 +138,19 @@ class Forming(Crowds):
         found = list[Touch]()
         for wall in present.table.walls:
             one = self._touch_of(present, a, wall, self.tolerance)
-            if one is not None and self._may_persist(present, one, a.ball, None, wall):
+            if one is not None and self._may_persist(present, one):
                 found.append(one)
         return found
 
-    def _may_persist(
-        self, present: Present, one: Touch, a: Ball, b: Ball | None, wall: Wall | None
-    ) -> bool:
+    def _may_persist(self, present: Present, one: Touch) -> bool:
+        """Tell whether two sides that touch may stay in contact, if forces press them together."""
         one.look()
         one.on = True
-        e, v = one.pair.restitution, one.opening
-        pull = STRONGEST * present.pull + abs(one.lift)
-        most = math.sqrt(2.0 * pull * self._tolerance(present, a, b))
-        until = self.opened.get(sides_of(a, b, wall), -INF)
-        return (
-            until <= present.now
-            and -most <= v
-            and (v if v > 0.0 else -e * v)
-            <= most * math.sqrt(max(1.0 - e * e, SHARED)) + self.scale.noise
-        )
+        b = None if one.b is None else one.b.ball
+        e, pull = one.pair.restitution, STRONGEST * present.pull + abs(one.lift)
+        most = 2.0 * pull * self._tolerance(present, one.a.ball, b)
+        is_shut = self.opened.get(sides_in(one), -INF) <= present.now
+        return is_shut and self._is_unseen(-one.opening, e, max(1.0 - e * e, SHARED), most)
 
     def _set_phase(self, present: Present, each: Member) -> None:
         """Find the phase of a member; a slip rolls that would fade unseen."""

@@ -22,7 +22,7 @@ from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale, scale_of_speed
 from pool_pymunk.core.persistent.touch import Touch
-from pool_pymunk.core.persistent.unseen import CROWD, FEW, STRONGEST
+from pool_pymunk.core.persistent.unseen import CROWD, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
@@ -98,15 +98,11 @@ class Groups(Forming):
             if self.formed == present.now and self._is_slow(present, hit_now):
                 return self._wait(present, hit)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
-                if self._press(present, hit_now) > FAINT * present.pull:
-                    if self.tried == present.now:
-                        return self._wait(present, hit)
-                    put(self.loose, a)
-                elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
+                may_press = self._press(present, hit_now) > FAINT * present.pull
+                if self.tried == present.now or not may_press:
                     return self._wait(present, hit)
-        if not self.is_hushed:
-            return t
-        if sides_of(a, b, wall) not in self.quiet:
+                put(self.loose, a)
+        if not self.is_hushed or sides_of(a, b, wall) not in self.quiet:
             return t
         hit_now = self._contact(present, hit)
         until = self._waits_until(present, hit, hit_now)
@@ -178,7 +174,6 @@ class Groups(Forming):
             )
             if not (may and self.are_faint(present, [one])):
                 return False
-            self.opened.pop(sides_of(due.a, due.b, due.wall), None)
         cluster = self._form(present, seeds)
         if not all(cluster.holds(due) for due in dues):
             return False
@@ -256,7 +251,7 @@ class Groups(Forming):
                 self._take_apart_around(present, group, changed)
             put(self.loose, ball)
             self._note_hit(present, ball)
-        may = [one for one in contacts if self._parts_unseen(present, one, -one.closing)]
+        may = [one for one in contacts if one.closing > 0.0 or self._is_faint(present, one)]
         if len(may) > 0 or len(self.loose) > len(changed):
             for ball in self.loose:
                 put(self.seeds, ball)

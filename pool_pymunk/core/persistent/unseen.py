@@ -66,15 +66,6 @@ class Unseen(Gatherings):
             many = max(many, len(group.members))
         return self.scale.hushed * (self._wear(present, a, b) if many > CROWD else 1.0)
 
-    def _unseen(self, present: Present, one: Contact, lost: float) -> float:
-        """Return the speed (m/s) at which sides part unseen, whatever presses them."""
-        pull = self._strongest(present, one)
-        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
-        return math.sqrt(2.0 * pull * lost * room)
-
-    def _parts_unseen(self, present: Present, one: Contact, parting: float) -> bool:
-        return parting <= self._unseen(present, one, self._lost(present, one)) + self.scale.noise
-
     def _lost(self, present: Present, one: Contact) -> float:
         """Return the share of the energy of a bounce that is lost, by other contacts, too."""
         e, a, b = one.pair.restitution, one.a.ball, one.b
@@ -169,11 +160,20 @@ class Unseen(Gatherings):
         return press > 0.0 and e * e * v * v <= 2.0 * press * self._lost(present, one) * room
 
     def _is_faint(self, present: Present, one: Contact) -> bool:
-        """Tell whether a hit is so faint that neither it nor what follows can be seen."""
-        parting = one.pair.restitution * one.closing
-        return one.closing <= self._unseen(present, one, 1.0) and self._parts_unseen(
-            present, one, parting
-        )
+        """Tell whether a hit and its bounces go unseen if surface friction presses the sides."""
+        press = self._strongest(present, one)
+        room = self._tolerance(present, one.a.ball, None if one.b is None else one.b.ball)
+        e, lost = one.pair.restitution, self._lost(present, one)
+        return self._is_unseen(one.closing, e, lost, 2.0 * press * room)
+
+    def _is_unseen(self, closing: float, e: float, lost: float, most: float) -> bool:
+        """Tell whether sides that close at a speed (m/s), or part, move unseen until they stay.
+
+        They do if energy, and what bounces have of it, is at ``most`` so much (m^2/s^2). A bounce
+        loses a share of it, the ``lost`` one.
+        """
+        parting = max(-closing, e * closing)
+        return closing <= math.sqrt(most) and parting <= math.sqrt(most * lost) + self.scale.noise
 
     def _is_dull(self, present: Present, one: Contact) -> bool:
         """Tell whether a hit of balls that hit over and over moves them unseen until the next one.
