@@ -22,7 +22,7 @@ from pool_pymunk.core.persistent.member import FREE, REST, ROLL, SLIP, Member
 from pool_pymunk.core.persistent.persistence import Persistence, sides_of
 from pool_pymunk.core.persistent.scale import Scale, scale_of_speed
 from pool_pymunk.core.persistent.touch import Touch
-from pool_pymunk.core.persistent.unseen import CROWD, STRONGEST
+from pool_pymunk.core.persistent.unseen import CROWD, FEW, STRONGEST
 from pool_pymunk.core.present import Present
 from pool_pymunk.core.queue import Due
 from pool_pymunk.core.table import Table, may_press
@@ -98,10 +98,12 @@ class Groups(Forming):
             if self.formed == present.now and self._is_slow(present, hit_now):
                 return self._wait(present, hit)
             if hit_now.closing <= max(hit_now.noise, self.scale.noise) < INF:
-                may_press = self._press(present, hit_now) > FAINT * present.pull
-                if self.tried == present.now or not may_press:
+                if self._press(present, hit_now) > FAINT * present.pull:
+                    if self.tried == present.now:
+                        return self._wait(present, hit)
+                    put(self.loose, a)
+                elif a.hits > FEW or not (b is None or present.is_closed(hit, 1.0)):
                     return self._wait(present, hit)
-                put(self.loose, a)
         if not self.is_hushed or sides_of(a, b, wall) not in self.quiet:
             return t
         hit_now = self._contact(present, hit)
