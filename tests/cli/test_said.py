@@ -228,7 +228,7 @@ def at_a_terminal(arguments: list[str]) -> str:
 
 def test_a_terminal_shows_how_far_a_command_is(tmp_path: Path) -> None:
     options = ["--shot", "3", "--no-pictures", "--out", str(tmp_path)]
-    said = at_a_terminal(["run", "report", "--dt", "1e-3", *options])
+    said = at_a_terminal(["run", "report", "--dt", "1e-4", *options])
     assert re.search(r"simulating \(at \d\.\d{3} s\).*0/1", said)
     assert re.search(r"measuring .*0/3", at_a_terminal(["compare", "report", *options]))
 
