@@ -451,6 +451,16 @@ def test_a_slip_fades_however_short_its_last_pieces_are(tolerance: float) -> Non
     assert largest_distance(*runs) < 10.0 * tolerance
 
 
+@pytest.mark.parametrize("tolerance", [3e-5, 1e-5])
+def test_a_slip_too_small_to_be_followed_fades_where_friction_holds(tolerance: float) -> None:
+    """Its direction changes within a piece; the ball slipped on, and ended 0.5 m off."""
+    ball = Ball("a", (0.4941, 0.4487), R, M, velocity=(2.732, 0.3188), roll=1.0)
+    smooth = Friction(0.02, rolling=0.001)
+    scene = Scene((ball,), Table.circle(0.32), Restitution(1.0, cushion=0.0), smooth)
+    ends = [ends_of(play(scene, each)) for each in (tolerance, 1e-8)]
+    assert farthest(*ends) < 1e-3
+
+
 def test_a_ball_whose_last_motion_was_an_error_of_a_piece_rests() -> None:
     rack = load("eight-ball")
     angle = 331 * (math.tau / 400)

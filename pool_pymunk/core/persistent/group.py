@@ -111,11 +111,13 @@ class Group(Gathering):
     def lets_rest(self, each: Member) -> bool:
         """Tell whether a ball may rest that hardly moves in a very short piece.
 
-        A ball may roll if even in the shortest pieces its slip turns round, and does not fade.
+        A ball may roll if its slip turns round, and does not fade although friction could hold it:
+        pieces are too long to follow that, and the slip is too small to be seen.
         """
-        if each.phase == SLIP and each.rolls and (self.time > self.scale.least or each.slips_less):
-            return False
-        return self.time <= SHORT * self.scale.least and each.hardly_moves(self.time)
+        is_short = self.time <= SHORT * self.scale.least
+        if each.phase == SLIP and each.rolls:
+            is_short = each.slips_on and each.left() * self.time <= self.tolerance
+        return is_short and each.hardly_moves(self.time)
 
     def settles(self, each: Member) -> bool:
         """Tell whether the slip or the speed of a ball has faded after a piece, or nearly so."""

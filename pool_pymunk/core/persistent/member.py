@@ -302,11 +302,16 @@ class Member:
         return self.left() <= loss * time and x * x + y * y <= loss * loss
 
     @property
-    def slips_less(self) -> bool:
-        """This tells whether the slip is smaller than at the beginning of the piece."""
+    def slips_on(self) -> bool:
+        """This tells whether a slip did not fade in the piece, though friction could hold it."""
         _x, _y, vx, vy, wx, wy = self.start
         x, y, p, q = self.vx - self.wx, self.vy - self.wy, vx - wx, vy - wy
-        return x * x + y * y < p * p + q * q
+        if x * x + y * y < p * p + q * q:
+            return False
+        a, b, c, d = self.first
+        loss = self.pull / SHARE
+        x, y = a - c + loss * self.gx, b - d + loss * self.gy
+        return x * x + y * y <= loss * loss
 
     @property
     def stays(self) -> bool:
