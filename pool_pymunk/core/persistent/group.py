@@ -116,7 +116,7 @@ class Group(Gathering):
         """
         is_short = self.time <= SHORT * self.scale.least
         if each.phase == SLIP and each.rolls:
-            is_short = each.slips_on and each.left() * self.time <= self.tolerance
+            is_short = each.left() * self.time <= self.tolerance and each.slips_on(self.time)
         return is_short and each.hardly_moves(self.time)
 
     def settles(self, each: Member) -> bool:

@@ -301,17 +301,18 @@ class Member:
         x, y = a + loss * self.hx, b + loss * self.hy
         return self.left() <= loss * time and x * x + y * y <= loss * loss
 
-    @property
-    def slips_on(self) -> bool:
-        """This tells whether a slip did not fade in the piece, though friction could hold it."""
+    def slips_on(self, time: float) -> bool:
+        """Tell whether a slip has not faded in a time (s) as it must where friction could hold it.
+
+        Pushes D drive it, and it loses L (as in ``_spared``): at least L - |D|, half of which shows
+        that a piece could follow its direction.
+        """
         _x, _y, vx, vy, wx, wy = self.start
-        x, y, p, q = self.vx - self.wx, self.vy - self.wy, vx - wx, vy - wy
-        if x * x + y * y < p * p + q * q:
-            return False
-        a, b, c, d = self.first
-        loss = self.pull / SHARE
-        x, y = a - c + loss * self.gx, b - d + loss * self.gy
-        return x * x + y * y <= loss * loss
+        (x, y), (a, b, c, d), loss = self.gliding, self.first, self.pull / SHARE
+        before = length_of(a - c + loss * self.gx, b - d + loss * self.gy)
+        after = length_of(self.ax - self.bx + loss * self.hx, self.ay - self.by + loss * self.hy)
+        spare = loss - max(before, after)
+        return spare >= 0.0 and length_of(x, y) > length_of(vx - wx, vy - wy) - 0.5 * spare * time
 
     @property
     def stays(self) -> bool:
