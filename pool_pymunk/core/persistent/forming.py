@@ -9,7 +9,7 @@ from pool_pymunk.core.ball import Ball
 from pool_pymunk.core.motion.times import INF
 from pool_pymunk.core.persistent.bounces import count_bounces, time_of_bounces
 from pool_pymunk.core.persistent.crowds import Crowds, sides_in
-from pool_pymunk.core.persistent.gathering import joined, sorted_to
+from pool_pymunk.core.persistent.gathering import gathering_of, joined, sorted_to
 from pool_pymunk.core.persistent.gatherings import SUNK
 from pool_pymunk.core.persistent.group import Group
 from pool_pymunk.core.persistent.member import FREE, REST, SLIP, Member
@@ -110,6 +110,9 @@ class Forming(Crowds):
         """Return the contacts of a member with balls that have not been looked at."""
         found = list[Touch]()
         for ball in present.near.around(a.ball):
+            group = gathering_of(ball)
+            if group is not None and group.answers_all and group.began == present.now:
+                continue  # It has just become one of a crowd, and would come out again and again.
             hit = hit_at(present.now, a.ball, ball, None)
             far = max(a.ball.radius, ball.radius)
             if a.ball.ignores(ball.categories, ball.mask) or not (
